@@ -1,0 +1,245 @@
+"""A calibrated camera: OpenCV's pinhole with five distortion terms, in numpy.
+
+``X_camera = R X_world + t``; pixels are of the full sensor, the centre of the
+top-left one is (0, 0).  The file format ``calibration.json`` is read and
+written here, so that every part of the application speaks of the same camera.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ovines.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """One camera of the rig.
+
+    Attributes
+    ----------
+    name : str
+    sensor_size_px : (width, height)
+    matrix : (3, 3) intrinsic matrix, pixels of the full sensor
+    distortion : (5,) k1, k2, p1, p2, k3 (OpenCV's order)
+    rotation : (3, 3), translation_m : (3,)   ``X_camera = rotation @ X_world + translation_m``
+    rms_px : float, reprojection RMS of the calibration (NaN where unknown)
+    """
+
+    name: str
+    sensor_size_px: tuple[int, int]
+    matrix: Array
+    distortion: Array
+    rotation: Array
+    translation_m: Array
+    rms_px: float = float("nan")
+
+    @property
+    def centre_m(self) -> Array:
+        """Optical centre in the world, shape (3,)."""
+        return -self.rotation.T @ self.translation_m
+
+    def project(self, points_m: ArrayLike) -> Array:
+        """World points (..., 3) to full-sensor pixels (..., 2); NaN behind the camera."""
+        return self.project_with_jacobian(points_m)[0]
+
+    def project_with_jacobian(self, points_m: ArrayLike) -> tuple[Array, Array]:
+        """Pixels (..., 2) and their derivative with respect to the world point (..., 2, 3), px/m."""
+        camera = np.asarray(points_m, float) @ self.rotation.T + self.translation_m
+        z = np.where(camera[..., 2] > 0, camera[..., 2], np.nan)
+        x, y = camera[..., 0] / z, camera[..., 1] / z
+        xd, yd, jd = _distort(x, y, self.distortion)
+        focal = self.matrix[:2, :2]
+        uv = np.stack([xd, yd], -1) @ focal.T + self.matrix[:2, 2]
+        inverse, zero = 1.0 / z, np.zeros_like(z)
+        jn = np.stack([np.stack([inverse, zero, -x * inverse], -1),
+                       np.stack([zero, inverse, -y * inverse], -1)], -2)
+        return uv, focal @ jd @ jn @ self.rotation
+
+    def normalise(self, uv_px: ArrayLike) -> Array:
+        """Full-sensor pixels (..., 2) to undistorted image coordinates x/z, y/z (..., 2).
+
+        Newton's iteration on the distortion polynomial; NaN where it does not converge
+        (a pixel outside the range in which the polynomial can be inverted).
+        """
+        uv = np.asarray(uv_px, float)
+        target = (uv - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T
+        guess = target.copy()
+        for _ in range(12):
+            xd, yd, jacobian = _distort(guess[..., 0], guess[..., 1], self.distortion)
+            error = np.stack([xd, yd], -1) - target
+            determinant = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] * jacobian[..., 1, 0]
+            step = np.stack([jacobian[..., 1, 1] * error[..., 0] - jacobian[..., 0, 1] * error[..., 1],
+                             jacobian[..., 0, 0] * error[..., 1] - jacobian[..., 1, 0] * error[..., 0]], -1)
+            guess = guess - step / determinant[..., None]
+        xd, yd, _ = _distort(guess[..., 0], guess[..., 1], self.distortion)
+        missed = np.hypot(xd - target[..., 0], yd - target[..., 1]) > 1e-9
+        return np.where(missed[..., None], np.nan, guess)
+
+    def rays(self, uv_px: ArrayLike) -> Array:
+        """Unit directions in the world (..., 3) in which full-sensor pixels (..., 2) look."""
+        xy = self.normalise(uv_px)
+        direction = np.concatenate([xy, np.ones_like(xy[..., :1])], -1) @ self.rotation
+        return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+
+
+def _distort(x: Array, y: Array, distortion: Array) -> tuple[Array, Array, Array]:
+    """OpenCV's radial-tangential model and its (..., 2, 2) derivative."""
+    k1, k2, p1, p2, k3 = distortion
+    r2 = x * x + y * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+    xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    dxdx = radial + x * x * slope + 2 * p1 * y + 6 * p2 * x
+    dxdy = x * y * slope + 2 * p1 * x + 2 * p2 * y
+    dydy = radial + y * y * slope + 6 * p1 * y + 2 * p2 * x
+    return xd, yd, np.stack([np.stack([dxdx, dxdy], -1), np.stack([dxdy, dydy], -1)], -2)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangulated:
+    """What :func:`triangulate_points` gives for N points.
+
+    ``points_m`` (N, 3); ``covariance_m2`` (N, 3, 3) from the pixels' sd; ``epipolar_px`` (N,) the one
+    residual two views leave over, signed, scaled to the pixel sd of a single coordinate;
+    ``reprojection_px`` (N,) RMS over the four coordinates.
+    """
+
+    points_m: Array
+    covariance_m2: Array
+    epipolar_px: Array
+    reprojection_px: Array
+
+
+def triangulate_points(cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd_px: Sequence[ArrayLike]) -> Triangulated:
+    """World points seen by two cameras: the minimum of the weighted squared pixel errors.
+
+    Parameters
+    ----------
+    cameras : two cameras
+    uv_px : two arrays (N, 2), full-sensor pixels
+    sd_px : two arrays (N,), standard deviation of each coordinate
+
+    Starts from the midpoint of the two rays and takes Gauss-Newton steps (Hartley and Zisserman,
+    Multiple View Geometry, ch. 12); vectorised over the points.
+    """
+    if len(cameras) != 2:
+        raise InputError(f"{len(cameras)} cameras to triangulate with", "two cameras", "give two [[cameras]] in recording.toml")
+    pixels = [np.asarray(uv, float) for uv in uv_px]
+    weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
+    points = _midpoints(cameras, pixels)
+    for _ in range(4):
+        residual, jacobian = _stacked(cameras, pixels, weights, points)
+        normal = np.swapaxes(jacobian, -1, -2) @ jacobian
+        points = points + _solve(normal, np.einsum("nij,ni->nj", jacobian, residual))
+    residual, jacobian = _stacked(cameras, pixels, weights, points)
+    normal = np.swapaxes(jacobian, -1, -2) @ jacobian
+    usable = np.isfinite(normal).all((-1, -2))
+    covariance = np.full_like(normal, np.nan)
+    covariance[usable] = np.linalg.inv(normal[usable])
+    # The left null vector of the 4 x 3 Jacobian carries all of the misfit; its sign is fixed by the second view's v.
+    null = np.full(residual.shape, np.nan)
+    null[usable] = np.linalg.svd(jacobian[usable])[0][..., 3]
+    null *= np.where(null[:, 3:] < 0, -1.0, 1.0)
+    scale = np.sqrt(np.mean([1 / w**2 for w in weights], 0))
+    pixel_residual = residual / np.repeat(np.stack(weights, -1), 2, -1)
+    return Triangulated(points, covariance, np.einsum("ni,ni->n", null, residual) * scale,
+                        np.sqrt(np.mean(pixel_residual**2, -1)))
+
+
+def _midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
+    first, second = (camera.rays(uv) for camera, uv in zip(cameras, pixels, strict=True))
+    base = cameras[1].centre_m - cameras[0].centre_m
+    cosine = np.sum(first * second, -1)
+    along_first, along_second = first @ base, second @ base
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (along_first - cosine * along_second) / (1 - cosine**2)
+        t = (cosine * along_first - along_second) / (1 - cosine**2)
+    return 0.5 * (cameras[0].centre_m + s[:, None] * first + cameras[1].centre_m + t[:, None] * second)
+
+
+def _stacked(cameras: Sequence[Camera], pixels: Sequence[Array], weights: Sequence[Array],
+             points: Array) -> tuple[Array, Array]:
+    """Weighted residuals (N, 4), measured minus projected, and the weighted Jacobian (N, 4, 3)."""
+    residuals, jacobians = [], []
+    for camera, uv, weight in zip(cameras, pixels, weights, strict=True):
+        projected, jacobian = camera.project_with_jacobian(points)
+        residuals.append((uv - projected) * weight[:, None])
+        jacobians.append(jacobian * weight[:, None, None])
+    return np.concatenate(residuals, -1), np.concatenate(jacobians, -2)
+
+
+def _solve(normal: Array, right: Array) -> Array:
+    step = np.full_like(right, np.nan)
+    good = np.isfinite(normal).all((-1, -2)) & np.isfinite(right).all(-1)
+    step[good] = np.linalg.solve(normal[good], right[good][..., None])[..., 0]
+    return step
+
+
+def read_calibration(path: Path) -> list[Camera]:
+    """The cameras of a ``calibration.json`` (format 1), refused with reasons when it is not one."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"no file {path}", "a calibration.json", "check [calibration] file in recording.toml, or run "
+                         "`ovines calibrate`") from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: {error}", "a JSON file with format = 1", "write the calibration again") from None
+    if not isinstance(content, dict) or content.get("format") != 1 or not isinstance(content.get("cameras"), list):
+        raise InputError(f"{path}: no `format: 1` with a list of cameras", '{"format": 1, "world": "board", "cameras": [...]}',
+                         "see calibration.json in docs/formats.md")
+    cameras = [_camera_from_json(entry, f"{path}: cameras[{i}]") for i, entry in enumerate(content["cameras"])]
+    names = [camera.name for camera in cameras]
+    if len(set(names)) != len(names):
+        raise InputError(f"{path}: camera names {names}", "each name once", "rename one of them")
+    return cameras
+
+
+def _camera_from_json(entry: Any, where: str) -> Camera:
+    if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
+        raise InputError(f"{where} has no name", "an object with a name", "name the camera as recording.toml does")
+
+    def numbers(key: str, shape: tuple[int, ...]) -> Array:
+        try:
+            value = np.asarray(entry.get(key), float)
+        except (TypeError, ValueError):
+            value = np.empty(0)
+        if value.shape != shape or not np.isfinite(value).all():
+            raise InputError(f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
+                             f"finite numbers of shape {shape}", f"write {key} again, e.g. with `ovines calibrate`")
+        return value
+
+    rotation = numbers("rotation", (3, 3))
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
+        raise InputError(f"{where} ({entry['name']}): rotation is not one (R R^T differs from 1, or det R < 0)",
+                         "a proper rotation matrix", "check rows and columns, and that no axis is mirrored")
+    matrix = numbers("matrix", (3, 3))
+    if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
+        raise InputError(f"{where} ({entry['name']}): focal lengths {matrix[0, 0]}, {matrix[1, 1]}", "positive numbers of pixels",
+                         "check the intrinsic matrix")
+    rms = entry.get("rms_px")
+    width, height = numbers("sensor_size_px", (2,))
+    return Camera(entry["name"], (int(width), int(height)), matrix, numbers("distortion", (5,)), rotation,
+                  numbers("translation_m", (3,)), float(rms) if isinstance(rms, int | float) else float("nan"))
+
+
+def write_calibration(cameras: Sequence[Camera], path: Path, world: str = "board", **extra: Any) -> None:
+    """Write ``calibration.json``; ``extra`` keys (provenance, standard deviations) go beside the cameras."""
+    entries = [{"name": c.name, "sensor_size_px": list(c.sensor_size_px), "matrix": c.matrix.tolist(),
+                "distortion": c.distortion.tolist(), "rotation": c.rotation.tolist(), "translation_m": c.translation_m.tolist(),
+                "rms_px": c.rms_px if np.isfinite(c.rms_px) else None} for c in cameras]
+    path = Path(path)
+    temporary = path.with_name(path.name + ".part")
+    temporary.write_text(json.dumps({"format": 1, "world": world, "cameras": entries, **extra}, indent=1), encoding="utf-8")
+    os.replace(temporary, path)
