@@ -1,0 +1,158 @@
+"""A DataFrame against its declaration: types, missing values, keys, the clock."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from ovines.errors import InputError
+from ovines.tables.column import Column, Table
+
+
+def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
+    """The declared columns of ``frame`` in declared order and type, rows sorted by the key.
+
+    int64 (Int64 where nullable), float64 with NaN for missing, str, bool.  Optional columns that are absent
+    are filled with missing values, so that a reader finds every declared column.  Raises `InputError` naming
+    ``source``, column and row for anything else: a missing column, another type, a missing or infinite value
+    where one must stand, a key that occurs twice, a clock that does not go forward.
+    """
+    repeated = sorted(set(frame.columns[frame.columns.duplicated()]))
+    if repeated:
+        raise InputError(
+            f"{source}: column {', '.join(repeated)} stands more than once", "each column once", "rename one"
+        )
+    absent = [column.name for column in table.columns if column.required and column.name not in frame.columns]
+    if absent:
+        raise InputError(
+            f"{source}: no column {', '.join(absent)} (there are: {', '.join(map(str, frame.columns)) or 'none'})",
+            f"the table '{table.name}' with the columns {', '.join(c.name for c in table.columns if c.required)}",
+            "add the column; a value that is not known is null",
+        )
+    columns = {}
+    for column in table.columns:
+        if column.name in frame.columns:
+            columns[column.name] = _typed(frame[column.name].reset_index(drop=True), column, source)
+        else:
+            columns[column.name] = pd.Series(
+                [None if column.type == "str" else np.nan] * len(frame),
+                dtype={"int": "Int64", "float": "float64"}.get(column.type, "object"),
+            )
+    result = pd.DataFrame(columns)
+    _check_key(result, table, source)
+    if table.clock is not None:
+        _check_clock(result, table.clock, source)
+    return result.sort_values(list(table.key), kind="stable", ignore_index=True) if table.key else result
+
+
+def _typed(values: pd.Series, column: Column, source: str) -> pd.Series:
+    missing = values.isna().to_numpy()
+    if missing.any() and not column.nullable:
+        raise InputError(
+            f"{source}: {column.name} is missing (null or NaN) in row {int(missing.argmax())}"
+            f" and {int(missing.sum()) - 1} more",
+            f"a value of {column.name} in every row",
+            "leave the row out where nothing was seen",
+        )
+    if column.type == "str":
+        return _text(values, missing, column, source)
+    if missing.all() and len(values):
+        return pd.Series([np.nan] * len(values), dtype="Int64" if column.type == "int" else "float64")
+    if column.type == "bool":
+        if values.dtype != bool and not values.map(lambda v: isinstance(v, (bool, np.bool_))).all():
+            raise _wrong_type(values, column, source)
+        return values.astype(bool)
+    kind = values.dtype
+    numeric = pd.api.types.is_numeric_dtype(kind) and not pd.api.types.is_bool_dtype(kind)
+    if len(values) and (not numeric or pd.api.types.is_complex_dtype(kind)):
+        raise _wrong_type(values, column, source)
+    return _whole(values, missing, column, source) if column.type == "int" else _real(values, column, source)
+
+
+def _text(values: pd.Series, missing: np.ndarray, column: Column, source: str) -> pd.Series:
+    present = values[~missing]
+    if not present.map(lambda value: isinstance(value, str)).all():
+        raise _wrong_type(values, column, source)
+    result = values.astype(object).where(~missing, None)
+    return result.astype(str) if not missing.any() else result
+
+
+def _whole(values: pd.Series, missing: np.ndarray, column: Column, source: str) -> pd.Series:
+    if not pd.api.types.is_integer_dtype(values.dtype):  # 3.0 is a whole number, 3.5 is none
+        numbers = values[~missing].to_numpy(dtype=float)
+        broken = ~np.isfinite(numbers) | (numbers != np.round(numbers)) | (np.abs(numbers) > 2.0**53)
+        if broken.any():
+            raise InputError(
+                f"{source}: {column.name} holds {numbers[broken][0]!r}",
+                "whole numbers",
+                "write it as an integer",
+            )
+    elif (values[~missing] > 2**62).any():
+        raise InputError(f"{source}: {column.name} holds {values.max()}", "numbers below 2^62", "correct it")
+    result = values.astype("Int64") if column.nullable else values.astype("int64")
+    if column.name == "frame" and len(result) and result.min() < 0:
+        raise InputError(
+            f"{source}: frame is {int(result.min())} in row {int(result.argmin())}",
+            "frame numbers from 0",
+            "number the frames from 0",
+        )
+    return result
+
+
+def _real(values: pd.Series, column: Column, source: str) -> pd.Series:
+    numbers = values.to_numpy(dtype=float, na_value=np.nan)
+    infinite = np.isinf(numbers)
+    if infinite.any():
+        raise InputError(
+            f"{source}: {column.name} is infinite in row {int(infinite.argmax())}",
+            "finite numbers; a value that is not known is null",
+            "correct the value, or leave it null" if column.nullable else "correct the value",
+        )
+    return pd.Series(numbers)
+
+
+def _wrong_type(values: pd.Series, column: Column, source: str) -> InputError:
+    expected = {"int": "whole numbers", "float": "numbers", "str": "text", "bool": "true or false"}[
+        column.type
+    ]
+    unit = f" in {column.unit}" if column.unit not in ("", "1") else ""
+    return InputError(
+        f"{source}: {column.name} is of type {values.dtype}",
+        expected + unit,
+        "write the column with that type",
+    )
+
+
+def _check_key(frame: pd.DataFrame, table: Table, source: str) -> None:
+    if not table.key:
+        return
+    twice = frame.duplicated(list(table.key)).to_numpy()
+    if twice.any():
+        row = frame.loc[int(twice.argmax()), list(table.key)]
+        raise InputError(
+            f"{source}: {', '.join(f'{key} {value}' for key, value in row.items())} stands more than once"
+            f" ({int(twice.sum())} such rows)",
+            f"one row per {table.row}",
+            "remove the repeated rows",
+        )
+
+
+def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:
+    """Within a camera (or the table) a frame has one time, and a later frame a later one."""
+    by = [group] if group else []
+    instants = frame[[*by, "frame", "time_s"]].drop_duplicates().sort_values([*by, "frame"], kind="stable")
+    same = np.ones(max(len(instants) - 1, 0), dtype=bool)
+    if group:
+        names = instants[group].to_numpy()
+        same = names[1:] == names[:-1]
+    frames, times_s = instants["frame"].to_numpy(), instants["time_s"].to_numpy()
+    broken = same & ~(np.diff(times_s) > 0)
+    if broken.any():
+        i = int(broken.argmax())
+        what = "has two times" if frames[i] == frames[i + 1] else f"is followed by frame {frames[i + 1]}"
+        of = f" of {instants[group].iloc[i]}" if group else ""
+        raise InputError(
+            f"{source}: frame {frames[i]}{of} at {times_s[i]:.9g} s {what}, at {times_s[i + 1]:.9g} s",
+            "one time per frame, increasing from frame to frame",
+            "remove repeated frames and correct the times",
+        )

@@ -1,0 +1,180 @@
+"""Every table of the application, once.
+
+To add a column, add a line; its unit is the end of its name.  FORMATS' columns are never renamed or removed.
+"""
+
+from __future__ import annotations
+
+from ovines.tables.column import Column, Table, flag, integer, maybe, number, optional, text
+
+FRAME = integer("frame", "number of the frame, from 0")
+TIME = number("time_s", "middle of the exposure")
+BODIES = {"nes": "NES", "host": "Host"}
+
+
+def _motion_columns() -> tuple[Column, ...]:
+    columns = []
+    for body, title in BODIES.items():
+        columns += [
+            maybe(f"{body}_{axis}_m", f"{axis} of the {title}'s centre, world frame") for axis in "xyz"
+        ]
+        columns += [optional(f"{body}_angle_rad", f"angle of the {title} from x to y, unwrapped")]
+        columns += [
+            optional(f"{body}_{axis}_sd_m", f"standard deviation of {body}_{axis}_m") for axis in "xyz"
+        ]
+        columns += [optional(f"{body}_angle_sd_rad", f"standard deviation of {body}_angle_rad")]
+        columns += [
+            optional(f"{body}_v{axis}_m_per_s", f"velocity of the {title} along {axis}") for axis in "xyz"
+        ]
+        columns += [optional(f"{body}_spin_rad_per_s", f"angular velocity of the {title}")]
+        columns += [
+            integer(f"{body}_markers", f"markers that gave the {title}'s pose", nullable=True, required=False)
+        ]
+    return tuple(columns)
+
+
+def _impact_columns() -> tuple[Column, ...]:
+    speeds = []
+    for side in ("normal", "tangential"):
+        for when in ("before", "after"):
+            name = f"{side}_speed_{when}"
+            speeds.append(
+                maybe(f"{name}_m_per_s", f"{side} speed of the contact point, relative to the wall, {when}")
+            )
+            speeds.append(optional(f"{name}_sd_m_per_s", f"standard deviation of {name}_m_per_s"))
+    spins = [maybe(f"spin_{when}_rad_per_s", f"spin of the NES {when}") for when in ("before", "after")]
+    return (
+        integer("impact", "number of the impact, from 0"),
+        number("time_s", "instant of the contact"),
+        maybe("time_sd_s", "standard deviation of time_s"),
+        maybe("azimuth_rad", "direction of the contact seen from the Host's centre, world frame"),
+        *speeds,
+        *spins,
+        maybe("restitution", "normal speed after / before"),
+        maybe("restitution_sd", "standard deviation of restitution"),
+        maybe("tangential_restitution", "informed by a sticking impact only"),
+        optional("tangential_restitution_sd", "standard deviation of tangential_restitution"),
+        maybe("wall_friction", "informed by a sliding impact only"),
+        optional("wall_friction_sd", "standard deviation of wall_friction"),
+        text("regime", 'which of the last two the impact informs: "stick" or "slide"', nullable=True),
+    )
+
+
+def _circle_columns() -> tuple[Column, ...]:
+    columns = []
+    for circle in ("circle1", "circle2", "circle3", "circle4", "mean", "fit"):
+        what = {"mean": "mean of the four", "fit": "least-squares circle"}.get(
+            circle, "circle of three markers"
+        )
+        columns += [maybe(f"{circle}_{axis}_m", f"{axis} of the centre, {what}") for axis in "xyz"]
+        columns += [maybe(f"{circle}_radius_m", f"radius, {what}")]
+    return (*columns, optional("fit_residual_m", "RMS distance of the markers from the least-squares circle"))
+
+
+IMPACTS = _impact_columns()
+
+TABLES: dict[str, Table] = {
+    table.name: table
+    for table in (
+        Table(
+            "tracks", "camera, frame, marker seen",
+            (
+                text("camera", "name of the camera"), FRAME, TIME, text("marker", "name of the marker"),
+                number("u_px", "to the right, in the window"), number("v_px", "downwards, in the window"),
+                maybe("sd_px", "standard deviation of either coordinate; null = unknown"),
+            ),
+            key=("camera", "frame", "marker"), clock="camera",
+        ),
+        Table(
+            "points", "frame, marker",
+            (
+                FRAME, TIME, text("marker", "name of the marker"),
+                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
+                *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
+                maybe("reprojection_px", "RMS distance from the measured image points"),
+            ),
+            key=("frame", "marker"), clock="",
+        ),
+        Table("motion", "frame", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
+        Table("host_circle", "frame", (FRAME, TIME, *_circle_columns()), key=("frame",), clock=""),
+        Table(
+            "rotation", "frame",
+            (
+                FRAME, TIME,
+                maybe("nes_angle_triplet_rad", "NES angle from marker triplets, mean of all combinations"),
+                maybe("nes_angle_triplet_spread_rad", "standard deviation over the combinations"),
+                maybe("nes_angle_fit_rad", "NES angle of the rigid-body fit"),
+                maybe("nes_angle_fit_sd_rad", "standard deviation of nes_angle_fit_rad"),
+            ),
+            key=("frame",), clock="",
+        ),
+        Table(
+            "flights", "flight or sustained contact",
+            (
+                integer("flight", "number of the segment, from 0"), number("start_s", "its start"),
+                number("end_s", "its end"), text("kind", '"flight" or "contact"'),
+            ),
+            key=("flight",),
+        ),
+        Table(
+            "thesis_impacts", "maximum of the Savitzky-Golay acceleration norm",
+            (
+                integer("impact", "number of the maximum, from 0"), integer("frame", "its frame"),
+                number("time_s", "its time"),
+                maybe("acceleration_m_per_s2", "acceleration norm there"),
+                maybe("prominence_m_per_s2", "prominence of the maximum"),
+                maybe("normal_speed_before_m_per_s", "straight line through the frames before"),
+                maybe("normal_speed_after_m_per_s", "straight line through the frames after"),
+                maybe("restitution", "their ratio, as in Table 16"),
+            ),
+            key=("impact",),
+        ),
+        Table("impacts", "impact", IMPACTS, key=("impact",)),
+        Table("simulated_impacts", "impact, exact values", IMPACTS, key=("impact",)),
+        Table(
+            "contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))
+        ),
+        Table(
+            "identification", "parameter",
+            (
+                text("parameter", "name of the parameter"), maybe("value", "estimate"),
+                maybe("sd", "standard deviation"), maybe("low", "lower end of the 90 % interval"),
+                maybe("high", "upper end of the 90 % interval"),
+                integer("n_impacts", "impacts that inform it", nullable=True),
+            ),
+            key=("parameter",),
+        ),
+        Table("simulation", "time sample", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
+        Table(
+            "predictions", "held-out run, frame, quantity",
+            (
+                text("run", "name of the held-out run"), FRAME, TIME,
+                text("quantity", '"nes_x_m", "nes_y_m" or "nes_angle_rad"'),
+                maybe("measured", "measured value, unit of the quantity"),
+                maybe("as_given", "predicted one flight ahead with the parameters of [model]"),
+                maybe("recalibrated", "predicted with the nominal model refitted"),
+                maybe("with_effect", "predicted with the named effect(s)"),
+            ),
+            key=("run", "frame", "quantity"),
+        ),
+        Table(
+            "calibration_views", "camera, view of the board",
+            (
+                text("camera", "name of the camera"), text("view", "name of the image"),
+                integer("points", "corners found"),
+                flag("used", "whether the view stayed in the fit"),
+                maybe("rms_px", "RMS reprojection error of the view"),
+                text("reason", "why the view was dropped; null when used", nullable=True),
+            ),
+            key=("camera", "view"),
+        ),
+        Table(
+            "calibration_parameters", "camera, parameter",
+            (
+                text("camera", "name of the camera"), text("parameter", "fx, fy, cx, cy, k1, ... in px or 1"),
+                number("value", "estimate"), maybe("sd", "standard deviation from the full covariance"),
+            ),
+            key=("camera", "parameter"),
+        ),
+    )
+}  # fmt: skip

@@ -1,0 +1,132 @@
+"""Parquet files <-> DataFrames, checked both ways, with units and provenance inside the file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ovines.errors import InputError
+from ovines.tables.check import conform
+from ovines.tables.column import Column, Table
+from ovines.tables.declared import TABLES
+from ovines.written_whole import written_whole
+
+METADATA_KEY = b"ovines"
+# 100,000 frames of two cameras with 20 markers are 4 million rows; a damaged or hostile header can claim any number
+MAX_ROWS = 50_000_000
+ARROW_TYPES = {"int": pa.int64(), "float": pa.float64(), "str": pa.string(), "bool": pa.bool_()}
+
+
+def checked(frame: pd.DataFrame, name: str, source: str = "table") -> pd.DataFrame:
+    """``frame`` as the declared table ``name`` (see `ovines.tables.check.conform`), without touching a file."""
+    return conform(frame, TABLES[name], source)
+
+
+def read_table(path: str | Path, name: str) -> pd.DataFrame:
+    """Read ``path`` as the declared table ``name``.
+
+    Returns every declared column in declared order (int64, float64 with NaN for missing, str, bool; nullable
+    integers Int64), rows sorted by the table's key; optional columns that the file lacks are all missing.
+    Narrower types that lose nothing (int32, float32, large_string, dictionaries) are taken; columns that the
+    declaration does not know stay in the file.  Anything else raises `InputError`.
+    """
+    table = TABLES[name]
+    source = str(path)
+    stored = _open(Path(path), table)
+    try:
+        frame = pd.DataFrame(index=pd.RangeIndex(stored.metadata.num_rows))
+        known = [column for column in stored.schema_arrow.names if column in table.names]
+        if len(known) != len(set(known)):
+            raise InputError(f"{source}: a column stands more than once", "each column once", "rename one")
+        content = stored.read(columns=known, use_threads=False)
+        frame = pd.DataFrame(
+            {column: content.column(column).to_pandas() for column in known}, index=frame.index
+        )
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
+        raise _unreadable(source, table, error) from None
+    return conform(frame, table, source)
+
+
+def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Mapping[str, Any]) -> None:
+    """Write ``frame`` as the declared table ``name`` to ``path``, whole or not at all.
+
+    ``provenance`` (see `ovines.provenance.provenance`) goes into the file's metadata as JSON, each column's
+    unit and meaning into its field's.  A column that is not declared, or a value that the declaration does not
+    allow, is a mistake of the program: ValueError, and nothing is written.
+    """
+    table = TABLES[name]
+    undeclared = [str(column) for column in frame.columns if column not in table.names]
+    if undeclared:
+        raise ValueError(f"table '{name}': undeclared columns {', '.join(undeclared)}; declare or drop them")
+    try:
+        ordered = conform(frame, table, f"table '{name}'")
+    except InputError as error:
+        raise ValueError(str(error)) from error
+    columns = [column for column in table.columns if column.required or column.name in frame.columns]
+    schema = pa.schema(
+        [_field(column) for column in columns], {METADATA_KEY: json.dumps(provenance, sort_keys=True)}
+    )
+    arrays = [_arrow(ordered[column.name], column) for column in columns]
+    with written_whole(path) as temporary:
+        pq.write_table(pa.Table.from_arrays(arrays, schema=schema), temporary)
+
+
+def read_provenance(path: str | Path) -> dict[str, Any] | None:
+    """What `write_table` was given as provenance; None for a file that ovines did not write."""
+    try:
+        raw = (pq.read_schema(path).metadata or {}).get(METADATA_KEY)
+        return json.loads(raw) if raw else None
+    except (pa.ArrowException, OSError, ValueError):
+        return None
+
+
+def table_rows(path: str | Path) -> int:
+    """Number of rows, from the file's footer alone."""
+    return pq.read_metadata(path).num_rows
+
+
+def _open(path: Path, table: Table) -> pq.ParquetFile:
+    if not path.is_file():
+        found = "is a folder" if path.is_dir() else "is not there"
+        raise InputError(f"{path} {found}", f"the table '{table.name}' as a Parquet file", "check the path")
+    try:
+        stored = pq.ParquetFile(path)
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
+        raise _unreadable(str(path), table, error) from None
+    if stored.metadata.num_rows > MAX_ROWS:
+        raise InputError(
+            f"{path}: {stored.metadata.num_rows} rows", f"at most {MAX_ROWS} rows", "split the recording"
+        )
+    return stored
+
+
+def _unreadable(source: str, table: Table, error: Exception) -> InputError:
+    reason = str(error).split("\n")[0][:200]
+    return InputError(
+        f"{source} cannot be read as Parquet ({reason})",
+        f"the table '{table.name}' as a whole Parquet file",
+        "write or copy the file again",
+    )
+
+
+def _field(column: Column) -> pa.Field:
+    metadata = {"unit": column.unit, "meaning": column.meaning}
+    return pa.field(column.name, ARROW_TYPES[column.type], nullable=column.nullable, metadata=metadata)
+
+
+def _arrow(values: pd.Series, column: Column) -> pa.Array:
+    missing = values.isna().to_numpy()
+    if column.type == "float":  # NaN is missing: null in the file
+        return pa.array(values.to_numpy(dtype=float), mask=missing)
+    if column.type == "int":
+        filled = values.fillna(0) if missing.any() else values
+        return pa.array(filled.to_numpy(dtype=np.int64), mask=missing)
+    plain = [None if gone else value for value, gone in zip(values.tolist(), missing, strict=True)]
+    return pa.array(plain, ARROW_TYPES[column.type])
