@@ -1,0 +1,65 @@
+"""Every number of the plant's physics, SI; the neutral value switches a cause off."""
+from typing import NamedTuple
+
+
+class PlantParameters(NamedTuple):
+    """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's centre."""
+    disk_radius_m: float = 0.01
+    mass_kg: float = 0.0246
+    inertia_factor: float = 0.5
+    contact_radius_m: float = 0.04
+    load_m_per_s2: float = 9.81
+    smoothing_m_per_s: float = 1e-3
+    duration_s: float = 1.2
+    # contact law
+    restitution: float = 0.75
+    restitution_scatter: float = 0.0
+    wall_friction: float = 0.15
+    tangential_restitution: float = 0.45
+    restitution_floor: float = 0.0          # eps -> floor + (eps - floor) exp(-v / speed); 0 speed: constant
+    restitution_speed_m_per_s: float = 0.0
+    direction_amplitude: float = 0.0
+    direction_phase_rad: float = 0.0
+    contact_time_s: float = 0.0
+    # floor
+    floor_friction: float = 0.25
+    spin_share: float = 1.0                 # 0 plain Coulomb, 1 Farkas
+    friction_change_per_s: float = 0.0
+    # accelerations
+    viscous_per_s: float = 0.0
+    air_per_m: float = 0.0
+    tilt_x_m_per_s2: float = 0.0
+    tilt_y_m_per_s2: float = 0.0
+    # geometry
+    ellipticity: float = 0.0
+    ellipticity_phase_rad: float = 0.0
+    wall_x_m: float = 0.0
+    wall_y_m: float = 0.0
+    mass_x_m: float = 0.0                   # centre of mass from the geometric centre, in the disk
+    mass_y_m: float = 0.0
+    # causes in nobody's list
+    central_per_s2: float = 0.0
+    magnus: float = 0.0
+    pull_m_per_s2: float = 0.0
+    pull_x_m: float = 0.0
+    pull_y_m: float = 0.0
+    pull_width_m: float = 0.015
+    patch_amplitude: float = 0.0
+    patch_x_m: float = 0.0
+    patch_y_m: float = 0.0
+    patch_width_m: float = 0.012
+    anisotropy: float = 0.0
+    anisotropy_phase_rad: float = 0.0
+    spin_drag_per_s: float = 0.0
+    hop_s: float = 0.0                      # the floor carries no load this long after an impact
+    soft_amplitude: float = 0.0             # restitution lost in a spot of the wall
+    soft_azimuth_rad: float = 0.0
+    soft_width_rad: float = 0.4
+    phase_amplitude: float = 0.0            # restitution with the drive's phase
+    phase_rad: float = 0.0
+    drive_rad_per_s: float = 0.0
+    spin_restitution_s: float = 0.0         # restitution lost per rad/s of spin
+    ageing_per_s: float = 0.0               # relative loss of restitution over a run
+    wall_friction_amplitude: float = 0.0
+    wall_friction_phase_rad: float = 0.0
+    wall_friction_lobes: float = 1.0
