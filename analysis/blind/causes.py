@@ -108,7 +108,8 @@ def _direction_dependent_restitution(draft, size, rng, runs):
 
 
 def _finite_contact_time(draft, size, rng, runs):
-    draft.plant.update(contact_time_s=7.7e-4 * size * _spread(rng), restitution_scatter=0.0)
+    draft.plant.update(contact_time_s=7.7e-4 * size * _spread(rng), restitution_scatter=0.0,
+                       contact_shear_share=float(rng.uniform(0.75, 0.95)))
     return {"duration_s": draft.plant["contact_time_s"]}
 
 

@@ -10,8 +10,20 @@ from analysis.blind.accelerations import host_pose
 from analysis.blind.causes import CAUSES, Draft, draft_series, physics_of_run, view_of
 from analysis.blind.dynamics import Motion, run_plant, state_at
 from analysis.blind.observe import (
-    HOST_M, NES_M, SENSOR_PX, WINDOW_PX, Marks, Noise, View, ViewErrors, draw_marks, draw_noise, draw_views, tracks_of,
-    world_points)
+    HOST_M,
+    NES_M,
+    SENSOR_PX,
+    WINDOW_PX,
+    Marks,
+    Noise,
+    View,
+    ViewErrors,
+    draw_marks,
+    draw_noise,
+    draw_views,
+    tracks_of,
+    world_points,
+)
 
 FRAME_RATE_HZ = 800.0
 DRIVE_HZ = 11.0

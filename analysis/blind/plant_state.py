@@ -21,6 +21,7 @@ class PlantParameters(NamedTuple):
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
     contact_time_s: float = 0.0
+    contact_shear_share: float = 0.82
     # floor
     floor_friction: float = 0.25
     spin_share: float = 1.0                 # 0 plain Coulomb, 1 Farkas
