@@ -1,0 +1,108 @@
+"""What the impacts together say about wall friction and tangential restitution: a joint likelihood over both.
+
+One impact gives one number, min(beta_0, beta_1): its zero set in the plane of the two parameters is an L (thesis
+Fig. 64, ERRATA).  Summed over impacts on both sides of the critical angle the L's close on a point; on one side only they leave
+one parameter with a bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.thesis_impacts import predicted_tangential_speed
+
+Array = NDArray[np.float64]
+# -2 ln of the likelihood ratio that 90 % regions of two parameters reach (chi-square, 2 degrees of freedom)
+REGION_90 = 4.605
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """``deviance`` (F, B) over ``wall_friction`` (F,) and ``tangential_restitution`` (B,): -2 ln likelihood, minimum 0.
+
+    ``scatter_m_per_s`` is the extra sd of the tangential speed after an impact that makes the misfit at the minimum what its
+    standard deviations say; ``n_impacts`` informed the map.
+    """
+
+    wall_friction: Array
+    tangential_restitution: Array
+    deviance: Array
+    scatter_m_per_s: float
+    n_impacts: int
+
+    @property
+    def best(self) -> tuple[float, float]:
+        i, j = np.unravel_index(np.argmin(self.deviance), self.deviance.shape)
+        return float(self.wall_friction[i]), float(self.tangential_restitution[j])
+
+    def close_up(self) -> tuple[Array, Array] | None:
+        """Grids (81,) for a second map of the neighbourhood of the 90 % region; None where the region is large or open."""
+        if self.open_ends():
+            return None
+        inside = self.deviance <= 10 * REGION_90
+        grids = []
+        for values, hit in ((self.wall_friction, inside.any(1)), (self.tangential_restitution, inside.any(0))):
+            step, span = values[1] - values[0], values[-1] - values[0]
+            low, high = values[hit].min() - 2 * step, values[hit].max() + 2 * step
+            if high - low > 0.4 * span:
+                return None
+            grids.append(np.linspace(max(low, values[0]), min(high, values[-1]), 81))
+        return grids[0], grids[1]
+
+    def open_ends(self) -> list[str]:
+        """Ends of the map that the 90 % region runs into: what these impacts do not bound."""
+        inside = self.deviance <= REGION_90
+        edges = {"wall friction from below": inside[0].any(), "wall friction from above": inside[-1].any(),
+                 "tangential restitution from below": inside[:, 0].any(),
+                 "tangential restitution from above": inside[:, -1].any()}
+        return [name for name, is_open in edges.items() if is_open]
+
+
+def error_map(impacts: pd.DataFrame, restitution: float, inertia_factor: float, wall_friction: ArrayLike | None = None,
+              tangential_restitution: ArrayLike | None = None, default_sd_m_per_s: float = 0.02) -> ErrorMap | None:
+    """Joint likelihood map of the impacts with tangential speeds on both sides; None where there is none.
+
+    Each residual is v_theta measured minus predicted (Luding law) over its sd: the measured sd after, the sd before
+    carried through the effective restitution, and a common scatter.  ``default_sd_m_per_s`` stands in for missing sd.  Residuals beyond four sd
+    count as four (one wrong impact must not move the map).
+    """
+    needed = ["normal_speed_before_m_per_s", "tangential_speed_before_m_per_s", "tangential_speed_after_m_per_s"]
+    table = impacts[np.isfinite(impacts[needed].to_numpy(float)).all(1)]
+    table = table[table["normal_speed_before_m_per_s"] > 0]
+    if not len(table):
+        return None
+    mu = np.linspace(0, 0.4, 121) if wall_friction is None else np.asarray(wall_friction, float)
+    beta = np.linspace(-1, 1, 121) if tangential_restitution is None else np.asarray(tangential_restitution, float)
+    model = predicted_tangential_speed(table, mu[:, None], beta[None, :], restitution, inertia_factor)
+    residual = table["tangential_speed_after_m_per_s"].to_numpy(float)[:, None, None] - model
+    sd = np.hypot(_sd(table, "after", default_sd_m_per_s), 0.5 * _sd(table, "before", default_sd_m_per_s))[:, None, None]
+    scatter = 0.0
+    for _ in range(3):
+        scaled = np.minimum(residual**2 / (sd**2 + scatter**2), 16.0)
+        misfit = scaled.sum(0)
+        i, j = np.unravel_index(np.argmin(misfit), misfit.shape)
+        scatter = _extra_scatter(residual[:, i, j], sd[:, 0, 0])
+    scaled = np.minimum(residual**2 / (sd**2 + scatter**2), 16.0)
+    misfit = scaled.sum(0)
+    return ErrorMap(mu, beta, misfit - misfit.min(), scatter, len(table))
+
+
+def _sd(table: pd.DataFrame, when: str, default: float) -> Array:
+    name = f"tangential_speed_{when}_sd_m_per_s"
+    sd = table[name].to_numpy(float) if name in table else np.full(len(table), np.nan)
+    return np.where(np.isfinite(sd) & (sd > 0), sd, default)
+
+
+def _extra_scatter(residual: Array, sd: Array) -> float:
+    """Scatter that brings the median squared residual to that of a normal law (0.455); 0 where none is needed."""
+    low, high = 0.0, float(np.max(np.abs(residual))) + 1e-12
+    if np.median(residual**2 / sd**2) <= 0.455 or len(residual) < 3:
+        return 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if np.median(residual**2 / (sd**2 + middle**2)) > 0.455 else (low, middle)
+    return high

@@ -1,0 +1,47 @@
+"""Calibration quality: reprojection error of every view, and of the recording's own points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from analysis.figures.style import BLUE, CYCLE, GREY, RED, label, legend, new_figure, robust_limits
+
+
+def view_errors(views: pd.DataFrame) -> Figure:
+    """RMS reprojection error of each view of the board; dropped views hollow."""
+    cameras = sorted(views["camera"].unique())
+    figure, axes = new_figure(1, len(cameras), height_in=2.6, sharey=True)
+    for ax, camera in zip(axes[0], cameras, strict=True):
+        table = views[views["camera"] == camera].reset_index(drop=True)
+        used = table["used"].to_numpy(bool)
+        rms = table["rms_px"].to_numpy(float)
+        ax.bar(np.flatnonzero(used), rms[used], color=BLUE, label="used")
+        ax.bar(np.flatnonzero(~used), rms[~used], fill=False, edgecolor=RED, hatch="//", label="dropped")
+        ax.set_title(camera, fontsize=9, loc="left", fontweight="bold", parse_math=False)
+        label(ax, "view", "RMS error (px)" if ax is axes[0, 0] else "")
+        legend(ax)
+    return figure
+
+
+def reprojection(points: pd.DataFrame) -> Figure:
+    """Reprojection error of the triangulated markers: over time, and its distribution by marker."""
+    figure, axes = new_figure(1, 2, height_in=2.6, width_ratios=(1.6, 1))
+    by_frame = points.groupby("time_s")["reprojection_px"].median()
+    axes[0, 0].plot(by_frame.index, by_frame.to_numpy(float), color=BLUE, lw=0.8)
+    label(axes[0, 0], "time (s)", "reprojection (px), median of markers")
+    axes[0, 0].set_ylim(bottom=0)
+    markers = sorted(points["marker"].unique())
+    for n, marker in enumerate(markers):
+        error = points.loc[points["marker"] == marker, "reprojection_px"].dropna().to_numpy(float)
+        if len(error):
+            low, middle, high = np.quantile(error, [0.05, 0.5, 0.95])
+            axes[0, 1].plot([n, n], [low, high], color=GREY, lw=2)
+            axes[0, 1].plot(n, middle, "o", color=CYCLE[0], ms=3.5)
+    axes[0, 1].set_xticks(range(len(markers)), markers, fontsize=7, rotation=90 if len(markers) > 8 else 0, parse_math=False)
+    label(axes[0, 1], y="px, 5 to 95 %")
+    limits = robust_limits(points["reprojection_px"], share=0.01)
+    if limits:
+        axes[0, 1].set_ylim(0, limits[1])
+    return figure

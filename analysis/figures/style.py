@@ -1,0 +1,141 @@
+"""One look for every figure: colours that colour-blind readers can tell apart, units on axes, light frames.
+
+Figures are built with matplotlib's objects (no pyplot, no global state), so they can be drawn in any thread or notebook.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+FigureFormat = Literal["svg", "png", "pdf"]
+
+# Okabe and Ito, Color Universal Design (2008); black last, yellow left out: it vanishes on white.
+BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#222222"
+CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+LINE_STYLES = ("-", "--", "-.", ":")
+NES_COLOUR, HOST_COLOUR, GROUND_COLOUR = BLUE, RED, GREEN
+AXIS_COLOURS = {"x": BLUE, "y": RED, "z": GREEN}
+GREY = "#7a8594"
+WIDTH_IN = 7.6
+FONT_PT = 9.0
+MM = 1e3
+
+
+def new_figure(rows: int = 1, columns: int = 1, height_in: float = 2.8, *,
+               margins_in: tuple[float, float, float, float] = (0.62, 0.12, 0.46, 0.28), gap_in: tuple[float, float] = (0.5, 0.36),
+               **options: Any) -> tuple[Figure, NDArray[np.object_]]:
+    """A figure of the page's width with (rows, columns) styled axes; ``options`` go to ``Figure.subplots``.
+
+    ``margins_in`` (left, right, bottom, top) and ``gap_in`` (between columns, between rows) are inches.  Fixed, because
+    matplotlib's own fitting of margins draws every figure twice and took half of a report's time.
+    """
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    FigureCanvasAgg(figure)
+    left, right, bottom, top = margins_in
+    width = (WIDTH_IN - left - right - gap_in[0] * (columns - 1)) / columns
+    height = (height_in - bottom - top - gap_in[1] * (rows - 1)) / rows
+    figure.subplots_adjust(left=left / WIDTH_IN, right=1 - right / WIDTH_IN, bottom=bottom / height_in, top=1 - top / height_in,
+                           wspace=gap_in[0] / width, hspace=gap_in[1] / height)
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    for ax in axes.flat:
+        _quiet(ax)
+    return figure, axes
+
+
+def label(ax: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    if x:
+        ax.set_xlabel(x, fontsize=FONT_PT)
+    if y:
+        ax.set_ylabel(y, fontsize=FONT_PT)
+    if title:
+        ax.set_title(title, fontsize=FONT_PT, loc="left", fontweight="bold")
+
+
+def legend(ax: Axes, **options: Any) -> None:
+    """A legend in one line above the axes' right end (``options`` may put it elsewhere), if there is anything to name."""
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(**{"fontsize": FONT_PT - 1, "frameon": False, "handlelength": 1.5, "borderaxespad": 0.1, "ncols": 6,
+                     "columnspacing": 1.2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0)} | options)
+
+
+def thinned(x: ArrayLike, *curves: ArrayLike, points: int = 1200) -> tuple[NDArray[np.float64], ...]:
+    """Long curves cut to about ``points`` without losing their extremes: smallest and largest value of each bin are kept.
+
+    Gaps (NaN) stay gaps as long as they fill a bin.  All curves are thinned at the same places, those of the first.
+    """
+    x = np.asarray(x, float)
+    arrays = [np.asarray(curve, float) for curve in curves]
+    if len(x) <= points:
+        return (x, *arrays)
+    edges = np.linspace(0, len(x), points // 2 + 1).astype(int)
+    keep = []
+    for start, stop in pairwise(edges):
+        part = arrays[0][start:stop]
+        if np.isfinite(part).any():
+            keep += sorted({start + int(np.nanargmin(part)), start + int(np.nanargmax(part))})
+        else:
+            keep.append(start)
+    return (x[keep], *(a[keep] for a in arrays))
+
+
+def robust_limits(values: ArrayLike, share: float = 0.005, margin: float = 0.08) -> tuple[float, float] | None:
+    """Axis limits that show all but the wildest ``share`` at either end; None where there is nothing to show."""
+    finite = np.asarray(values, float)
+    finite = finite[np.isfinite(finite)]
+    if not len(finite):
+        return None
+    low, high = np.quantile(finite, [share, 1 - share])
+    pad = margin * (high - low) or 0.5 * abs(high) or 1.0
+    return float(low - pad), float(high + pad)
+
+
+def data_uri(figure: Figure, image: FigureFormat) -> str:
+    buffer = io.BytesIO()
+    _save(figure, buffer, image)
+    kind = {"svg": "image/svg+xml", "png": "image/png", "pdf": "application/pdf"}[image]
+    return f"data:{kind};base64,{base64.b64encode(buffer.getvalue()).decode('ascii')}"
+
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """Write to a temporary name and rename; the format is the suffix."""
+    temporary = path.with_name(path.name + ".part")
+    with temporary.open("wb") as stream:
+        _save(figure, stream, path.suffix.lstrip("."))  # type: ignore[arg-type]
+    os.replace(temporary, path)
+    return path
+
+
+def shade(ax: Axes, spans_s: Sequence[tuple[float, float]], name: str, colour: str = GREY) -> None:
+    """Grey bands over the time axis, named once."""
+    for i, (start, end) in enumerate(spans_s):
+        ax.axvspan(start, end, color=colour, alpha=0.18, lw=0, label=name if i == 0 else None)
+
+
+def _save(figure: Figure, target: Any, image: FigureFormat) -> None:
+    # No date and a fixed salt: the same data give the same file. Text as paths: the page looks alike on every machine.
+    with matplotlib.rc_context({"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}):
+        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(image)
+        figure.savefig(target, format=image, dpi=150, metadata=metadata, facecolor="white")
+
+
+def _quiet(ax: Axes) -> None:
+    ax.tick_params(labelsize=FONT_PT - 1, colors="#38424f", width=0.6, length=2.5)
+    ax.grid(True, color="#e3e7ec", lw=0.6)
+    ax.set_axisbelow(True)
+    for side, spine in ax.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color("#9aa4b1")
+        spine.set_linewidth(0.8)

@@ -1,0 +1,129 @@
+"""Motion: relative trajectory (thesis Figs 57, 61), angle and spin (58, 62), velocities (59, 61)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+from numpy.typing import NDArray
+
+from analysis.figures.style import (AXIS_COLOURS, BLACK, GREY, HOST_COLOUR, LINE_STYLES, MM, NES_COLOUR, ORANGE, label, legend,
+                                    new_figure, robust_limits, thinned)
+from ovines.recording import Body
+
+Array = NDArray[np.float64]
+
+
+def relative_position(motion: pd.DataFrame) -> Array:
+    """NES centre seen from the Host's centre in the Host's own frame, (F, 2) m: the Host's angle is turned back."""
+    relative = (motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(float))
+    angle = np.nan_to_num(column(motion, "host_angle_rad"), nan=0.0)
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.column_stack([cos * relative[:, 0] + sin * relative[:, 1], -sin * relative[:, 0] + cos * relative[:, 1]])
+
+
+def column(table: pd.DataFrame, name: str) -> Array:
+    """A column as floats; NaN throughout where the table lacks it."""
+    return table[name].to_numpy(float) if name in table else np.full(len(table), np.nan)
+
+
+def velocity(motion: pd.DataFrame, name: str, rate: str) -> Array:
+    """The rate column where the table has it, else central differences of the position (NaN beside gaps)."""
+    given = column(motion, rate)
+    if np.isfinite(given).any() or len(motion) < 3:
+        return given
+    return np.gradient(column(motion, name), motion["time_s"].to_numpy(float))
+
+
+def relative_trajectory(motion: pd.DataFrame, host: Body, nes: Body, contact_radius_m: float = float("nan"),
+                        impacts: pd.DataFrame | None = None) -> Figure:
+    """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where ``impacts`` are given."""
+    figure, axes = new_figure(1, 1, height_in=5.0, margins_in=(0.62, 2.5, 0.46, 0.12))
+    ax = axes[0, 0]
+    position = MM * relative_position(motion)
+    ax.plot(position[:, 0], position[:, 1], color=NES_COLOUR, lw=0.8, label="NES centre")
+    nes_radius = nes.radius_m or 0.0
+    if host.polygon_m is not None:
+        ax.add_patch(Polygon(MM * np.asarray(host.polygon_m, float), fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
+    elif host.inner_radius_m is not None:
+        ax.add_patch(Circle((0, 0), MM * host.inner_radius_m, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
+        if nes_radius:
+            ax.add_patch(Circle((0, 0), MM * (host.inner_radius_m - nes_radius), fill=False, ec=HOST_COLOUR, lw=1.0, ls="--",
+                                label="contact edge: wall − NES radius"))
+    if np.isfinite(contact_radius_m):
+        ax.add_patch(Circle((0, 0), MM * contact_radius_m, fill=False, ec=BLACK, lw=1.0, ls=":", label="contact edge from impacts"))
+    if host.obstacle_radius_m:
+        ax.add_patch(Circle((0, 0), MM * host.obstacle_radius_m, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle"))
+    if impacts is not None and len(impacts):
+        time_s = motion["time_s"].to_numpy(float)
+        seen = np.isfinite(position).all(1)
+        if seen.sum() > 1:
+            x, y = (np.interp(impacts["time_s"].to_numpy(float), time_s[seen], position[seen, k]) for k in (0, 1))
+            ax.plot(x, y, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="impact", ls="none")
+    if nes_radius:
+        finite = position[np.isfinite(position).all(1)]
+        if len(finite):
+            ax.add_patch(Circle(finite[0], MM * nes_radius, fc=GREY, alpha=0.25, lw=0, label="NES at the start"))
+    ax.set_aspect("equal")
+    ax.autoscale_view()
+    label(ax, "x from the Host's centre (mm)", "y from the Host's centre (mm)")
+    legend(ax, ncols=1, loc="center left", bbox_to_anchor=(1.02, 0.5), handlelength=2.2)
+    return figure
+
+
+def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -> Figure:
+    """NES angle by the rigid fit and by marker triplets, their difference, and the spin of both: Figs 58, 62."""
+    rows = 3 if rotation is not None else 2
+    figure, axes = new_figure(rows, 1, height_in=1.65 * rows + 0.5, sharex=True)
+    time_s, angle = motion["time_s"].to_numpy(float), column(motion, "nes_angle_rad")
+    t, value = thinned(time_s, angle)
+    axes[0, 0].plot(t, value, color=NES_COLOUR, lw=1.2, label="rigid fit")
+    spin = velocity(motion, "nes_angle_rad", "nes_spin_rad_per_s")
+    t, value = thinned(time_s, spin)
+    axes[1, 0].plot(t, value, color=NES_COLOUR, lw=1.0, label="rigid fit", zorder=3)
+    if rotation is not None:
+        clock, triplet = rotation["time_s"].to_numpy(float), column(rotation, "nes_angle_triplet_rad")
+        t, value = thinned(clock, triplet)
+        axes[0, 0].plot(t, value, color=ORANGE, lw=1.0, ls="--", label="marker triplets")
+        t, value = thinned(clock, np.gradient(triplet, clock) if len(clock) > 2 else triplet)
+        axes[1, 0].plot(t, value, color=ORANGE, lw=0.8, label="triplets, differentiated")
+        difference = 1e3 * (triplet - column(rotation, "nes_angle_fit_rad"))
+        spread = 1e3 * column(rotation, "nes_angle_triplet_spread_rad")
+        t, difference, spread = thinned(clock, difference, spread)
+        axes[2, 0].fill_between(t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets")
+        axes[2, 0].plot(t, difference, color=ORANGE, lw=0.8, label="triplets − rigid fit")
+        label(axes[2, 0], "time (s)", "difference (mrad)")
+        limits = robust_limits(np.concatenate([difference, spread, -spread]))
+        if limits:
+            axes[2, 0].set_ylim(*limits)
+        legend(axes[2, 0])
+    label(axes[0, 0], y="angle (rad)")
+    label(axes[1, 0], x="time (s)" if rows == 2 else "", y="spin (rad/s)")
+    limits = robust_limits(spin, share=0.002)
+    if limits:
+        axes[1, 0].set_ylim(*limits)
+    legend(axes[0, 0])
+    legend(axes[1, 0])
+    return figure
+
+
+def velocities(motion: pd.DataFrame) -> Figure:
+    """Velocity components of NES and Host in the world frame: Figs 59, 61."""
+    axes_present = [a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))]
+    figure, axes = new_figure(2, 1, height_in=4.2, sharex=True)
+    time_s = motion["time_s"].to_numpy(float)
+    for ax, body, title in zip(axes[:, 0], ("nes", "host"), ("NES", "Host"), strict=True):
+        shown = []
+        for k, axis in enumerate(axes_present):
+            speed = velocity(motion, f"{body}_{axis}_m", f"{body}_v{axis}_m_per_s")
+            shown.append(speed)
+            t, speed = thinned(time_s, speed)
+            ax.plot(t, speed, color=AXIS_COLOURS[axis], ls=LINE_STYLES[k], lw=1.0, label=f"v{axis}")
+        limits = robust_limits(np.concatenate(shown), share=0.002) if shown else None
+        if limits:
+            ax.set_ylim(*limits)
+        label(ax, y="velocity (m/s)", title=title)
+    label(axes[1, 0], x="time (s)")
+    legend(axes[0, 0])
+    return figure

@@ -1,0 +1,150 @@
+"""One self-contained HTML page in the house style: verdict cards, sections, figures, tables.
+
+Every report of the application (recording, series, calibration, gap) is built from these pieces.  Text is escaped
+when the page is rendered; figures are drawn into the page as data URIs, so it needs no network and can be mailed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+from matplotlib.figure import Figure
+
+from analysis.figures.style import FigureFormat, data_uri, save_figure
+
+Status = Literal["good", "caution", "bad", "neutral"]
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Card:
+    """One answer on the first screen: the question, the answer in a few words, and what it rests on."""
+
+    question: str
+    answer: str
+    status: Status
+    details: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Block:
+    """A piece of a section; ``kind`` tells the template which of the fields to show."""
+
+    kind: Literal["text", "heading", "note", "missing", "figure", "table", "list"]
+    text: str = ""
+    status: Status = "neutral"
+    title: str = ""
+    image: str = ""
+    alt: str = ""
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    items: tuple[str, ...] = ()
+    text_columns: frozenset[int] = frozenset()
+
+
+@dataclass
+class Section:
+    """A heading and what stands below it, in the order of the calls."""
+
+    title: str
+    anchor: str
+    level: int = 2
+    blocks: list[Block] = field(default_factory=list)
+    figures: dict[str, Figure] = field(default_factory=dict)
+
+    def add_text(self, text: str) -> None:
+        """A paragraph."""
+        self.blocks.append(Block("text", text))
+
+    def add_heading(self, text: str) -> None:
+        """A heading within the section."""
+        self.blocks.append(Block("heading", text))
+
+    def add_note(self, text: str, status: Status = "neutral", title: str = "") -> None:
+        """A paragraph that must not be overlooked."""
+        self.blocks.append(Block("note", text, status, title))
+
+    def add_missing(self, what: str, why: str) -> None:
+        """A named gap: what would stand here, and why it does not."""
+        self.blocks.append(Block("missing", why, title=what))
+
+    def add_list(self, items: Sequence[str]) -> None:
+        self.blocks.append(Block("list", items=tuple(items)))
+
+    def add_figure(self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg") -> None:
+        """Draw ``figure`` into the page; ``name`` is its file name when the figures are saved too.
+
+        ``image="png"`` for pictures and dense maps, which a vector file would make heavy.
+        """
+        self.figures[name] = figure
+        self.blocks.append(Block("figure", caption, image=data_uri(figure, image), alt=alt))
+
+    def add_table(self, columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str = "",
+                  text_columns: Sequence[int] = (0,)) -> None:
+        """A table of ready-made texts; columns other than ``text_columns`` are set flush right."""
+        self.blocks.append(Block("table", caption, columns=tuple(columns), rows=tuple(tuple(row) for row in rows),
+                                 text_columns=frozenset(text_columns)))
+
+
+@dataclass
+class Page:
+    """A page under construction.
+
+    ``facts`` are label and value pairs for the line under the title; ``footer`` says what made the page.
+    """
+
+    title: str
+    kind: str
+    lead: str = ""
+    facts: list[tuple[str, str]] = field(default_factory=list)
+    cards: list[Card] = field(default_factory=list)
+    actions: list[str] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
+    footer: str = ""
+
+    def add_card(self, question: str, answer: str, status: Status, details: Sequence[str] = ()) -> None:
+        self.cards.append(Card(question, answer, status, tuple(details)))
+
+    def add_section(self, title: str, anchor: str) -> Section:
+        """Start a section; ``anchor`` is its address within the page (letters, digits, hyphens)."""
+        section = Section(title, anchor)
+        self.sections.append(section)
+        return section
+
+    def render(self) -> str:
+        """The whole page as one HTML text."""
+        return _environment().get_template("page.html.j2").render(page=self, style=(HERE / "style.css").read_text("utf-8"))
+
+    def write(self, path: Path) -> Path:
+        """Render to a temporary name beside ``path`` and rename."""
+        temporary = path.with_name(path.name + ".part")
+        temporary.write_text(self.render(), encoding="utf-8")
+        os.replace(temporary, path)
+        return path
+
+    def save_figures(self, folder: Path, formats: Sequence[FigureFormat] = ("svg", "pdf")) -> list[Path]:
+        """Each figure as files of its own for a paper or a talk."""
+        folder.mkdir(parents=True, exist_ok=True)
+        return [save_figure(figure, folder / f"{name}.{image}")
+                for section in self.sections for name, figure in section.figures.items() for image in formats]
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+                              lstrip_blocks=True)
+    environment.filters["symbols"] = _with_symbols
+    return environment
+
+
+def _with_symbols(text: str) -> Markup:
+    """The text escaped, with the indices of our symbols set low: μ_c, μ_s, R_c, J_t, v_t, v_n."""
+    return Markup(re.sub(r"\b(μ|R|J|v)_([csnt])\b", r"\1<sub>\2</sub>", str(escape(text))))

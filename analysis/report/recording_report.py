@@ -1,0 +1,61 @@
+"""``report.html`` of one recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from numpy.typing import NDArray
+
+import ovines
+from analysis.report.impacts import add_impacts, add_parameters
+from analysis.report.measurement import add_calibration, add_coordinates, add_host_geometry, add_tracks
+from analysis.report.motion import add_motion
+from analysis.report.numbers import with_unit
+from analysis.report.page import Page
+from analysis.report.results import Results, read_results
+from analysis.report.verdict import add_verdict, headline
+from ovines.recording import Recording
+
+
+def write_report(results_folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None,
+                 save_figures: bool = False) -> Path:
+    """Write ``report.html`` into ``results_folder`` from the tables there, and return its path.
+
+    ``frames``: one grey image (height, width) per camera name, drawn under the marker tracks.  ``save_figures`` also writes each
+    figure as SVG and PDF into ``figures/``.  A table that is missing becomes a named gap in the page.
+    """
+    page = recording_page(read_results(Path(results_folder), recording, frames))
+    if save_figures:
+        page.save_figures(Path(results_folder) / "figures")
+    return page.write(Path(results_folder) / "report.html")
+
+
+def recording_page(results: Results) -> Page:
+    """The page, not yet written: what it says and shows comes from ``results`` alone."""
+    page = Page(results.recording.name, "Trajectory and identification report", headline(results), facts(results.recording),
+                footer=f"ovines {ovines.__version__}. Tables beside this page hold every number of it; lengths in metres, times in seconds.")
+    add_verdict(page, results)
+    for add in (add_parameters, add_impacts, add_motion, add_host_geometry, add_coordinates, add_tracks, add_calibration):
+        add(page, results)
+    return page
+
+
+def facts(recording: Recording) -> list[tuple[str, str]]:
+    """What was asked of the rig, for the line under the title."""
+    pairs = []
+    excitation = recording.excitation
+    if excitation is not None:
+        if excitation.frequency_hz is not None:
+            pairs.append(("Drive", with_unit(excitation.frequency_hz, "Hz")))
+        if excitation.acceleration_g is not None:
+            pairs.append(("Level", with_unit(excitation.acceleration_g, "g")))
+    pairs.append(("Frame rate", with_unit(recording.frame_rate_hz, "Hz", 4)))
+    if recording.cameras:
+        pairs.append(("Cameras", ", ".join(camera.name for camera in recording.cameras)))
+    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    if host is not None and host.inner_radius_m is not None:
+        pairs.append(("Wall radius", with_unit(1e3 * host.inner_radius_m, "mm")))
+    if nes is not None and nes.radius_m is not None:
+        pairs.append(("NES radius", with_unit(1e3 * nes.radius_m, "mm")))
+    return pairs

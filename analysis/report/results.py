@@ -1,0 +1,164 @@
+"""What a results folder holds for the report: its tables, the calibration, and what can be computed at once from them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.error_map import ErrorMap, error_map
+from analysis.host_circle import host_circle
+from analysis.rotation import rotation
+from analysis.thesis_impacts import (ThesisSettings, smoothed_acceleration, tangential_error, thesis_identification,
+                                     thesis_impacts, usable)
+from ovines.errors import InputError
+from ovines.recording import Recording
+from ovines.tables import read_table
+
+TABLES = ("tracks", "points", "motion", "host_circle", "rotation", "flights", "impacts", "identification",
+          "calibration_views", "calibration_parameters")
+
+
+@dataclass
+class Results:
+    """One recording's results.
+
+    ``tables`` holds those that exist; ``unreadable`` says what was wrong with others.  ``frames`` are grey images per camera,
+    handed in by whoever can read them.
+    """
+
+    folder: Path
+    recording: Recording
+    tables: Mapping[str, pd.DataFrame]
+    calibration: dict[str, Any] | None = None
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+    frames: Mapping[str, NDArray] | None = None
+    settings: ThesisSettings = field(default_factory=ThesisSettings)
+
+    def get(self, name: str) -> pd.DataFrame | None:
+        table = self.tables.get(name)
+        return table if table is not None and len(table) else None
+
+    @cached_property
+    def circles(self) -> pd.DataFrame | None:
+        """The table, or computed from ``points`` where the stage did not write it."""
+        stored, points = self.get("host_circle"), self.get("points")
+        if stored is not None or points is None or len(self.markers("host")) < 3:
+            return stored
+        return host_circle(points, self.recording)
+
+    @cached_property
+    def rotation(self) -> pd.DataFrame | None:
+        stored, points, motion = self.get("rotation"), self.get("points"), self.get("motion")
+        if stored is not None or points is None or motion is None or len(self.markers("nes")) < 3:
+            return stored
+        try:
+            return rotation(points, motion, self.recording)
+        except InputError:  # markers on one line: the section says that there is no triplet
+            return None
+
+    @cached_property
+    def smooth(self) -> pd.DataFrame:
+        return smoothed_acceleration(self.tables["motion"], self.settings)
+
+    @cached_property
+    def thesis(self) -> pd.DataFrame:
+        return thesis_impacts(self.tables["motion"], self.recording, self.settings)
+
+    @cached_property
+    def thesis_parameters(self) -> pd.DataFrame:
+        return thesis_identification(self.thesis, self.inertia_factor)
+
+    @cached_property
+    def thesis_grid(self) -> tuple[NDArray, NDArray, NDArray] | None:
+        """Mean capped J_t over (wall friction, tangential restitution) of the usable impacts; None without any."""
+        chosen = usable(self.thesis)
+        chosen = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]
+        if not len(chosen):
+            return None
+        mu, beta = np.linspace(0, 0.4, 81), np.linspace(-1, 1, 81)
+        eps = float(chosen["restitution"].mean())
+        return mu, beta, np.minimum(tangential_error(chosen, mu, beta, eps, self.inertia_factor), 1.0).mean(0)
+
+    @cached_property
+    def joint_map(self) -> ErrorMap | None:
+        impacts = self.get("impacts")
+        eps = self.parameter("restitution")[0]
+        if impacts is None or not np.isfinite(eps):
+            return None
+        return error_map(impacts, eps, self.inertia_factor)
+
+    @cached_property
+    def close_map(self) -> ErrorMap | None:
+        """The joint map once more on a fine grid around its 90 % region, where that is small."""
+        grids = None if self.joint_map is None else self.joint_map.close_up()
+        if grids is None:
+            return None
+        return error_map(self.tables["impacts"], self.parameter("restitution")[0], self.inertia_factor, *grids)
+
+    @property
+    def inertia_factor(self) -> float:
+        nes = self.recording.bodies.get("nes")
+        return float(nes.inertia_factor) if nes is not None and nes.inertia_factor is not None else 0.5
+
+    def markers(self, body: str) -> tuple[str, ...]:
+        found = self.recording.bodies.get(body)
+        return tuple(found.markers or ()) if found is not None else ()
+
+    def parameter(self, name: str) -> tuple[float, float, float, float]:
+        """(value, sd, low, high) of an identified parameter, NaN where there is none."""
+        table = self.get("identification")
+        if table is None:
+            return (np.nan,) * 4
+        row = table[table["parameter"] == name]
+        if not len(row):
+            return (np.nan,) * 4
+        value, sd, low, high = row.iloc[0][["value", "sd", "low", "high"]].astype(float)
+        return value, sd, low, high
+
+    @property
+    def contacts_s(self) -> list[tuple[float, float]]:
+        """Sustained contacts as the segmentation found them."""
+        flights = self.get("flights")
+        if flights is None:
+            return []
+        chosen = flights[flights["kind"] == "contact"]
+        return list(zip(chosen["start_s"].astype(float), chosen["end_s"].astype(float), strict=True))
+
+
+def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None) -> Results:
+    """Read whatever tables stand in ``folder``; one that cannot be read is named in ``unreadable`` and left out.
+
+    A table that the recording itself brought (``tracks.parquet``, ``points.parquet``, ``motion.parquet`` in its folder) serves where
+    the results hold none.
+    """
+    tables, unreadable = {}, {}
+    for name in TABLES:
+        path = next((p for p in (folder / f"{name}.parquet", recording.folder / f"{name}.parquet") if p.is_file()), None)
+        if path is not None:
+            try:
+                tables[name] = read_table(path, name)
+            except InputError as error:
+                unreadable[name] = f"found {error.found}, expected {error.expected}"
+    return Results(folder, recording, tables, _read_calibration(folder, recording), unreadable, frames)
+
+
+def _read_calibration(folder: Path, recording: Recording) -> dict[str, Any] | None:
+    candidates = [folder / "calibration.json"]
+    if recording.calibration_file is not None:
+        candidates.append(recording.calibration_file)
+    for path in candidates:
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(content, dict) and isinstance(content.get("cameras"), list):
+            return content
+    return None
