@@ -1,0 +1,215 @@
+"""The sections of recording.toml as FORMATS.md has them; what is wrong in one of them is said here."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from ovines.toml_input import Section
+
+
+def _plain(name: str) -> str:
+    """Names end up in file names, tables and pages: no path, no control character, not empty."""
+    if not name.strip() or len(name) > 100 or re.search(r"[/\\\x00-\x1f\x7f]", name) or name in (".", ".."):
+        raise ValueError(f"{name[:40]!r} | a short name without slashes or control characters")
+    return name
+
+
+def _path(text: str) -> str:
+    if not text.strip() or re.search(r"[\x00-\x1f]", text) or len(text) > 4000:
+        raise ValueError(f"{text[:40]!r} | a path without control characters")
+    return text
+
+
+Name = Annotated[str, AfterValidator(_plain)]
+PathText = Annotated[str, AfterValidator(_path)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Pixels = Annotated[int, Field(gt=0, le=1_000_000)]
+Offset = Annotated[int, Field(ge=0, le=1_000_000)]
+Point3 = tuple[float, float, float]
+
+
+class Time(Section):
+    frame_rate_hz: Positive | None = None
+    trigger: PathText | None = None
+
+
+class CameraSettings(Section):
+    """One ``[[cameras]]`` entry; without a window the whole sensor was read."""
+
+    name: Name
+    frames: PathText | None = None
+    sensor_size_px: tuple[Pixels, Pixels]
+    window_offset_px: tuple[Offset, Offset] = (0, 0)
+    window_size_px: tuple[Pixels, Pixels] | None = None
+    exposure_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _window_on_sensor(self) -> CameraSettings:
+        for axis, offset, size, sensor in zip(
+            ("width", "height"), self.window_offset_px, self.window_px, self.sensor_size_px, strict=True
+        ):
+            if offset + size > sensor:
+                raise ValueError(
+                    f"window of {self.name} ends at {offset + size} px of a sensor {axis} of {sensor} px"
+                    " | window_offset_px + window_size_px within sensor_size_px"
+                )
+        return self
+
+    @property
+    def window_px(self) -> tuple[int, int]:
+        """Width and height of the images."""
+        if self.window_size_px is not None:
+            return self.window_size_px
+        return (
+            self.sensor_size_px[0] - self.window_offset_px[0],
+            self.sensor_size_px[1] - self.window_offset_px[1],
+        )
+
+
+class Calibration(Section):
+    """Either a solved calibration, or the board images to solve it from."""
+
+    file: PathText | None = None
+    board: PathText | None = None
+    intrinsic: PathText | None = None
+    extrinsic: PathText | None = None
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Calibration:
+        images = {"board": self.board, "intrinsic": self.intrinsic, "extrinsic": self.extrinsic}
+        given = [key for key, value in images.items() if value is not None]
+        if self.file is not None and given:
+            raise ValueError(
+                f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic"
+            )
+        if self.file is None and len(given) < 3:
+            missing = [key for key in images if key not in given]
+            raise ValueError(
+                f"no {', '.join(missing)} | either 'file' or all of board, intrinsic and extrinsic"
+            )
+        return self
+
+
+class Body(Section):
+    """What is common to ground, Host and NES: markers and where they were placed."""
+
+    markers: tuple[Name, ...] = ()
+    layout_m: tuple[Point3, ...] | None = None
+    layout_sd_m: Positive | None = None
+
+    @model_validator(mode="after")
+    def _markers_fit(self) -> Body:
+        if len(set(self.markers)) < len(self.markers):
+            raise ValueError(f"markers {', '.join(self.markers)} | each marker once")
+        if self.layout_m is not None and len(self.layout_m) != len(self.markers):
+            raise ValueError(
+                f"{len(self.layout_m)} positions in layout_m | one for each of {len(self.markers)} markers"
+            )
+        return self
+
+
+class Ground(Body):
+    pass
+
+
+class Host(Body):
+    """Circular (``inner_radius_m``) or polygonal (``polygon_m``, counter-clockwise) inner wall."""
+
+    inner_radius_m: Positive | None = None
+    polygon_m: Annotated[tuple[tuple[float, float], ...], Field(min_length=3, max_length=1000)] | None = None
+    obstacle_radius_m: Positive | None = None
+
+    @model_validator(mode="after")
+    def _wall(self) -> Host:
+        if (self.inner_radius_m is None) == (self.polygon_m is None):
+            given = (
+                "neither inner_radius_m nor polygon_m"
+                if self.polygon_m is None
+                else "inner_radius_m and polygon_m"
+            )
+            raise ValueError(f"{given} | one of the two")
+        if self.polygon_m is not None:
+            corners = zip(self.polygon_m, (*self.polygon_m[1:], self.polygon_m[0]), strict=True)
+            if sum(a[0] * b[1] - a[1] * b[0] for a, b in corners) <= 0:
+                raise ValueError("polygon_m runs clockwise or has no area | corners counter-clockwise")
+        if self.inner_radius_m and self.obstacle_radius_m and self.obstacle_radius_m >= self.inner_radius_m:
+            raise ValueError("obstacle_radius_m reaches the wall | an obstacle smaller than inner_radius_m")
+        return self
+
+
+class Nes(Body):
+    centre_marker: Name | None = None
+    radius_m: Positive
+    mass_kg: Positive | None = None
+    inertia_factor: Annotated[float, Field(gt=0, le=1)] | None = None
+
+    @model_validator(mode="after")
+    def _centre(self) -> Nes:
+        if self.centre_marker is not None and self.centre_marker not in self.markers:
+            raise ValueError(
+                f"centre_marker {self.centre_marker!r} | one of the markers {', '.join(self.markers)}"
+            )
+        return self
+
+
+class Bodies(Section):
+    ground: Ground | None = None
+    host: Host | None = None
+    nes: Nes | None = None
+
+    @model_validator(mode="after")
+    def _together(self) -> Bodies:
+        seen: dict[str, str] = {}
+        for body in ("ground", "host", "nes"):
+            for marker in getattr(getattr(self, body), "markers", ()):
+                if marker in seen:
+                    raise ValueError(
+                        f"marker {marker!r} is on {seen[marker]} and on {body} | each marker on one body"
+                    )
+                seen[marker] = body
+        if self.host and self.nes and self.host.inner_radius_m:
+            free_m = self.host.inner_radius_m - (self.host.obstacle_radius_m or 0)
+            taken_m = self.nes.radius_m * (2 if self.host.obstacle_radius_m else 1)
+            if taken_m >= free_m:
+                raise ValueError(
+                    f"nes radius_m {self.nes.radius_m} has no room | an NES that fits inside the Host"
+                )
+        return self
+
+
+class Excitation(Section):
+    frequency_hz: Positive
+    acceleration_g: Positive | None = None
+    axis: Literal["x", "y", "z"] | None = None
+
+
+class Nominal(Section):
+    """``[model]``: what the nominal simulator contains, and its parameters as far as known."""
+
+    effects: tuple[Name, ...] = ()
+    restitution: Annotated[float, Field(ge=0, le=1)] | None = None
+    wall_friction: NotNegative | None = None
+    tangential_restitution: Annotated[float, Field(ge=-1, le=1)] | None = None
+    floor_friction: NotNegative | None = None
+
+
+class RecordingFile(Section):
+    format: Literal[1]
+    name: Name | None = None
+    time: Time = Time()
+    cameras: Annotated[tuple[CameraSettings, ...], Field(max_length=16)] = ()
+    calibration: Calibration | None = None
+    bodies: Bodies = Bodies()
+    excitation: Excitation | None = None
+    model: Nominal | None = None
+
+    @model_validator(mode="after")
+    def _cameras_differ(self) -> RecordingFile:
+        names = [camera.name for camera in self.cameras]
+        if len(set(names)) < len(names):
+            raise ValueError(f"cameras {', '.join(names)} | each camera name once")
+        return self
