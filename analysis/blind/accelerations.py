@@ -1,4 +1,5 @@
 """Forces on the plant's disk between contacts."""
+
 import numpy as np
 from numba import njit
 
@@ -18,7 +19,8 @@ def host_pose(time, host):
 
 @njit(cache=True)
 def floor_traction(slip_x, slip_y, spin, p, table):
-    """Friction per unit of mu N: force (x, y) and torque / R, smoothed by one tanh of the overall rim speed."""
+    """Friction per unit of mu N: force (x, y) and torque / R, smoothed by one tanh of the overall rim
+    speed."""
     speed = np.sqrt(slip_x**2 + slip_y**2)
     rim = p.disk_radius_m * abs(spin)
     place = np.arctan2(rim, speed) / (0.5 * np.pi) * (table.shape[0] - 1)
@@ -41,7 +43,7 @@ def derivative(time, state, p, host, table):
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
-    arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)       # from the centre of mass to the disk's middle
+    arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
     arm_y = -(sine * p.mass_x_m + cosine * p.mass_y_m)
     spin = state[5]
     x = state[0] + arm_x - position[0]
@@ -70,7 +72,9 @@ def derivative(time, state, p, host, table):
     out[3] = force_y - drag * state[3] + p.tilt_y_m_per_s2 - p.central_per_s2 * y + p.magnus * spin * state[2]
     if p.pull_m_per_s2 != 0.0:
         away_x, away_y = p.pull_x_m - state[0], p.pull_y_m - state[1]
-        near = p.pull_m_per_s2 / p.pull_width_m * np.exp(0.5 - 0.5 * (away_x**2 + away_y**2) / p.pull_width_m**2)
+        near = (
+            p.pull_m_per_s2 / p.pull_width_m * np.exp(0.5 - 0.5 * (away_x**2 + away_y**2) / p.pull_width_m**2)
+        )
         out[2] += near * away_x
         out[3] += near * away_y
     torque = arm_x * force_y - arm_y * force_x + p.disk_radius_m * turn

@@ -1,4 +1,6 @@
-"""What the plant's wall does: an impulse through a compliance matrix, or a spring-dashpot of finite duration."""
+"""What the plant's wall does: an impulse through a compliance matrix, or a spring-dashpot of finite
+duration."""
+
 import numpy as np
 from numba import njit
 
@@ -11,8 +13,18 @@ def wall_gap(time, state, p, host):
     position = host_pose(time, host)[0]
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
-    x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
-    y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    x = (
+        state[0]
+        - (cosine * p.mass_x_m - sine * p.mass_y_m)
+        - position[0]
+        - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
+    )
+    y = (
+        state[1]
+        - (sine * p.mass_x_m + cosine * p.mass_y_m)
+        - position[1]
+        - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    )
     radius = np.sqrt(x * x + y * y) + 1e-300
     angle = 2.0 * (np.arctan2(y, x) - p.ellipticity_phase_rad)
     reach = p.contact_radius_m * (1.0 + p.ellipticity * np.cos(angle))
@@ -24,7 +36,8 @@ def wall_gap(time, state, p, host):
 
 @njit(cache=True)
 def _contact_velocity(time, state, p, host, nx, ny):
-    """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the centre of mass."""
+    """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
+    centre of mass."""
     position, velocity, _ = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m)
@@ -40,7 +53,9 @@ def restitution_at(time, azimuth, approach, spin, p, scatter):
     """The normal restitution of this impact with every cause that acts on it."""
     value = p.restitution
     if p.restitution_speed_m_per_s > 0.0:
-        value = p.restitution_floor + (value - p.restitution_floor) * np.exp(-approach / p.restitution_speed_m_per_s)
+        value = p.restitution_floor + (value - p.restitution_floor) * np.exp(
+            -approach / p.restitution_speed_m_per_s
+        )
     value += p.direction_amplitude * np.cos(azimuth - p.direction_phase_rad)
     away = np.arctan2(np.sin(azimuth - p.soft_azimuth_rad), np.cos(azimuth - p.soft_azimuth_rad))
     value -= p.soft_amplitude * np.exp(-0.5 * (away / p.soft_width_rad) ** 2)
@@ -52,10 +67,12 @@ def restitution_at(time, azimuth, approach, spin, p, scatter):
 
 @njit(cache=True)
 def impact(time, state, p, host, scatter, bounce):
-    """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at best.
+    """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
+    best.
 
-    Both impulses come from the target velocities through the contact's compliance matrix; beyond the Coulomb limit the
-    tangential one is cut and the normal one solved again. The disk is put back onto the wall.
+    Both impulses come from the target velocities through the contact's compliance matrix; beyond the
+    Coulomb limit the tangential one is cut and the normal one solved again. The disk is put back onto the
+    wall.
     """
     gap, nx, ny = wall_gap(time, state, p, host)
     tx, ty = -ny, nx
@@ -68,10 +85,12 @@ def impact(time, state, p, host, scatter, bounce):
         return new, 0.0, slip
     azimuth = np.arctan2(ny, nx)
     rebound = restitution_at(time, azimuth, approach, state[5], p, scatter) * bounce
-    mu = p.wall_friction * (1.0 + p.wall_friction_amplitude
-                            * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad)))
+    mu = p.wall_friction * (
+        1.0
+        + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
+    )
     back = p.tangential_restitution * bounce
-    inertia = p.inertia_factor * p.disk_radius_m**2           # everything per unit mass
+    inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
     change_n, change_t = -(1.0 + rebound) * approach, -(1.0 + back) * slip
@@ -80,7 +99,7 @@ def impact(time, state, p, host, scatter, bounce):
     push_t = (w_nn * change_t - w_nt * change_n) / determinant
     if abs(push_t) > mu * abs(push_n):
         sign = -1.0 if slip > 0.0 else 1.0
-        push_n = change_n / (w_nn - sign * mu * w_nt)          # push_n < 0: |push_n| = -push_n
+        push_n = change_n / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
         push_t = sign * mu * abs(push_n)
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
@@ -92,8 +111,9 @@ def impact(time, state, p, host, scatter, bounce):
 def spring_dashpot(p):
     """Stiffness and damping of the normal, stiffness of the tangential spring, per unit mass.
 
-    The contact's duration is the damped half period, the restitution its loss in one; the wall never pulls. The tangential
-    spring is a share of the normal one (Mindlin, J. Appl. Mech. 16, 259 (1949): 0.82 for steel on steel).
+    The contact's duration is the damped half period, the restitution its loss in one; the wall never pulls.
+    The tangential spring is a share of the normal one (Mindlin, J. Appl. Mech. 16, 259 (1949): 0.82 for
+    steel on steel).
     """
     loss = -np.log(p.restitution) / np.pi
     ratio = loss / np.sqrt(1.0 + loss * loss)
@@ -103,9 +123,11 @@ def spring_dashpot(p):
 
 @njit(cache=True)
 def compliant_step(time, state, step, p, host, table, spring):
-    """Advance by `step` in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb limit.
+    """Advance by `step` in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
+    limit.
 
-    State 7 is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's duration.
+    State 7 is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's
+    duration.
     """
     count = int(np.ceil(step / p.contact_time_s * 400.0))
     h = step / count

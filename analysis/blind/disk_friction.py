@@ -1,8 +1,9 @@
 """Friction of a uniformly loaded disk that slides and spins, by direct integration over its area.
 
-The simulator uses elliptic integrals; the plant sums the Coulomb traction of small area elements. Both describe
-Farkas et al., Phys. Rev. Lett. 90, 248302 (2003).
+The simulator uses elliptic integrals; the plant sums the Coulomb traction of small area elements. Both
+describe Farkas et al., Phys. Rev. Lett. 90, 248302 (2003).
 """
+
 from functools import lru_cache
 
 import numpy as np
@@ -16,12 +17,12 @@ TABLE_SIZE = 1025
 def disk_friction_table() -> np.ndarray:
     """Force and torque of the disk's friction against the mixture of sliding and spinning.
 
-    Returns an array (TABLE_SIZE, 2). Row i belongs to the angle atan2(R |spin|, speed) = i / (TABLE_SIZE - 1) * pi/2:
+    Returns an array (TABLE_SIZE, 2). Row i belongs to atan2(R |spin|, speed) = i / (TABLE_SIZE - 1) * pi/2:
     force in units of mu N, torque in units of mu N R. Pure sliding gives (1, 0), pure spinning (0, 2/3).
     """
     node, weight = np.polynomial.legendre.leggauss(RADIAL_NODES)
     radius = 0.5 * (node + 1.0)
-    radial_weight = 0.5 * weight * 2.0 * radius          # area element of the unit disk, normalised to one
+    radial_weight = 0.5 * weight * 2.0 * radius  # area element of the unit disk, normalised to one
     azimuth = (np.arange(AZIMUTH_NODES) + 0.5) * np.pi / AZIMUTH_NODES - 0.5 * np.pi
     sine = np.sin(azimuth)[None, :]
     angle = np.linspace(0.0, 0.5 * np.pi, TABLE_SIZE)

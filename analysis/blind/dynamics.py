@@ -1,4 +1,6 @@
-"""The plant's motion: fixed Runge-Kutta steps, contacts found by bisection, sustained contact by projection."""
+"""The plant's motion: fixed Runge-Kutta steps, contacts found by bisection, sustained contact by
+projection."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -10,15 +12,17 @@ from analysis.blind.disk_friction import disk_friction_table
 from analysis.blind.plant_state import PlantParameters
 
 STEP_S = 1.0 / 25600.0
-START_S = -2e-3            # before the first frame, so that late or early cameras still see motion
+START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
 HOLD_SPEED_M_PER_S = 3e-3  # an approach slower than this bounces within one step: the contact is sustained
-LONGEST_HELD_S = 0.05      # a run is cut this long after a sustained contact began
+LONGEST_HELD_S = 0.05  # a run is cut this long after a sustained contact began
 RELEASE_GAP_M = 1e-6
 
 
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
-    `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained contact."""
+    `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
+    contact."""
+
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
@@ -36,7 +40,8 @@ def _step(time, state, step, p, host, table):
 
 @njit(cache=True)
 def _touch(time, state, p, host, table):
-    """The first instant within the coming step at which the disk is past the wall: bisection on the step's length."""
+    """The first instant within the coming step at which the disk is past the wall: bisection on the step's
+    length."""
     low, high = 0.0, STEP_S
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -96,8 +101,13 @@ def _run(duration_s, state, p, host, table, scatter):
     return nodes[: n + 1].copy(), impacts[:n_impact].copy(), held[:n_held].copy()
 
 
-def run_plant(parameters: PlantParameters, host_harmonics: np.ndarray, initial: np.ndarray, duration_s: float,
-              rng: np.random.Generator) -> Motion:
+def run_plant(
+    parameters: PlantParameters,
+    host_harmonics: np.ndarray,
+    initial: np.ndarray,
+    duration_s: float,
+    rng: np.random.Generator,
+) -> Motion:
     """Move the disk for `duration_s` or until it has been held at the wall for a while.
 
     `host_harmonics` (n, 4): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine.
@@ -115,6 +125,7 @@ def run_plant(parameters: PlantParameters, host_harmonics: np.ndarray, initial: 
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
-    """States (n, 7) at `time_s`: linear between nodes 39 microseconds apart, each impact having a node before and after."""
+    """States (n, 7) at `time_s`: linear between nodes 39 microseconds apart, each impact having a node
+    before and after."""
     time = motion.nodes[:, 0]
     return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in range(1, 8)])

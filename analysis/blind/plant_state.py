@@ -1,9 +1,12 @@
 """Every number of the plant's physics, SI; the neutral value switches a cause off."""
+
 from typing import NamedTuple
 
 
 class PlantParameters(NamedTuple):
-    """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's centre."""
+    """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's
+    centre."""
+
     disk_radius_m: float = 0.01
     mass_kg: float = 0.0246
     inertia_factor: float = 0.5
@@ -16,7 +19,7 @@ class PlantParameters(NamedTuple):
     restitution_scatter: float = 0.0
     wall_friction: float = 0.15
     tangential_restitution: float = 0.45
-    restitution_floor: float = 0.0          # eps -> floor + (eps - floor) exp(-v / speed); 0 speed: constant
+    restitution_floor: float = 0.0  # eps -> floor + (eps - floor) exp(-v / speed); 0 speed: constant
     restitution_speed_m_per_s: float = 0.0
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
@@ -24,7 +27,7 @@ class PlantParameters(NamedTuple):
     contact_shear_share: float = 0.82
     # floor
     floor_friction: float = 0.25
-    spin_share: float = 1.0                 # 0 plain Coulomb, 1 Farkas
+    spin_share: float = 1.0  # 0 plain Coulomb, 1 Farkas
     friction_change_per_s: float = 0.0
     # accelerations
     viscous_per_s: float = 0.0
@@ -36,7 +39,7 @@ class PlantParameters(NamedTuple):
     ellipticity_phase_rad: float = 0.0
     wall_x_m: float = 0.0
     wall_y_m: float = 0.0
-    mass_x_m: float = 0.0                   # centre of mass from the geometric centre, in the disk
+    mass_x_m: float = 0.0  # centre of mass from the geometric centre, in the disk
     mass_y_m: float = 0.0
     # causes in nobody's list
     central_per_s2: float = 0.0
@@ -52,15 +55,15 @@ class PlantParameters(NamedTuple):
     anisotropy: float = 0.0
     anisotropy_phase_rad: float = 0.0
     spin_drag_per_s: float = 0.0
-    hop_s: float = 0.0                      # the floor carries no load this long after an impact
-    soft_amplitude: float = 0.0             # restitution lost in a spot of the wall
+    hop_s: float = 0.0  # the floor carries no load this long after an impact
+    soft_amplitude: float = 0.0  # restitution lost in a spot of the wall
     soft_azimuth_rad: float = 0.0
     soft_width_rad: float = 0.4
-    phase_amplitude: float = 0.0            # restitution with the drive's phase
+    phase_amplitude: float = 0.0  # restitution with the drive's phase
     phase_rad: float = 0.0
     drive_rad_per_s: float = 0.0
-    spin_restitution_s: float = 0.0         # restitution lost per rad/s of spin
-    ageing_per_s: float = 0.0               # relative loss of restitution over a run
+    spin_restitution_s: float = 0.0  # restitution lost per rad/s of spin
+    ageing_per_s: float = 0.0  # relative loss of restitution over a run
     wall_friction_amplitude: float = 0.0
     wall_friction_phase_rad: float = 0.0
     wall_friction_lobes: float = 1.0

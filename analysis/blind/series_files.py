@@ -1,0 +1,111 @@
+"""A plant's series as files: the layout of FORMATS.md."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from analysis.blind.views import HOST_M, NES_M, SENSOR_PX, WINDOW_PX, View
+from ovines.provenance import provenance
+from ovines.tables import write_table
+
+FRAME_RATE_HZ = 800.0
+DRIVE_HZ = 11.0
+
+
+@dataclass(frozen=True)
+class Series:
+    """`truth` for the sealed file, `recordings` as (recording.toml, tracks) per run, the calibration as in
+    calibration.json, and `states` per run: stateNN (x, y, vx, vy of the centre of mass, angle, spin, held, at each
+    frame of the first camera), impNN (time, normal and tangential approach speed), heldNN, HNN (Host harmonics)."""
+
+    truth: dict
+    recordings: list[tuple[str, pd.DataFrame]]
+    calibration: dict
+    states: dict[str, np.ndarray]
+
+
+def recording_text(name: str, level_g: float, views: list[View], model: dict) -> str:
+    """`recording.toml` of one run, as an experimenter writes it."""
+    camera = "".join(
+        f'[[cameras]]\nname = "{v.name}"\nsensor_size_px = {list(SENSOR_PX)}\n'
+        f"window_offset_px = {list(v.window_offset_px)}\n"
+        f"window_size_px = {list(WINDOW_PX)}\n\n"
+        for v in views
+    )
+    layout_host, layout_nes = HOST_M.tolist(), NES_M.tolist()
+    lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in model.items())
+    return f"""format = 1
+name = "{name}"
+
+[time]
+frame_rate_hz = {FRAME_RATE_HZ}
+
+{camera}[calibration]
+file = "../calibration.json"
+
+[bodies.ground]
+markers = ["G1", "G2", "G3"]
+
+[bodies.host]
+markers = ["H1", "H2", "H3", "H4"]
+inner_radius_m = 0.05
+layout_m = {layout_host}
+layout_sd_m = 3e-5
+
+[bodies.nes]
+markers = ["N1", "N2", "N3", "N4", "N5"]
+centre_marker = "N1"
+radius_m = 0.01
+mass_kg = 0.0246
+inertia_factor = 0.5
+layout_m = {layout_nes}
+layout_sd_m = 3e-5
+
+[excitation]
+frequency_hz = {DRIVE_HZ}
+acceleration_g = {level_g}
+axis = "x"
+
+[model]
+{lines}"""
+
+
+def calibration_of(views: list[View]) -> dict:
+    """`calibration.json` of the two cameras, free of error but for what the lens residual of the noise
+    adds."""
+    return {
+        "format": 1,
+        "world": "board",
+        "cameras": [
+            {
+                "name": v.name,
+                "sensor_size_px": list(SENSOR_PX),
+                "matrix": [
+                    [v.focal_px[0], 0.0, v.centre_px[0]],
+                    [0.0, v.focal_px[1], v.centre_px[1]],
+                    [0.0, 0.0, 1.0],
+                ],
+                "distortion": v.distortion.tolist(),
+                "rotation": v.rotation.tolist(),
+                "translation_m": v.translation_m.tolist(),
+                "rms_px": 0.1,
+            }
+            for v in views
+        ],
+    }
+
+
+def write_series(series: Series, folder: Path) -> None:
+    """Write a series in the layout of FORMATS.md: `calibration.json`, `run-NN/recording.toml`, `run-
+    NN/tracks.parquet`.
+    The truth is not written here."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "calibration.json").write_text(json.dumps(series.calibration, indent=1))
+    for index, (text, tracks) in enumerate(series.recordings):
+        run = folder / f"run-{index + 1:02d}"
+        run.mkdir(exist_ok=True)
+        (run / "recording.toml").write_text(text)
+        write_table(tracks, "tracks", run / "tracks.parquet", provenance("blind make", {}, {}))

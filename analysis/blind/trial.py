@@ -1,0 +1,178 @@
+"""The blind trial: cases nobody has seen, the hash of each truth written before any of them is answered.
+
+A trial folder holds `manifest.json` (the hashes, written first), `cases/case-NNN/` (series as FORMATS.md
+has them), `sealed/case-NNN.json` (the truths; left out when the trial is sealed) and later `answers/case-
+NNN/diagnosis.json`. A sealed trial keeps its seed to itself: the truths are made again from it when the
+answers are scored.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from analysis.blind.causes import CAUSES, LISTED, UNLISTED
+from analysis.blind.plant import NOISE_KINDS, Outline, outline_series, run_outline, write_series
+from ovines.errors import InputError
+
+LARGE, SMALL = 1.0, 0.35
+# Shares of a trial; the issue asks for at least 60 series without effect beside every effect at two sizes.
+SHARES = {"listed": 0.46, "none": 0.28, "unknown": 0.15, "pair": 0.11}
+PAIRS = (
+    "table_tilt+wall_ellipticity",
+    "vertical_motion+direction_dependent_restitution",
+    "air_drag+wall_centre_offset",
+    "camera_clock_offset+speed_dependent_restitution",
+    "length_scale_error+table_tilt",
+    "spin_coupling+mass_centre_offset",
+    "friction_drift+frame_rate_error",
+    "plane_tilt+viscous_drag",
+    "sensor_window_offset+finite_contact_time",
+    "trigger_jitter+wall_ellipticity",
+    "centre_marker_offset+table_tilt",
+    "speed_dependent_restitution+vertical_motion",
+    "direction_dependent_restitution+table_tilt",
+)
+
+
+def _decks(kinds: tuple[str, ...]) -> dict[str, list[tuple[str, float]]]:
+    """What each group deals out; `kinds` restricts them to "none", "listed", "unknown", "pair" or names of
+    causes."""
+    full = {
+        "listed": [(c.name, size) for c in LISTED for size in (LARGE, SMALL)],
+        "none": [("none", LARGE)],
+        "unknown": [(c.name, LARGE) for c in UNLISTED],
+        "pair": [(pair, LARGE) for pair in PAIRS],
+    }
+    if not kinds:
+        return full
+    strange = [kind for kind in kinds if kind not in full and not set(kind.split("+")) <= set(CAUSES)]
+    if strange:
+        raise InputError(
+            f"kinds {', '.join(strange)}",
+            "none, listed, unknown, pair, a cause's name, or two joined by +",
+            f"choose among {', '.join(sorted(CAUSES))}",
+        )
+    decks = {group: deck for group, deck in full.items() if group in kinds}
+    named = [(kind, size) for kind in kinds if kind not in full for size in (LARGE, SMALL)]
+    return decks | ({"named": named} if named else {})
+
+
+def plan_cases(
+    count: int, rng: np.random.Generator, kinds: tuple[str, ...] = ()
+) -> list[tuple[str, float, str]]:
+    """Kind, size and noise of `count` cases, in random order.
+
+    Groups get their shares of the trial as evenly as whole numbers allow; within a group everything occurs
+    once before anything occurs twice, and the noise kinds take turns.
+    """
+    decks = _decks(kinds)
+    weight = np.array([SHARES.get(group, 1.0) for group in decks])
+    cumulated = np.round(np.concatenate([[0.0], np.cumsum(weight / weight.sum())]) * count).astype(int)
+    plan = []
+    for deck, number in zip(decks.values(), np.diff(cumulated), strict=True):
+        dealt: list[tuple[str, float]] = []
+        while len(dealt) < number:
+            dealt += [deck[i] for i in rng.permutation(len(deck))]
+        first = int(rng.integers(3))
+        plan += [(kind, size, NOISE_KINDS[(first + i) % 3]) for i, (kind, size) in enumerate(dealt[:number])]
+    return [plan[i] for i in rng.permutation(len(plan))]
+
+
+def outlines(count: int, seed: int, kinds: tuple[str, ...] = (), runs: int = 12) -> Iterator[Outline]:
+    """What a trial consists of, case by case; the same arguments give the same outlines. Each truth carries
+    a salt so that
+    its hash cannot be guessed from the few causes there are."""
+    plan = plan_cases(count, np.random.default_rng([seed, 0]), kinds)
+    for index, (kind, size, noise) in enumerate(plan):
+        rng = np.random.default_rng([seed, index + 1, 0])
+        salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
+        outline = outline_series(kind, size, rng, runs, noise, f"case-{index + 1:03d}", told)
+        outline.truth["salt"] = salt
+        yield outline
+
+
+def truth_text(truth: dict) -> str:
+    """The truth as written and hashed. Floats carry nine digits: a repetition elsewhere may differ in the
+    last bits."""
+
+    def rounded(value):
+        if isinstance(value, dict):
+            return {key: rounded(item) for key, item in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [rounded(item) for item in value]
+        return float(f"{value:.9g}") if isinstance(value, float) else value
+
+    return json.dumps(rounded(truth), indent=1, sort_keys=True)
+
+
+def truth_hash(truth: dict) -> str:
+    """sha256 of `truth_text`."""
+    return hashlib.sha256(truth_text(truth).encode()).hexdigest()
+
+
+def make_trial(
+    folder: Path,
+    count: int,
+    seed: int,
+    kinds: tuple[str, ...] = (),
+    sealed: bool = False,
+    runs: int = 12,
+    progress: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Write a trial of `count` cases. The manifest with every hash stands before the first series is
+    written."""
+    if (folder / "manifest.json").exists():
+        raise InputError(f"{folder} already holds a trial", "an empty or new folder", "choose another folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = list(outlines(count, seed, kinds, runs))
+    cases = [{"case": outline.truth["case"], "truth_sha256": truth_hash(outline.truth)} for outline in drawn]
+    manifest = {"format": 1, "cases": cases, "kinds": list(kinds), "runs": runs, "sealed": sealed}
+    temporary = folder / "manifest.json.part"
+    temporary.write_text(json.dumps(manifest, indent=1))
+    temporary.rename(folder / "manifest.json")
+    for index, outline in enumerate(drawn):
+        name = outline.truth["case"]
+        write_series(
+            run_outline(outline, np.random.default_rng([seed, index + 1, 1])), folder / "cases" / name
+        )
+        if not sealed:
+            (folder / "sealed").mkdir(exist_ok=True)
+            (folder / "sealed" / f"{name}.json").write_text(truth_text(outline.truth))
+        progress(f"{index + 1}/{count} {name} written")
+
+
+def read_manifest(folder: Path) -> dict:
+    """`manifest.json` of a trial folder."""
+    path = folder / "manifest.json"
+    if not path.exists():
+        raise InputError(
+            f"{path} is missing", "a folder that `ovines blind make` wrote", "run `ovines blind make` first"
+        )
+    return json.loads(path.read_text())
+
+
+def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict]:
+    """Truths by case, each checked against the hash that was written first. A sealed trial needs its
+    `seed`."""
+    manifest = read_manifest(folder)
+    if manifest["sealed"]:
+        if seed is None:
+            raise InputError("a sealed trial without its seed", "the seed it was made with", "give --seed")
+        made = outlines(len(manifest["cases"]), seed, tuple(manifest["kinds"]), manifest["runs"])
+        truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
+    else:
+        truths = {
+            c["case"]: json.loads((folder / "sealed" / f"{c['case']}.json").read_text())
+            for c in manifest["cases"]
+        }
+    for case in manifest["cases"]:
+        if truth_hash(truths[case["case"]]) != case["truth_sha256"]:
+            raise InputError(
+                f"the truth of {case['case']} has another hash than the manifest",
+                case["truth_sha256"],
+                "use the seed or the truths the trial was made with",
+            )
+    return truths

@@ -1,0 +1,110 @@
+"""`ovines blind`: sealed cases made by an independent plant, answered by the diagnosis, then scored."""
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from analysis.blind import score, score_report, trial
+from ovines.errors import InputError
+
+NAME = "blind"
+HELP = "Make sealed cases with a plant of their own, answer them, and score the answers."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Sub-commands make, answer, score."""
+    parser.description = HELP
+    steps = parser.add_subparsers(dest="step", required=True)
+    make = steps.add_parser("make", help="write cases; the hash of every truth is written first")
+    make.add_argument("folder", type=Path)
+    make.add_argument("--cases", type=int, default=80, help="how many series (default: 80)")
+    make.add_argument("--seed", type=int, required=True, help="the same seed gives the same cases")
+    make.add_argument(
+        "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
+    )
+    make.add_argument("--runs", type=int, default=12, help="recordings per series (default: 12)")
+    make.add_argument(
+        "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
+    )
+    answer = steps.add_parser("answer", help="run the diagnosis on every case that has no answer yet")
+    answer.add_argument("folder", type=Path)
+    marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
+    marks.add_argument("folder", type=Path)
+    marks.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Dispatch to the step; 0 when it is done."""
+    return {"make": _make, "answer": _answer, "score": _score}[args.step](args)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _make(args: argparse.Namespace) -> int:
+    if args.cases < 1 or args.runs < 1:
+        raise InputError(
+            f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers"
+        )
+    kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
+    trial.make_trial(args.folder, args.cases, args.seed, kinds, args.seal, args.runs, _say)
+    return 0
+
+
+def _diagnose(series: Path, out: Path) -> None:
+    """`ovines diagnose` on one series, in this process so that compiled code is compiled once."""
+    from ovines.commands import diagnose
+
+    parser = argparse.ArgumentParser()
+    diagnose.add_arguments(parser)
+    diagnose.run(parser.parse_args([str(series), "--out", str(out)]))
+
+
+def _answer(args: argparse.Namespace) -> int:
+    cases = [entry["case"] for entry in trial.read_manifest(args.folder)["cases"]]
+    for index, case in enumerate(cases):
+        out = args.folder / "answers" / case
+        if (out / "seconds.json").exists():
+            continue
+        start = time.monotonic()
+        _diagnose(args.folder / "cases" / case, out)
+        (out / "seconds.json").write_text(json.dumps(time.monotonic() - start))
+        verdict = json.loads((out / "diagnosis.json").read_text())
+        _say(f"{index + 1}/{len(cases)} {case}: {', '.join(verdict['effects']) or verdict['verdict']}")
+    return 0
+
+
+def _score(args: argparse.Namespace) -> int:
+    truths = trial.read_truths(args.folder, args.seed)
+    rows, answers = [], {}
+    for case, truth in truths.items():
+        out = args.folder / "answers" / case
+        if not (out / "diagnosis.json").exists():
+            raise InputError(
+                f"{case} has no answer", "an answer to every case", "run `ovines blind answer` to the end"
+            )
+        answers[case] = json.loads((out / "diagnosis.json").read_text())
+        clock = out / "seconds.json"
+        rows.append(
+            score.mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None)
+        )
+    figures = score.figures_of(rows, np.random.default_rng(0))
+    causes = score.per_cause(rows, answers)
+    result = {
+        "format": 1,
+        "figures": [asdict(f) for f in figures],
+        "causes": causes,
+        "cases": [asdict(r) for r in rows],
+    }
+    (args.folder / "score.json").write_text(json.dumps(result, indent=1))
+    text = score_report.markdown(figures, causes, rows, f"ovines blind score {args.folder.name}")
+    (args.folder / "score.md").write_text(text)
+    score_report.confusion_picture(rows, args.folder / "confusion.png")
+    print(text)
+    return 0
