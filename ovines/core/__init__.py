@@ -1,0 +1,19 @@
+"""The core simulator: a disk in a moving container; next contact, move to it, resolve it."""
+
+from ovines.core.model import (
+    FloorFriction,
+    Harmonic,
+    Host,
+    ImpactLaw,
+    MeasuredMotion,
+    Nes,
+    Scenario,
+    ScenarioError,
+    Suspension,
+)
+from ovines.core.simulate import EnergyBalance, SimulationResult, simulate
+
+__all__ = [
+    "EnergyBalance", "FloorFriction", "Harmonic", "Host", "ImpactLaw", "MeasuredMotion", "Nes", "Scenario",
+    "ScenarioError", "SimulationResult", "Suspension", "simulate",
+]  # fmt: skip

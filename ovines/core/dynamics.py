@@ -1,0 +1,255 @@
+"""Forces and accelerations: the right-hand side of motion in flight, along a wall, and pressed into it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ovines.core import parameters as P
+from ovines.core.friction import floor_friction
+from ovines.core.host import ROTATION, base_motion, vertical_acceleration
+from ovines.core.walls import contact_frame
+
+# what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
+PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force to roll, slip velocity
+N_SCRATCH = 13
+
+
+@njit(cache=True, nogil=True)
+def place(t: float, y, p, k, drive, table, scratch, out) -> None:
+    """Disk's geometric centre and the Host in the world at state ``y``.
+
+    ``out``: 0-3 centre's position and velocity, 4-9 Host x, y, angle and rates, 10-11 mass offset (world).
+    A driven Host's motion is left in ``scratch[0:9]``.
+    """
+    kind = k[P.HOST_KIND]
+    if kind == P.DRIVEN:
+        base_motion(t, k, drive, table, scratch)
+        for i in range(6):
+            out[4 + i] = scratch[i]
+    elif kind == P.FIXED:
+        for i in range(4, 10):
+            out[i] = 0.0
+    else:
+        out[4], out[5], out[6] = y[P.HOST], y[P.HOST + 1], y[P.HOST + 4]
+        out[7], out[8], out[9] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
+    out[0], out[1], out[2], out[3] = y[0], y[1], y[2], y[3]
+    out[10], out[11] = 0.0, 0.0
+    if k[P.OFF_CENTRE]:
+        cosine, sine = math.cos(y[4]), math.sin(y[4])
+        dx = cosine * p[P.MASS_X] - sine * p[P.MASS_Y]
+        dy = sine * p[P.MASS_X] + cosine * p[P.MASS_Y]
+        out[0] -= dx
+        out[1] -= dy
+        out[2] += y[5] * dy
+        out[3] -= y[5] * dx
+        out[10], out[11] = dx, dy
+
+
+@njit(cache=True, nogil=True)
+def in_host(at, k) -> tuple[float, float, float, float]:
+    """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    vx, vy = at[2] - at[7], at[3] - at[8]
+    if k[P.WALL_TURNS]:
+        vx += at[9] * y
+        vy -= at[9] * x
+        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        return cosine * x + sine * y, cosine * y - sine * x, cosine * vx + sine * vy, cosine * vy - sine * vx
+    return x, y, vx, vy
+
+
+@njit(cache=True, nogil=True)
+def normal_here(wall: int, at, p, k, polygon) -> tuple[float, float, float, float]:
+    """World normal towards the wall, gap and curvature at a placed state."""
+    x, y, _vx, _vy = in_host(at, k)
+    nx, ny, gap, curvature = contact_frame(wall, x, y, p, polygon)
+    if k[P.WALL_TURNS]:
+        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        return cosine * nx - sine * ny, sine * nx + cosine * ny, gap, curvature
+    return nx, ny, gap, curvature
+
+
+@njit(cache=True, nogil=True)
+def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
+    """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
+    radius = p[P.RADIUS]
+    host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
+    host_t = -(at[0] - at[4]) * ny + (at[1] - at[5]) * nx
+    return radius - at[10] * nx - at[11] * ny, at[10] * ny - at[11] * nx, host_n, host_t
+
+
+@njit(cache=True, nogil=True)
+def inverse_mass(nx: float, ny: float, at, p) -> tuple[float, float, float]:
+    """Contact's inverse mass matrix (k_nn, k_nt, k_tt; 1/kg): what an impulse does to the contact's velocity."""
+    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    mass = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
+    nes, host = 1.0 / p[P.INERTIA], p[P.INVERSE_HOST_INERTIA]
+    return (
+        mass + nes_t * nes_t * nes + host_t * host_t * host,
+        -(nes_n * nes_t * nes + host_n * host_t * host),
+        mass + nes_n * nes_n * nes + host_n * host_n * host,
+    )
+
+
+@njit(cache=True, nogil=True)
+def contact_velocity(nx: float, ny: float, spin: float, at, p) -> tuple[float, float]:
+    """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    vx, vy = at[2] - at[7] + at[9] * y, at[3] - at[8] - at[9] * x
+    return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
+
+
+@njit(cache=True, nogil=True)
+def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None:
+    """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
+    for i in range(k[P.STATE_SIZE]):
+        dy[i] = 0.0
+    mass, radius = p[P.MASS], p[P.RADIUS]
+    dy[0], dy[1], dy[4] = y[2], y[3], y[5]
+    dy[2], dy[3] = p[P.GRAVITY_X], p[P.GRAVITY_Y]
+    kind = k[P.HOST_KIND]
+    moving = kind == P.FREE or kind == P.SPRUNG
+    if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
+        speed = math.hypot(y[2], y[3])
+        rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
+        dy[2] -= rate * y[2]
+        dy[3] -= rate * y[3]
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_DRAG] = mass * rate * speed * speed
+    if kind == P.SPRUNG:
+        springs(t, y, p, k, drive, table, scratch, dy)
+    if moving:
+        dy[P.HOST], dy[P.HOST + 1], dy[P.HOST + 4] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
+    if p[P.FLOOR_FRICTION] > 0.0:
+        floor(t, y, at, p, k, drive, table, moving, dy)
+
+
+@njit(cache=True, nogil=True)
+def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
+    """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
+    mass = p[P.MASS]
+    load = p[P.FLOOR_LOAD]
+    vx, vy, spin = at[2], at[3], y[5]
+    floor_vx, floor_vy, floor_spin = 0.0, 0.0, 0.0
+    if not k[P.ON_GROUND]:
+        floor_vx = at[7] - at[9] * (at[1] - at[5])
+        floor_vy = at[8] + at[9] * (at[0] - at[4])
+        floor_spin = at[9]
+        load = max(load + vertical_acceleration(t, k, drive, table), 0.0)
+    strength = max(p[P.FLOOR_FRICTION] * (1.0 + p[P.DRIFT_PER_S] * t), 0.0) * load
+    ax, ay, torque = floor_friction(
+        vx - floor_vx, vy - floor_vy, spin - floor_spin, p[P.RADIUS], strength, p[P.REGULARISATION], p[P.COUPLING]
+    )
+    dy[2] += ax
+    dy[3] += ay
+    dy[5] += (torque - at[10] * ay + at[11] * ax) * mass / p[P.INERTIA]
+    size = k[P.STATE_SIZE]
+    if size > 6:
+        rubbing = ax * (vx - floor_vx) + ay * (vy - floor_vy) + torque * (spin - floor_spin)
+        dy[P.LOST_FRICTION] -= mass * rubbing
+        if not moving:
+            dy[P.WORK] += mass * (ax * floor_vx + ay * floor_vy + torque * floor_spin)
+    if moving and not k[P.ON_GROUND]:
+        dy[P.HOST + 2] -= ax * mass * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 3] -= ay * mass * p[P.INVERSE_HOST_MASS]
+        arm = (at[0] - at[4]) * ay - (at[1] - at[5]) * ax
+        dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
+
+
+@njit(cache=True, nogil=True)
+def springs(t: float, y, p, k, drive, table, scratch, dy) -> None:
+    """Suspension of a sprung Host on the moving ground, with the powers of dampers and ground."""
+    base_motion(t, k, drive, table, scratch)
+    for axis in range(3):
+        at = P.HOST + (4 if axis == ROTATION else axis)
+        rate = P.HOST + (5 if axis == ROTATION else 2 + axis)
+        stiffness, damping = p[P.STIFFNESS_X + axis], p[P.DAMPING_X + axis]
+        stretch, stretching = y[at] - scratch[axis], y[rate] - scratch[3 + axis]
+        inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+        force = -stiffness * stretch - damping * stretching
+        dy[rate] += force * inverse
+        dy[P.LOST_DRAG] += damping * stretching * stretching
+        dy[P.WORK] += force * scratch[3 + axis]
+
+
+@njit(cache=True, nogil=True)
+def contact_bias(y, at, nx: float, ny: float, curvature: float, dy, p, k, scratch) -> tuple[float, float]:
+    """Relative acceleration of the contact without wall force: towards the wall along it, and of the slip.
+
+    The first is the second derivative of the penetration seen by the Host, so that it is what a wall force must
+    cancel; the path's curvature is in it.  Follows from differentiating the gap twice in the Host's frame.
+    """
+    x, yy = at[0] - at[4], at[1] - at[5]
+    ax, ay = dy[2], dy[3]
+    if k[P.OFF_CENTRE]:
+        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
+        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
+    turn = 0.0
+    if k[P.HOST_KIND] == P.DRIVEN:
+        ax -= scratch[6]
+        ay -= scratch[7]
+        turn = scratch[8]
+    elif k[P.HOST_KIND] != P.FIXED:
+        ax -= dy[P.HOST + 2]
+        ay -= dy[P.HOST + 3]
+        turn = dy[P.HOST + 5]
+    spin = at[9]
+    slip_acceleration = (
+        ay * nx - ax * ny + p[P.RADIUS] * (dy[5] - turn) - turn * (x * nx + yy * ny)
+        + spin * spin * (yy * nx - x * ny)
+    )  # fmt: skip
+    vx, vy = at[2] - at[7] + spin * yy, at[3] - at[8] - spin * x
+    ax += turn * yy + spin * spin * x + 2.0 * spin * vy
+    ay += -turn * x + spin * spin * yy - 2.0 * spin * vx
+    along = vy * nx - vx * ny
+    return ax * nx + ay * ny + curvature * along * along, slip_acceleration
+
+
+@njit(cache=True, nogil=True)
+def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) -> None:
+    """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
+    fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
+    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    dy[2] += fx / p[P.MASS]
+    dy[3] += fy / p[P.MASS]
+    dy[5] += (nes_n * force_t - nes_t * force_n) / p[P.INERTIA]
+    size = k[P.STATE_SIZE]
+    if size > P.HOST:
+        dy[P.HOST + 2] -= fx * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 3] -= fy * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 5] -= (host_n * force_t - host_t * force_n) * p[P.INVERSE_HOST_INERTIA]
+    elif size > 6:  # the driver's work: force on the NES times the wall's velocity there
+        dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
+
+
+@njit(cache=True, nogil=True)
+def derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
+    """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
+    place(t, y, p, k, drive, table, scratch, at)
+    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
+    if mode == P.FLIGHT:
+        return
+    nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
+    bias_n, bias_t = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)
+    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
+    slip = contact_velocity(nx, ny, y[5], at, p)[1]
+    determinant = k_nn * k_tt - k_nt * k_nt
+    force_n = -(k_tt * bias_n - k_nt * bias_t) / determinant
+    force_t = -(k_nn * bias_t - k_nt * bias_n) / determinant
+    need = force_t
+    if mode == P.SLIDE:
+        friction = p[P.WALL_FRICTION]
+        force_n = -bias_n / (k_nn + side * friction * k_nt)
+        force_t = side * friction * force_n
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_FRICTION] -= force_t * slip
+    push(y, at, nx, ny, force_n, force_t, p, k, dy)
+    scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
+
+
+def empty_scratch() -> tuple[np.ndarray, np.ndarray]:
+    """Scratch and place vectors of the right sizes."""
+    return np.zeros(N_SCRATCH), np.zeros(12)

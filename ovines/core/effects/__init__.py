@@ -1,0 +1,13 @@
+"""Every effect once: name, stage, parameters, physics in the simulator."""
+
+from ovines.core.effects.effect import Effect, EffectParameter
+from ovines.core.effects.flight import FLIGHT_EFFECTS
+from ovines.core.effects.geometry import GEOMETRY_EFFECTS
+from ovines.core.effects.impact import IMPACT_EFFECTS
+from ovines.core.effects.measurement import MEASUREMENT_EFFECTS
+
+EFFECTS: dict[str, Effect] = {
+    effect.name: effect for effect in FLIGHT_EFFECTS + IMPACT_EFFECTS + GEOMETRY_EFFECTS + MEASUREMENT_EFFECTS
+}
+
+__all__ = ["EFFECTS", "Effect", "EffectParameter"]

@@ -1,0 +1,75 @@
+"""What an effect is: a name, a stage, parameters with sizes, and what it does to the simulator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ovines.core.model import Scenario, require, require_range
+from ovines.core.packing import Packed
+
+Apply = Callable[[Packed, Mapping[str, float], Scenario], Packed]
+Observe = Callable[[np.ndarray, np.ndarray, Mapping[str, float], np.random.Generator], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect: unit, bounds, and its sizes on this rig (negligible, small = large/3, large).
+
+    ``default`` None: it must be given.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    negligible: float
+    large: float
+    default: float | None = None
+
+
+def unchanged(packed: Packed, values: Mapping[str, float], scenario: Scenario) -> Packed:
+    """An effect that leaves the motion alone (measurement)."""
+    return packed
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect, used by all: ``apply`` changes the packed scenario, ``observe`` the sampled motion.
+
+    ``observe(times, samples, values, rng)`` takes sample times (n,) and samples (n, 12, columns of
+    :mod:`ovines.core.sampling`) and gives what is reported.  ``meaning`` says what it is, how large and after whom.
+    """
+
+    name: str
+    stage: str
+    parameters: tuple[EffectParameter, ...]
+    meaning: str
+    apply: Apply = unchanged
+    observe: Observe | None = None
+
+    def complete(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Parameters with defaults, each inside its bounds; unknown or missing ones are refused."""
+        known = {parameter.name: parameter for parameter in self.parameters}
+        for name in values:
+            expected = ", ".join(known)
+            require(name in known, f"effects.{self.name}.{name}", f"one of {expected}", "correct the parameter's name")
+        full = {}
+        for name, parameter in known.items():
+            value = values.get(name, parameter.default)
+            require(value is not None, f"effects.{self.name} without {name}", f"{name} in {parameter.unit}", "give it")
+            low = parameter.low if math.isfinite(parameter.low) else -math.inf
+            require_range(f"effects.{self.name}.{name}", float(value), low, parameter.high)
+            full[name] = float(value)
+        return full
+
+
+def with_floats(packed: Packed, changes: Mapping[int, float]) -> Packed:
+    """A copy of ``packed`` with some of its numbers changed."""
+    changed = packed.copy()
+    for place, value in changes.items():
+        changed.p[place] = value
+    return changed

@@ -1,0 +1,106 @@
+"""Effects on the free flight: friction, drag, tilt, vertical motion, drift."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ovines.core import parameters as P
+from ovines.core.effects.effect import Effect, EffectParameter, with_floats
+from ovines.core.model import require
+from ovines.core.packing import ACCELERATION_OF_GRAVITY, AXES
+
+INF = math.inf
+
+
+def _floor_friction(packed, values, scenario):
+    load = scenario.friction.load_m_per_s2 if scenario.friction else ACCELERATION_OF_GRAVITY
+    return with_floats(packed, {P.FLOOR_FRICTION: values["coefficient"], P.FLOOR_LOAD: load})
+
+
+def _spin_coupling(packed, values, scenario):
+    return with_floats(packed, {P.COUPLING: values["coupling"]})
+
+
+def _viscous_drag(packed, values, scenario):
+    return with_floats(packed, {P.VISCOUS_DRAG: values["rate_per_s"]})
+
+
+def _air_drag(packed, values, scenario):
+    return with_floats(packed, {P.AIR_DRAG: values["rate_per_m"]})
+
+
+def _table_tilt(packed, values, scenario):
+    load = scenario.friction.load_m_per_s2 if scenario.friction else ACCELERATION_OF_GRAVITY
+    pull = load * values["tilt_rad"]
+    x = packed.p[P.GRAVITY_X] + pull * math.cos(values["direction_rad"])
+    y = packed.p[P.GRAVITY_Y] + pull * math.sin(values["direction_rad"])
+    return with_floats(packed, {P.GRAVITY_X: x, P.GRAVITY_Y: y})
+
+
+def _vertical_motion(packed, values, scenario):
+    plane = [row for row in packed.drive if row[0] < 2 and row[2] > 0.0]
+    require(bool(plane), "effects.vertical_motion without a drive along x or y", "a driven Host",
+            "give [host.drive], or put a z harmonic there yourself")  # fmt: skip
+    row = np.array([[AXES["z"], values["amplitude_m"], plane[0][2], values["phase_rad"]]])
+    return replace(packed.copy(), drive=np.vstack([packed.drive, row]))
+
+
+def _friction_drift(packed, values, scenario):
+    factor = max(1.0 + values["relative_per_run"] * scenario.run_number, 0.0)
+    strength = packed.p[P.FLOOR_FRICTION] * factor
+    return with_floats(packed, {P.FLOOR_FRICTION: strength, P.DRIFT_PER_S: values["relative_per_s"]})
+
+
+FLIGHT_EFFECTS = (
+    Effect(
+        "floor_friction", "flight", (EffectParameter("coefficient", "1", 0.0, INF, 0.01, 0.25),),
+        "Coulomb friction on the Host's floor (thesis Eq. 22, 45); steel on PVC 0.2-0.3 in the practice series.",
+        _floor_friction,
+    ),
+    Effect(
+        "spin_coupling", "flight", (EffectParameter("coupling", "1", 0.0, 1.0, 0.1, 1.0, 1.0),),
+        "Sliding and spinning friction of one contact area (Farkas 2003; thesis Eq. 45-54): 0 plain Coulomb, "
+        "1 a uniformly loaded disk. Spin lightens the friction on sliding and decays.",
+        _spin_coupling,
+    ),
+    Effect(
+        "viscous_drag", "flight", (EffectParameter("rate_per_s", "1/s", 0.0, INF, 0.03, 0.8),),
+        "Acceleration -c v against the room. The air film under a washer of 25 g gives 0.01-1 1/s.",
+        _viscous_drag,
+    ),
+    Effect(
+        "air_drag", "flight", (EffectParameter("rate_per_m", "1/m", 0.0, INF, 0.03, 0.8),),
+        "Acceleration -c |v| v against the room; c = rho C_d A / (2 m), 0.005 1/m for the bare washer.",
+        _air_drag,
+    ),
+    Effect(
+        "table_tilt", "flight",
+        (
+            EffectParameter("tilt_rad", "rad", 0.0, 0.5, 1e-3, 0.03),
+            EffectParameter("direction_rad", "rad", -INF, INF, 0.0, 2 * math.pi, 0.0),
+        ),
+        "Constant acceleration g times tilt, towards the direction (world frame, from x). A spirit level shows 1e-3.",
+        _table_tilt,
+    ),
+    Effect(
+        "vertical_motion", "flight",
+        (
+            EffectParameter("amplitude_m", "m", 0.0, INF, 5e-5, 8e-4),
+            EffectParameter("phase_rad", "rad", -INF, INF, 0.0, 2 * math.pi, 0.0),
+        ),
+        "Host's harmonic z at the drive's frequency; the floor load becomes m (g + z''). At 11 Hz 0.8 mm is 0.4 g.",
+        _vertical_motion,
+    ),
+    Effect(
+        "friction_drift", "flight",
+        (
+            EffectParameter("relative_per_s", "1/s", -INF, INF, 0.01, 0.5, 0.0),
+            EffectParameter("relative_per_run", "1/run", -INF, INF, 0.003, 0.05, 0.0),
+        ),
+        "Floor friction times (1 + a t)(1 + b run): wear, dust or charge (thesis Sec. 9.1 saw PVC washers slow down).",
+        _friction_drift,
+    ),
+)  # fmt: skip

@@ -1,0 +1,69 @@
+"""Effects of shape and place: the wall's form and centre, the disk's centre of mass and marker."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ovines.core import parameters as P
+from ovines.core.effects.effect import Effect, EffectParameter, with_floats
+
+INF = math.inf
+
+
+def _ellipticity(packed, values, scenario):
+    return with_floats(packed, {P.ELLIPTICITY: values["ellipticity"], P.ELLIPSE_DIRECTION: values["direction_rad"]})
+
+
+def _wall_centre(packed, values, scenario):
+    return with_floats(packed, {P.WALL_X: values["x_m"], P.WALL_Y: values["y_m"]})
+
+
+def _mass_centre(packed, values, scenario):
+    return with_floats(packed, {P.MASS_X: values["x_m"], P.MASS_Y: values["y_m"]})
+
+
+def _centre_marker(times, samples, values, rng):
+    seen = samples.copy()
+    cosine, sine = np.cos(samples[:, 4]), np.sin(samples[:, 4])
+    dx = cosine * values["x_m"] - sine * values["y_m"]
+    dy = sine * values["x_m"] + cosine * values["y_m"]
+    seen[:, 0] += dx
+    seen[:, 1] += dy
+    seen[:, 2] -= samples[:, 5] * dy
+    seen[:, 3] += samples[:, 5] * dx
+    return times, seen
+
+
+def _offset(name: str, large: float) -> EffectParameter:
+    return EffectParameter(name, "m", -INF, INF, 1e-4, large, 0.0)
+
+
+GEOMETRY_EFFECTS = (
+    Effect(
+        "wall_ellipticity", "geometry",
+        (
+            EffectParameter("ellipticity", "1", -0.2, 0.2, 2e-3, 0.02),
+            EffectParameter("direction_rad", "rad", -INF, INF, 0.0, math.pi, 0.0),
+        ),
+        "Contact radius R_c (1 + e cos 2(azimuth - phi)), fixed in the Host; a ring squeezed by its screws.",
+        _ellipticity,
+    ),
+    Effect(
+        "wall_centre_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "The wall's centre in the Host's frame is not the origin that the markers' layout says.",
+        _wall_centre,
+    ),
+    Effect(
+        "mass_centre_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "Centre of mass off the geometric centre, fixed in the disk; floor friction acts at the geometric centre. "
+        "Couples spin and sliding in flight and at impact.",
+        _mass_centre,
+    ),
+    Effect(
+        "centre_marker_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "The marker taken for the disk's centre is off it, fixed in the disk: the reported centre circles with the spin.",
+        observe=_centre_marker,
+    ),
+)  # fmt: skip

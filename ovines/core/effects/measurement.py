@@ -1,0 +1,80 @@
+"""Effects of the measurement: clocks, windows, scale, plane.  They change what is reported, not the motion.
+
+On centres in the world, the camera's clock and window act through triangulation only (two views that disagree);
+they are declared here and act where images are made (`observe` None); the others act on the sampled motion.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ovines.core.effects.effect import Effect, EffectParameter
+
+INF = math.inf
+_POSITIONS, _VELOCITIES = (0, 1, 6, 7), (2, 3, 8, 9)
+
+
+def _scale(times, samples, values, rng):
+    seen = samples.copy()
+    seen[:, _POSITIONS + _VELOCITIES] *= values["scale"]
+    return times, seen
+
+
+def _frame_rate(times, samples, values, rng):
+    seen = samples.copy()
+    seen[:, (2, 3, 5, 8, 9, 11)] /= values["ratio"]
+    return times * values["ratio"], seen
+
+
+def _plane(times, samples, values, rng):
+    seen = samples.copy()
+    seen[:, (0, 2, 6, 8)] *= math.cos(values["y_rad"])
+    seen[:, (1, 3, 7, 9)] *= math.cos(values["x_rad"])
+    return times, seen
+
+
+def _jitter(times, samples, values, rng):
+    seen = samples.copy()
+    late = rng.normal(0.0, values["sd_s"], len(times))
+    for position, velocity in ((0, 2), (1, 3), (4, 5), (6, 8), (7, 9), (10, 11)):
+        seen[:, position] += samples[:, velocity] * late
+    return times, seen
+
+
+MEASUREMENT_EFFECTS = (
+    Effect(
+        "camera_clock_offset", "measurement", (EffectParameter("offset_s", "s", -INF, INF, 2e-5, 6e-4),),
+        "The second camera sees the world later by a constant: an epipolar error that grows with speed.",
+    ),
+    Effect(
+        "sensor_window_offset", "measurement",
+        (
+            EffectParameter("u_px", "px", -INF, INF, 0.5, 8.0, 0.0),
+            EffectParameter("v_px", "px", -INF, INF, 0.5, 8.0, 0.0),
+        ),
+        "A camera's window was elsewhere than window_offset_px says: a constant epipolar error.",
+    ),
+    Effect(
+        "length_scale_error", "measurement", (EffectParameter("scale", "1", 0.1, 10.0, 1e-3, 1.02),),
+        "Reported lengths are the true ones times scale (a board printed in another size).", observe=_scale,
+    ),
+    Effect(
+        "frame_rate_error", "measurement", (EffectParameter("ratio", "1", 0.1, 10.0, 1e-3, 1.02),),
+        "Reported times are the true ones times ratio (true rate over nominal rate).", observe=_frame_rate,
+    ),
+    Effect(
+        "plane_tilt", "measurement",
+        (
+            EffectParameter("x_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
+            EffectParameter("y_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
+        ),
+        "The world's z is not the plane's normal: turned about x and y, plane lengths shorten by the cosines and z "
+        "follows x, y.", observe=_plane,
+    ),
+    Effect(
+        "trigger_jitter", "measurement", (EffectParameter("sd_s", "s", 0.0, INF, 5e-6, 1e-4),),
+        "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.", observe=_jitter,
+    ),
+)  # fmt: skip

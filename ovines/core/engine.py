@@ -1,0 +1,173 @@
+"""The event loop: next contact, move to it, resolve it (the whole simulator in one compiled function)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ovines.core import parameters as P
+from ovines.core.along_wall import GOES_ON, HITS, follow_wall
+from ovines.core.collision import resolve
+from ovines.core.dynamics import derivatives
+from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
+from ovines.core.host import ROTATION, base_motion, host_after
+from ovines.core.sampling import sample_glide, take_sample
+from ovines.core.stepper import next_size, step
+
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
+
+
+@njit(cache=True, nogil=True)
+def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
+    """Add the ground's work and the dampers' loss over a closed-form flight to the energies in ``y``.
+
+    Gauss-Legendre on pieces of a quarter of the fastest period: rounding-level for these smooth integrands.
+    """
+    pieces = int(math.ceil(s / p[P.MAX_STEP])) if s > 0.0 else 0
+    host, base = work[12], work[13]
+    for piece in range(pieces):
+        width = s / pieces
+        for node in range(_GAUSS_X.shape[0]):
+            at = width * (piece + 0.5 * (1.0 + _GAUSS_X[node]))
+            host_after(t0, at, y, p, k, drive, table, host)
+            base_motion(t0 + at, k, drive, table, base)
+            for axis in range(ROTATION + 1):
+                stretch, stretching = host[axis] - base[axis], host[3 + axis] - base[3 + axis]
+                damping = p[P.DAMPING_X + axis]
+                force = p[P.STIFFNESS_X + axis] * stretch + damping * stretching
+                y[P.LOST_DRAG] += 0.5 * width * _GAUSS_W[node] * damping * stretching * stretching
+                y[P.WORK] -= 0.5 * width * _GAUSS_W[node] * force * base[3 + axis]
+
+
+@njit(cache=True, nogil=True)
+def fly_closed(
+    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample, with_energy
+) -> tuple[float, int, int]:  # fmt: skip
+    """Closed-form flight to the next contact, in place: (time, wall or -1, next sample)."""
+    s, wall = glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work)
+    next_sample = sample_glide(t, y, t + s, p, k, drive, table, work, trial, sample_times, samples, next_sample)
+    glide(t, s, y, p, k, drive, table, work[13], trial)
+    if with_energy and k[P.HOST_KIND] == P.SPRUNG:
+        suspension_work(t, s, y, p, k, drive, table, work)
+        for j in range(P.LOST_FRICTION, P.LOST_DRAG + 1):
+            trial[j] = y[j]
+    for j in range(k[P.STATE_SIZE]):
+        y[j] = trial[j]
+    return (end if wall < 0 else t + s), wall, next_sample
+
+
+@njit(cache=True, nogil=True)
+def fly_integrated(
+    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
+) -> tuple[float, int, int]:  # fmt: skip
+    """Integrated flight to the next contact, in place: (time, wall or -1, next sample)."""
+    a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    fast = p[P.SPEED] + math.hypot(y[2], y[3])
+    h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
+    n = k[P.STATE_SIZE]
+    derivatives(t, y, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[0])
+    relative(t, y, p, k, drive, table, work, work[0], a)
+    while t < end:
+        if k[P.ON_GROUND] and can_rest(y, p, k):
+            y[2], y[3] = 0.0, 0.0
+            if p[P.COUPLING] > 0.0:
+                y[5] = 0.0
+            return t, -2, next_sample
+        s = min(h, end - t)
+        error = step(t, y, s, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+        if error > 1.0:
+            h = next_size(s, error)
+            continue
+        derivatives(t + s, trial, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+        relative(t + s, trial, p, k, drive, table, work, work[15], b)
+        guess, wall = first_crossing(a, b, s, min(grace, s), p, k, polygon, cx, cy)
+        if wall >= 0:
+            reached, contact = land(t, y, guess, s, wall, p, k, drive, table, polygon, work, trial)
+            s = reached
+            if not contact:
+                wall = -1
+        if next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
+            while next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
+                step(t, y, sample_times[next_sample] - t, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+                take_sample(sample_times[next_sample], trial, p, k, drive, table, work, samples[next_sample])
+                next_sample += 1
+            step(t, y, s, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+        for j in range(n):
+            y[j] = trial[j]
+        t = t + s if s < end - t else end
+        if wall >= 0:
+            return t, wall, next_sample
+        grace = max(grace - s, 0.0)
+        derivatives(t, y, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[0])
+        relative(t, y, p, k, drive, table, work, work[0], a)
+        h = min(next_size(s, error), p[P.MAX_STEP])
+    return t, -1, next_sample
+
+
+@njit(cache=True, nogil=True)
+def can_rest(y, p, k) -> bool:
+    """Whether the disk stands on the fixed ground for good: nothing drives it and it moves 1e-9 of v_d or less."""
+    if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.FLOOR_FRICTION] <= 0.0 or k[P.OFF_CENTRE]:
+        return False
+    return rest_speed(y, p) <= 1e-9 * p[P.REGULARISATION]
+
+
+@njit(cache=True, nogil=True)
+def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts, with_energy):
+    """Run a packed scenario; ``y`` ends as the final state.
+
+    Returns (end time, impacts, contacts, seconds in sustained contact, samples written).  Arrays that are
+    too short are filled as far as they go; the counts say how far they should have gone.
+    """
+    work, trial, record = np.zeros((16, P.N_STATE)), np.zeros(P.N_STATE), np.zeros(P.N_IMPACT)
+    end = p[P.DURATION]
+    t, grace = 0.0, 0.0
+    n_impacts, n_contacts, next_sample, in_contact = 0, 0, 0, 0.0
+    mode, wall = P.FLIGHT, -1
+    at_rest = False
+    while t < end:
+        if mode == P.FLIGHT:
+            if k[P.CLOSED_FORM] or at_rest:
+                t, wall, next_sample = fly_closed(
+                    t, y, end, grace, p, k, drive, table, polygon, work, trial,
+                    sample_times, samples, next_sample, with_energy,
+                )  # fmt: skip
+            else:
+                t, wall, next_sample = fly_integrated(
+                    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
+                )
+            at_rest = wall == -2
+            grace = 0.0
+            if wall < 0:
+                continue
+        else:
+            start = t
+            t, event, wall, next_sample = follow_wall(
+                t, y, wall, end, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
+            )
+            if n_contacts < contacts.shape[0]:
+                contacts[n_contacts, 0], contacts[n_contacts, 1] = start, t
+            n_contacts += 1
+            in_contact += t - start
+            if event == GOES_ON:
+                break
+            if event != HITS:
+                mode = P.FLIGHT
+                grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+                continue
+        mode, duration, counted = resolve(t, y, wall, p, k, drive, table, polygon, work, record)
+        t += duration
+        if counted:
+            if n_impacts < impacts.shape[0]:
+                impacts[n_impacts, :] = record
+            n_impacts += 1
+            if n_impacts >= k[P.MAX_IMPACTS]:
+                break
+        elif mode == P.FLIGHT:
+            grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+    while next_sample < sample_times.shape[0] and sample_times[next_sample] <= t:
+        take_sample(t, y, p, k, drive, table, work, samples[next_sample])
+        next_sample += 1
+    return t, n_impacts, n_contacts, in_contact, next_sample

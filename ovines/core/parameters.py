@@ -1,0 +1,36 @@
+"""Places of every number in the compiled engine's parameter vectors.
+
+The engine takes plain arrays, so that one compiled signature serves every scenario and an ensemble is one
+array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills them.
+"""
+
+# float vector
+(
+    RADIUS, MASS, INERTIA, CONTACT_RADIUS, OBSTACLE_RADIUS, INVERSE_HOST_MASS, INVERSE_HOST_INERTIA,
+    GRAVITY_X, GRAVITY_Y, FLOOR_FRICTION, FLOOR_LOAD, REGULARISATION, COUPLING, VISCOUS_DRAG, AIR_DRAG,
+    DRIFT_PER_S, RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, RESTITUTION_FAST, RESTITUTION_SPEED,
+    RESTITUTION_SWING, RESTITUTION_DIRECTION, CONTACT_DURATION, ELLIPTICITY, ELLIPSE_DIRECTION,
+    WALL_X, WALL_Y, MASS_X, MASS_Y, STIFFNESS_X, STIFFNESS_Y, STIFFNESS_R, DAMPING_X, DAMPING_Y, DAMPING_R,
+    DURATION, TOLERANCE, HOST_ACCELERATION, HOST_SPIN, HOST_SPIN_RATE, LENGTH, SPEED, MAX_STEP,
+) = range(44)  # fmt: skip
+N_FLOATS = 44
+
+# int vector
+(HOST_KIND, CLOSED_FORM, N_WALLS, WALL_TURNS, ON_GROUND, MAX_IMPACTS, STATE_SIZE, HAS_TABLE, OFF_CENTRE) = range(9)
+N_INTS = 9
+
+FIXED, FREE, DRIVEN, SPRUNG = range(4)  # host kinds
+FLIGHT, SLIDE, ROLL, PRESS = range(4)  # modes of motion; PRESS is a finite contact time
+
+# state vector: NES (x, y, vx, vy, angle, spin) of its centre of mass, three energies, Host (same six)
+LOST_FRICTION, WORK, LOST_DRAG = 6, 7, 8  # J: rubbed away, done by driver or ground, drag and dampers
+HOST = 9
+N_STATE = 15
+
+# walls: the round wall, the obstacle, then the polygon's edges
+ROUND, OBSTACLE, EDGES = 0, 1, 2
+
+# columns of the impact record
+(TIME, AZIMUTH, NORMAL_BEFORE, NORMAL_AFTER, TANGENTIAL_BEFORE, TANGENTIAL_AFTER, SPIN_BEFORE, SPIN_AFTER,
+ STUCK, WALL, LOST) = range(11)  # fmt: skip
+N_IMPACT = 11

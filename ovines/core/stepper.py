@@ -1,0 +1,70 @@
+"""One step of the order-8 pair, and the step size that keeps its error below the tolerance."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from ovines.core import parameters as P
+from ovines.core.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
+from ovines.core.dynamics import derivatives
+
+
+@njit(cache=True, nogil=True)
+def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> float:
+    """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the derivative at ``t`` on entry.
+
+    ``work`` (16 rows of 15): rows 0-11 stages, 12 a trial state, 13 scratch, 14 place.  Returns the error over
+    the tolerance (accept below 1), Hairer's blend of the third- and fifth-order estimates.
+    """
+    n = k[P.STATE_SIZE]
+    trial = work[12]
+    for i in range(1, 12):
+        for j in range(n):
+            total = 0.0
+            for m in range(i):
+                total += STAGES[i, m] * work[m, j]
+            trial[j] = y[j] + h * total
+        derivatives(t + NODES[i] * h, trial, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[i])
+    for j in range(n):
+        total = 0.0
+        for m in range(12):
+            total += WEIGHTS[m] * work[m, j]
+        out[j] = y[j] + h * total
+    error_5, error_3 = 0.0, 0.0
+    for j in range(n):
+        e5, e3 = 0.0, 0.0
+        for m in range(12):
+            e5 += ERROR_5[m] * work[m, j]
+            e3 += ERROR_3[m] * work[m, j]
+        scale = p[P.TOLERANCE] * state_scale(j, max(abs(y[j]), abs(out[j])), p)
+        error_5 += (e5 / scale) ** 2
+        error_3 += (e3 / scale) ** 2
+    if error_5 == 0.0:
+        return 0.0
+    return abs(h) * error_5 / math.sqrt((error_5 + 0.01 * error_3) * n)
+
+
+@njit(cache=True, nogil=True)
+def state_scale(j: int, size: float, p) -> float:
+    """Size that the tolerance of state ``j`` refers to: the scenario's own length, speed, energy, or the value."""
+    length, speed = p[P.LENGTH], p[P.SPEED]
+    if P.LOST_FRICTION <= j <= P.LOST_DRAG:
+        return p[P.MASS] * speed * speed + size
+    i = j if j < P.HOST else j - P.HOST
+    if i < 2:
+        return length
+    if i < 4:
+        return speed + size
+    if i == 4:
+        return 1.0
+    return speed / p[P.RADIUS] + size
+
+
+@njit(cache=True, nogil=True)
+def next_size(h: float, error: float) -> float:
+    """Step size after a step with this scaled error."""
+    if error <= 1e-12:
+        return 10.0 * h
+    return h * min(10.0, max(0.2, 0.9 * error ** (-0.125)))
