@@ -1,0 +1,97 @@
+"""Parse the command line, hand over to the command, turn what is wrong into three lines and an exit status."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import pkgutil
+import sys
+from types import ModuleType
+
+# One thread for the linear algebra: results are then the same bytes with any --jobs, and small matrices are
+# faster.  Set before numpy is loaded; whoever wants more threads sets the variable.
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+import ovines
+import ovines.commands
+from ovines.errors import InputError
+
+ORDER = (
+    "run",
+    "check",
+    "calibrate",
+    "track",
+    "triangulate",
+    "analyse",
+    "identify",
+    "report",
+    "simulate",
+    "diagnose",
+)
+
+
+def command_names() -> list[str]:
+    """Every module of ovines.commands is a command, except those that serve others."""
+    names = [
+        found.name
+        for found in pkgutil.iter_modules(ovines.commands.__path__)
+        if found.name != "stage_command"
+    ]
+    return sorted(names, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
+
+
+def command(name: str) -> ModuleType:
+    return importlib.import_module(f"ovines.commands.{name}")
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """Only the command asked for is loaded; all of them for the help."""
+    parser = argparse.ArgumentParser(prog="ovines", description=ovines.__doc__)
+    parser.add_argument("--version", action="version", version=f"ovines {ovines.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    asked = [name for name in command_names() if arguments[:1] == [name]]
+    for name in asked or command_names():
+        module = command(name)
+        added = commands.add_parser(name, help=module.HELP.replace("%", "%%"), description=module.HELP)
+        module.add_arguments(added)
+        added.set_defaults(run=module.run)
+    return parser.parse_args(arguments)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0 done, 2 the input or the command line is wrong, 1 a mistake of ours (with its traceback)."""
+    try:
+        args = parse(sys.argv[1:] if arguments is None else arguments)
+        return args.run(args)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except ImportError as error:
+        message = missing_library(error)
+        if message is None:
+            raise
+        print(message, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("interrupted; finished stages are kept", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # `ovines check ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def missing_library(error: ImportError) -> str | None:
+    """One line for a system library that OpenCV needs and the machine lacks; None for any other ImportError."""
+    text = str(error)
+    if ".so" not in text or "cannot open shared object" not in text:
+        return None
+    library = text.split(":")[0]
+    return (
+        f"OpenCV needs the system library {library}: install it, e.g. `apt-get install libgl1 libglib2.0-0`"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,220 @@
+"""The stages, declared once: what each reads and writes, and which of them a recording needs.
+
+Commands, `ovines check` and docs/chain.md all come from ``STAGES``.  To add a stage, add an entry here and its
+function in `ovines.stages`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import ovines
+from ovines.errors import InputError
+from ovines.provenance import sha256_of
+from ovines.recording import Recording
+from ovines.tables import read_provenance
+
+ENTRY_STAGE = {"frames": "track", "tracks": "triangulate", "points": "analyse", "motion": "analyse"}
+HTML_MARK = "<!-- ovines "
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage = one command = one function of `ovines.stages`.
+
+    reads : what it is made from: results of earlier stages, or files that the recording brings
+    may_read : the same, where it may be absent
+    writes : its files, the first always, the others where the recording allows
+    sections : the parts of recording.toml that it depends on
+    sources : the packages whose code it runs; changed code makes it stale
+    """
+
+    name: str
+    help: str
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+    sections: tuple[str, ...]
+    sources: tuple[str, ...]
+    may_read: tuple[str, ...] = ()
+
+
+STAGES: tuple[Stage, ...] = (
+    Stage(
+        "calibrate", "board images -> cameras with standard deviations",
+        reads=("board", "intrinsic images", "extrinsic images"),
+        writes=("calibration.json", "calibration_views.parquet", "calibration_parameters.parquet"),
+        sections=("cameras", "calibration"), sources=("vision",),
+    ),
+    Stage(
+        "track", "images -> markers in window pixels",
+        reads=("frames", "calibration.json"), may_read=("names.csv", "trigger.csv"), writes=("tracks.parquet",),
+        sections=("time", "cameras", "bodies"), sources=("vision",),
+    ),
+    Stage(
+        "triangulate", "markers of two cameras -> points in metres",
+        reads=("tracks.parquet", "calibration.json"), writes=("points.parquet",),
+        sections=("cameras",), sources=("vision",),
+    ),
+    Stage(
+        "analyse", "points -> motion of NES and Host, Host circle, angle, impacts as the thesis finds them",
+        reads=("points.parquet or motion.parquet",),
+        writes=("motion.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet"),
+        sections=("time", "bodies", "excitation", "model"), sources=("analysis", "ovines/core"),
+    ),
+    Stage(
+        "identify", "motion -> impacts with their parameters, and the parameters of the rig",
+        reads=("motion.parquet",), writes=("identification.parquet", "impacts.parquet", "flights.parquet"),
+        sections=("time", "bodies", "excitation", "model"), sources=("analysis", "ovines/core"),
+    ),
+    Stage(
+        "report", "everything above -> one self-contained page",
+        reads=("motion.parquet",),
+        may_read=(
+            "calibration.json", "calibration_views.parquet", "calibration_parameters.parquet", "frames",
+            "tracks.parquet", "points.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet",
+            "impacts.parquet", "flights.parquet", "identification.parquet",
+        ),
+        writes=("report.html",),
+        sections=("name", "time", "cameras", "bodies", "excitation", "model"), sources=("analysis", "vision"),
+    ),
+)  # fmt: skip
+
+
+def stage(name: str) -> Stage:
+    return next(one for one in STAGES if one.name == name)
+
+
+def stages_of(recording: Recording) -> tuple[Stage, ...]:
+    """The stages that a recording needs: from where it enters to the report."""
+    entry = recording.entry()
+    names = [one.name for one in STAGES]
+    chosen = STAGES[names.index(ENTRY_STAGE[entry]) :]
+    if entry in ("frames", "tracks") and recording.calibration_file is None:
+        return (STAGES[0], *chosen)
+    return chosen
+
+
+def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
+    """Where the files of an artifact that a stage reads lie; [] when there are none."""
+    cameras = [camera.name for camera in recording.cameras]
+    if artifact == "points.parquet or motion.parquet":
+        artifact = "motion.parquet" if recording.entry() == "motion" else "points.parquet"
+        if recording.entry() == "motion":
+            return [recording.folder / artifact]
+    match artifact:
+        case "frames":
+            return [path for camera in cameras for path in recording.frame_files(camera)]
+        case "intrinsic images" | "extrinsic images":
+            which = artifact.split()[0]
+            return [path for camera in cameras for path in recording.calibration_images(camera, which)]
+        case "board":
+            from vision.boards import board_file  # only this one path is vision's to know
+
+            return [board_file(recording.board, recording.folder)] if recording.board else []
+        case "trigger.csv":
+            trigger = recording.settings.time.trigger
+            return [recording.path(trigger)] if trigger else []
+        case "calibration.json" if recording.calibration_file is not None:
+            return [recording.calibration_file]
+        case "names.csv":
+            candidates = [out / artifact, recording.folder / artifact]
+        case _:
+            entry = recording.entry()  # a motion that was brought is handed on by `analyse`, and read from there
+            brought = [recording.folder / artifact] if artifact == f"{entry}.parquet" != "motion.parquet" else []
+            candidates = [*brought, out / artifact]
+    return [path for path in candidates if path.is_file()][:1]
+
+
+def inputs_of(one: Stage, recording: Recording, out: Path) -> dict[str, list[Path]]:
+    """Per artifact the files that ``one`` reads; `InputError` for a missing one."""
+    found = {}
+    for artifact in (*one.reads, *one.may_read):
+        paths = location(artifact, recording, out)
+        missing = not paths or not all(path.is_file() for path in paths)
+        if missing and artifact in one.reads:
+            raise InputError(
+                f"{one.name}: no {artifact} for {recording.folder}"
+                + (f" ({paths[0]} is not there)" if paths else ""),
+                f"{artifact} to read",
+                _remedy(artifact),
+            )
+        if not missing:
+            found[artifact] = paths
+    return found
+
+
+def _remedy(artifact: str) -> str:
+    maker = next((one.name for one in STAGES if artifact in one.writes), None)
+    if artifact == "calibration.json":
+        return "name it in [calibration] file, or run `ovines calibrate` first"
+    return f"run `ovines {maker}` (or `ovines run`) first" if maker else "check the paths in recording.toml"
+
+
+def parameters_of(one: Stage, recording: Recording) -> dict[str, Any]:
+    """The sections of recording.toml that the stage depends on, as plain JSON."""
+    settings = recording.settings.model_dump(mode="json", exclude_none=True)
+    return {section: settings[section] for section in one.sections if section in settings}
+
+
+def state_of(one: Stage, recording: Recording, hashes: Mapping[str, str]) -> dict[str, Any]:
+    """What the stage's outputs depend on, and ``key``, the hash of it all."""
+    depends = {
+        "version": ovines.__version__,
+        "command": one.name,
+        "parameters": parameters_of(one, recording),
+        "inputs": dict(hashes),
+        "code": code_digest(one.sources),
+    }
+    text = json.dumps(depends, sort_keys=True, ensure_ascii=True)
+    return {**depends, "key": hashlib.sha256(text.encode()).hexdigest()}
+
+
+@cache
+def code_digest(sources: tuple[str, ...]) -> str:
+    """Short hash of the code a stage runs, with the foundations that all stages stand on."""
+    root = Path(ovines.__file__).resolve().parent.parent
+    files = [path for source in sources for path in (root / source).rglob("*") if path.suffix in CODE]
+    files += [path for path in (root / "ovines").glob("*.py") if path.stem in FOUNDATIONS]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(f"{path.relative_to(root).as_posix()}:{sha256_of(path)}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+CODE = (".py", ".j2", ".css")
+FOUNDATIONS = ("camera", "stages", "recording", "recording_schema")
+
+
+def stored_state(path: Path) -> dict[str, Any] | None:
+    """The state that stands in an output, whatever its format; None where there is none."""
+    try:
+        if path.suffix == ".parquet":
+            return read_provenance(path)
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".json":
+            return json.loads(text).get("provenance")
+        start = text.rindex(HTML_MARK) + len(HTML_MARK)
+        return json.loads(text[start : text.index(" -->", start)])
+    except (OSError, ValueError, AttributeError):
+        return None
+
+
+def is_fresh(one: Stage, out: Path, key: str) -> bool:
+    """Whether every output that belongs to the state ``key`` is there, whole, and no other is."""
+    first = stored_state(out / one.writes[0])
+    if not first or first.get("key") != key:
+        return False
+    expected = set(first.get("outputs", ()))
+    for name in one.writes:
+        state = stored_state(out / name)
+        if (name in expected) != (out / name).exists() or (
+            name in expected and (state or {}).get("key") != key
+        ):
+            return False
+    return True

@@ -1,0 +1,15 @@
+"""`ovines calibrate`: the stage of that name, for one recording or a series."""
+
+import argparse
+
+from ovines.chain import stage
+from ovines.commands import stage_command
+
+NAME = "calibrate"
+HELP = stage(NAME).help
+add_arguments = stage_command.add_arguments
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the stage where it is stale."""
+    return stage_command.run(args, NAME)

@@ -1,0 +1,57 @@
+"""What the stage commands have in common: arguments, running, telling the end."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from ovines.series import Outcome, run_series
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """``RECORDING_OR_SERIES --out DIR --force --jobs N``."""
+    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a folder of such folders")  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the recording)")  # fmt: skip
+    parser.add_argument("--force", action="store_true", help="run again even where nothing has changed")
+    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="recordings at a time; 0: one per processor (default: 1)")  # fmt: skip
+
+
+def run(args: argparse.Namespace, only: str | None = None) -> int:
+    """Run the whole chain, or the stage ``only``; say what was done; the exit status."""
+    out = results_folder(args.recording, args.out)
+    outcomes = run_series(args.recording, out, only, args.force, args.jobs)
+    return tell(outcomes)
+
+
+def results_folder(recording: Path, out: Path | None) -> Path:
+    """``--out``, or the folder results/ inside the recording or series."""
+    if out is not None:
+        return out
+    return (recording.parent if recording.is_file() else recording) / "results"
+
+
+def tell(outcomes: Sequence[Outcome]) -> int:
+    """Each recording in a line, the reasons of those that did not come through; 0, 2 (input) or 1 (our bug)."""
+    for one in outcomes:
+        if one.status == "done":
+            ran = [name for name, what in one.stages.items() if what == "run"]
+            print(f"{one.folder.resolve().name}: {', '.join(ran) or 'up to date'} -> {one.out}")
+    unfinished = [one for one in outcomes if one.status != "done"]
+    for one in unfinished:
+        if len(outcomes) > 1:
+            print(f"\n{one.folder.resolve().name}: {one.status}", file=sys.stderr)
+        print(one.message.rstrip(), file=sys.stderr)
+    if unfinished and len(outcomes) > 1:
+        print(f"\n{len(unfinished)} of {len(outcomes)} did not come through", file=sys.stderr)
+    if any(one.status == "failed" for one in outcomes):
+        return 1
+    return 2 if unfinished else 0
+
+
+def _jobs(text: str) -> int:
+    jobs = int(text)
+    if not 0 <= jobs <= 1024:
+        raise argparse.ArgumentTypeError("a number from 0 to 1024")
+    return jobs

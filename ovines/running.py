@@ -1,0 +1,144 @@
+"""Run the stages of one recording: what is stale, under a lock, nothing half written."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from filelock import FileLock, Timeout
+
+from ovines.camera import Camera, write_calibration
+from ovines.chain import HTML_MARK, STAGES, Stage, inputs_of, is_fresh, stages_of, state_of
+from ovines.errors import InputError
+from ovines.hashing import hash_inputs
+from ovines.recording import Recording
+from ovines.tables import write_table
+from ovines.written_whole import remove_unfinished, write_text_whole
+
+SOURCE = "source.json"  # in a results folder: where its recording lies, for `ovines report DIR`
+LOCK = ".lock"
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a stage's function is given: the recording, its input files, a progress callback (done, total)."""
+
+    recording: Recording
+    inputs: Mapping[str, list[Path]]
+    out: Path
+    progress: Progress
+
+    def path(self, artifact: str) -> Path:
+        return self.inputs[artifact][0]
+
+
+@dataclass
+class Done:
+    """What happened to each stage, in order: "run" or "up to date"."""
+
+    stages: dict[str, str] = field(default_factory=dict)
+
+
+def no_progress(done: int, total: int) -> None:
+    """The progress callback that shows nothing."""
+
+
+def run_stages(
+    recording: Recording,
+    out: Path,
+    only: str | None = None,
+    force: bool = False,
+    progress: Callable[[str], Progress] = lambda stage: no_progress,
+) -> Done:
+    """Bring ``out`` up to date: every stage that the recording needs, or the stage ``only``.
+
+    A stage runs when an output is missing or the hash of what it reads, of its own parameters or of its code has
+    changed; ``force`` runs it anyway.  Before a stage runs, its outputs and those of the stages after it are
+    removed: what stands in a results folder was made from what stands there.
+    """
+    if out.resolve() == recording.folder.resolve():
+        raise InputError(
+            f"--out {out} is the recording's own folder",
+            "a folder for results",
+            "leave --out away, or name another",
+        )
+    chosen = [one for one in stages_of(recording) if only in (None, one.name)]
+    if not chosen:
+        raise InputError(
+            f"'{only}' has nothing to do: {recording.folder} enters the chain at {recording.entry()}"
+            + ("" if recording.calibration_file is None else " with a solved calibration"),
+            "a stage after the entry: " + ", ".join(one.name for one in stages_of(recording)),
+            "run one of these",
+        )
+    done = Done()
+    with locked(out):
+        remove_unfinished(out)
+        source = json.dumps({"recording": os.path.relpath(recording.folder.resolve(), out.resolve())})
+        write_text_whole(source + "\n", out / SOURCE)
+        for one in chosen:
+            inputs = inputs_of(one, recording, out)
+            state = state_of(one, recording, hash_inputs(inputs, recording.folder))
+            if not force and is_fresh(one, out, state["key"]):
+                done.stages[one.name] = "up to date"
+                continue
+            _remove_outputs(one, out)
+            import ovines.stages  # here: cv2, numba and matplotlib are slow to load, and `check` needs none of them
+
+            results = getattr(ovines.stages, one.name)(Work(recording, inputs, out, progress(one.name)))
+            _write(one, results, out, state)
+            done.stages[one.name] = "run"
+    return done
+
+
+@contextmanager
+def locked(out: Path) -> Iterator[None]:
+    """Keep other processes out of ``out``; the system lets go of the lock when a process dies, however it dies."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with FileLock(out / LOCK, timeout=0):
+            yield
+    except Timeout:
+        raise InputError(
+            f"another ovines is writing into {out}",
+            "one run per results folder",
+            "wait for it, or name another --out",
+        ) from None
+    except (FileExistsError, NotADirectoryError):
+        raise InputError(f"--out {out} is a file", "a folder", "name another --out") from None
+
+
+def _remove_outputs(first: Stage, out: Path) -> None:
+    for one in STAGES[STAGES.index(first) :]:
+        for name in one.writes:
+            (out / name).unlink(missing_ok=True)
+
+
+def _write(one: Stage, results: Mapping[str, Any], out: Path, state: Mapping[str, Any]) -> None:
+    """Write a stage's results by the ending of their names; a kill between two leaves the stage stale, not wrong."""
+    unknown = set(results) - set(one.writes)
+    if unknown or one.writes[0] not in results:
+        raise ValueError(f"stage {one.name} gave {sorted(results)}, declared are {one.writes}")
+    outputs = [name for name in one.writes if name in results]
+    provenance = {**state, "outputs": outputs}
+    for name in reversed(outputs):  # the first one last: it is the one that vouches for the others
+        write_output(results[name], out / name, provenance)
+
+
+def write_output(
+    content: pd.DataFrame | Sequence[Camera] | str, path: Path, provenance: Mapping[str, Any]
+) -> None:
+    """A DataFrame as table, cameras as calibration.json, text as page, each with its provenance inside."""
+    if isinstance(content, pd.DataFrame):
+        write_table(content, path.stem, path, provenance)
+    elif isinstance(content, str):
+        mark = json.dumps(provenance, sort_keys=True).replace("-", "\\u002d")  # "--" would end the comment
+        write_text_whole(f"{content}\n{HTML_MARK}{mark} -->\n", path)
+    else:
+        write_calibration(content, path, provenance=dict(provenance))

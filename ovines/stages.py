@@ -1,0 +1,92 @@
+"""Each stage's function: files in, tables out, by way of `vision` and `analysis`.
+
+A stage function takes a `Work` and returns its results by file name; the chain writes them.  Imports stand inside
+the functions, so that a stage loads only what it needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ovines.camera import read_calibration
+from ovines.running import Work
+from ovines.tables import checked, read_table
+
+
+def calibrate(work: Work) -> dict[str, Any]:
+    from vision.calibrate import calibrate_recording
+
+    result = calibrate_recording(work.recording, progress=work.progress)
+    return {
+        "calibration.json": result.cameras,
+        "calibration_views.parquet": result.views,
+        "calibration_parameters.parquet": result.parameters,
+    }
+
+
+def track(work: Work) -> dict[str, Any]:
+    from vision.track import track as track_markers
+
+    cameras = read_calibration(work.path("calibration.json"))
+    names = work.path("names.csv") if "names.csv" in work.inputs else None
+    return {"tracks.parquet": track_markers(work.recording, cameras, names=names, progress=work.progress)}
+
+
+def triangulate(work: Work) -> dict[str, Any]:
+    from vision.triangulate import triangulate as triangulate_tracks
+
+    tracks = read_table(work.path("tracks.parquet"), "tracks")
+    cameras = read_calibration(work.path("calibration.json"))
+    return {"points.parquet": triangulate_tracks(tracks, cameras, work.recording.window_offset_px)}
+
+
+def analyse(work: Work) -> dict[str, Any]:
+    from analysis.motion import motion_from_points
+
+    from analysis.host_circle import host_circle
+    from analysis.rotation import rotation
+    from analysis.thesis_impacts import thesis_impacts
+
+    path = work.path("points.parquet or motion.parquet")
+    results: dict[str, Any] = {}
+    if path.name == "motion.parquet":
+        motion = read_table(path, "motion")
+    else:
+        points = read_table(path, "points")
+        motion = checked(motion_from_points(points, work.recording), "motion")
+        if len(work.recording.bodies["host"].markers) >= 3:
+            results["host_circle.parquet"] = host_circle(points, work.recording)
+        if len(work.recording.bodies["nes"].markers) >= 3:
+            results["rotation.parquet"] = rotation(points, motion, work.recording)
+    results["motion.parquet"] = motion
+    results["thesis_impacts.parquet"] = thesis_impacts(motion, work.recording)
+    return results
+
+
+def identify(work: Work) -> dict[str, Any]:
+    from analysis.identify import identify as identify_parameters
+
+    found = identify_parameters(read_table(work.path("motion.parquet"), "motion"), work.recording)
+    return {
+        "identification.parquet": found.identification,
+        "impacts.parquet": found.impacts,
+        "flights.parquet": found.flights,
+    }
+
+
+def report(work: Work) -> dict[str, Any]:
+    from analysis.report import recording_page
+    from analysis.report.results import read_results
+
+    return {
+        "report.html": recording_page(read_results(work.out, work.recording, _first_frames(work))).render()
+    }
+
+
+def _first_frames(work: Work) -> dict[str, Any] | None:
+    """One grey image per camera to draw the tracks on, where the recording brings frames."""
+    if "frames" not in work.inputs:
+        return None
+    from vision.frames import first_frame
+
+    return {camera.name: first_frame(work.recording, camera.name) for camera in work.recording.cameras}
