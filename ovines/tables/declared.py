@@ -92,6 +92,7 @@ TABLES: dict[str, Table] = {
                 *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
                 *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
                 maybe("reprojection_px", "RMS distance from the measured image points"),
+                optional("epipolar_px", "signed residual across the epipolar line, the one that two views leave over"),
             ),
             key=("frame", "marker"), clock="",
         ),

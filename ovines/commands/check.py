@@ -1,0 +1,164 @@
+"""`ovines check`: what is there, what is missing or wrong, what would run."""
+
+import argparse
+from pathlib import Path
+
+from ovines.camera import read_calibration
+from ovines.chain import STAGES, Stage, inputs_of, is_fresh, stage, stages_of, state_of
+from ovines.commands.stage_command import results_folder
+from ovines.errors import InputError
+from ovines.hashing import hash_inputs
+from ovines.recording import Recording, read_recording, series_folders
+from ovines.series import is_recording
+from ovines.tables import read_table
+
+NAME = "check"
+HELP = "what is there, what is missing or wrong, and what would run"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a folder of such folders")  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where the results lie or will lie (default: results/ inside)")  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a paragraph per recording; 0 when everything could run, 2 when something is missing or wrong."""
+    single = is_recording(args.recording)
+    out = results_folder(args.recording, args.out)
+    wrong = 0
+    for folder in series_folders(args.recording):
+        try:
+            recording = read_recording(folder)
+            problems = check_recording(recording, out if single else out / folder.name)
+        except InputError as error:
+            print(f"{folder}")
+            problems = [error]
+        for problem in problems:
+            print("  wrong:   " + str(problem).replace("\n", "\n           "))
+        wrong += bool(problems)
+    return 2 if wrong else 0
+
+
+def check_recording(recording: Recording, out: Path) -> list[InputError]:
+    """Print what the recording holds and what each stage would do; return what is missing or wrong."""
+    print(f"{recording.folder}: {recording.name}, enters at {recording.entry()}")
+    problems = []
+    for look in (_cameras, _calibration, _times, _table, _effects):
+        try:
+            look(recording)
+        except InputError as error:
+            problems.append(error)
+    earlier: str | None = None
+    for one in stages_of(recording):
+        what, problem = _would(one, recording, out, earlier)
+        if problem is not None:
+            problems.append(problem)
+        if what != "up to date":
+            earlier = earlier or one.name
+        print(f"  {one.name + ':':<12} {what}")
+    return problems
+
+
+def _cameras(recording: Recording) -> None:
+    for camera in recording.cameras:
+        files = recording.frame_files(camera.name)
+        if camera.frames:
+            print(f"  {camera.name}: {len(files)} file{'s'[: len(files) != 1]} ({camera.frames})")
+    counts = {
+        camera.name: len(recording.frame_files(camera.name)) for camera in recording.cameras if camera.frames
+    }
+    if recording.entry() == "frames" and len(set(counts.values())) > 1:
+        raise InputError(
+            ", ".join(f"{name} has {count} images" for name, count in counts.items()),
+            "as many images of each camera",
+            "remove the images that have no partner, or copy the missing ones",
+        )
+
+
+def _calibration(recording: Recording) -> None:
+    if recording.entry() not in ("frames", "tracks"):
+        return
+    if recording.calibration_file is not None:
+        calibrated = {camera.name: camera for camera in read_calibration(recording.calibration_file)}
+        print(f"  calibration: {recording.settings.calibration.file}, cameras {', '.join(calibrated)}")
+        for camera in recording.cameras:
+            if camera.name not in calibrated:
+                raise InputError(
+                    f"no camera {camera.name} in {recording.calibration_file}", "every camera of the recording",
+                    "give both files the same camera names",
+                )  # fmt: skip
+            size = tuple(calibrated[camera.name].sensor_size_px)
+            if size != camera.sensor_size_px:
+                raise InputError(
+                    f"sensor of {camera.name}: {size} px in the calibration, {camera.sensor_size_px} px in recording.toml",
+                    "the same sensor", "correct sensor_size_px, or calibrate with full-sensor images",
+                )  # fmt: skip
+    elif recording.board is not None:
+        for camera in recording.cameras:
+            views = len(recording.calibration_images(camera.name, "intrinsic"))
+            print(f"  calibration: {recording.board}, {camera.name} {views} views")
+    else:
+        raise InputError(
+            "no [calibration]", "a solved calibration (file) or board images", "add it to recording.toml"
+        )
+
+
+def _times(recording: Recording) -> None:
+    if recording.settings.time.trigger:
+        recording.times_s([])
+        print(f"  times: {recording.settings.time.trigger}")
+    elif recording.entry() == "frames":
+        recording.times_s([0])
+        print(f"  times: {recording.frame_rate_hz} frames per second")
+
+
+def _table(recording: Recording) -> None:
+    entry = recording.entry()
+    if entry == "frames":
+        return
+    table = read_table(recording.folder / f"{entry}.parquet", entry)
+    print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
+    if len(table) == 0:
+        raise InputError(f"{entry}.parquet has no rows", "at least one frame", "check how it was written")
+    if "marker" in table:
+        strange = sorted(set(table["marker"]) - set(recording.markers))
+        unseen = [marker for marker in recording.markers if marker not in set(table["marker"])]
+        if strange:
+            print(f"  markers that recording.toml does not know, left out: {', '.join(strange)}")
+        if unseen:
+            print(f"  markers never seen: {', '.join(unseen)}")
+
+
+def _effects(recording: Recording) -> None:
+    if recording.model is None or not recording.model.effects:
+        return
+    from ovines.core.effects import EFFECTS
+
+    for effect in recording.model.effects:
+        if effect not in EFFECTS:
+            raise InputError(
+                f"[model] effects: {effect!r}",
+                f"one of {', '.join(sorted(EFFECTS))}",
+                "correct recording.toml",
+            )
+
+
+def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
+    """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
+    if earlier is not None and any(
+        artifact in _made_after(earlier) for artifact in (*one.reads, *one.may_read)
+    ):
+        return f"would run after {earlier}", None
+    try:
+        inputs = inputs_of(one, recording, out)
+    except InputError as error:
+        return "cannot run", error
+    state = state_of(one, recording, hash_inputs(inputs, recording.folder))
+    return ("up to date" if is_fresh(one, out, state["key"]) else "would run"), None
+
+
+def _made_after(name: str) -> set[str]:
+    """Artifacts that ``name`` and the stages after it write."""
+    later = STAGES[STAGES.index(stage(name)) :]
+    made = {artifact for one in later for artifact in one.writes}
+    return made | {"points.parquet or motion.parquet"} if "points.parquet" in made else made
