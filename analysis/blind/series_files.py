@@ -17,9 +17,13 @@ DRIVE_HZ = 11.0
 
 @dataclass(frozen=True)
 class Series:
-    """`truth` for the sealed file, `recordings` as (recording.toml, tracks) per run, the calibration as in
-    calibration.json, and `states` per run: stateNN (x, y, vx, vy of the centre of mass, angle, spin, held, at each
-    frame of the first camera), impNN (time, normal and tangential approach speed), heldNN, HNN (Host harmonics)."""
+    """A series with its truth.
+
+    `truth` goes into the sealed file; `recordings` holds (recording.toml, tracks) per run; `calibration`
+    is calibration.json; `states` has per run stateNN (x, y, vx, vy of the centre of mass, angle, spin,
+    held, at each frame of the first camera), impNN (time, normal and tangential approach speed), heldNN,
+    HNN (harmonics).
+    """
 
     truth: dict
     recordings: list[tuple[str, pd.DataFrame]]

@@ -65,11 +65,11 @@ def plan_cases(
 ) -> list[tuple[str, float, str]]:
     """Kind, size and noise of `count` cases, in random order.
 
-    Groups get their shares of the trial as evenly as whole numbers allow; within a group everything occurs
-    once before anything occurs twice, and the noise kinds take turns.
+    Groups get their shares of the trial (equal ones with `kinds`) as evenly as whole numbers allow;
+    within a group everything occurs once before anything occurs twice, and the noise kinds take turns.
     """
     decks = _decks(kinds)
-    weight = np.array([SHARES.get(group, 1.0) for group in decks])
+    weight = np.array([1.0 if kinds else SHARES[group] for group in decks])
     cumulated = np.round(np.concatenate([[0.0], np.cumsum(weight / weight.sum())]) * count).astype(int)
     plan = []
     for deck, number in zip(decks.values(), np.diff(cumulated), strict=True):

@@ -1,0 +1,159 @@
+"""A trial hashes first, hides what it must, refuses what does not fit, and marks answers fairly."""
+
+import json
+
+import numpy as np
+import pytest
+
+from analysis.blind import score, score_report, trial
+from analysis.blind.intervals import wilson
+from analysis.blind.listed_causes import LISTED
+from ovines.errors import InputError
+
+
+def test_plan_covers_everything_once_before_twice():
+    plan = trial.plan_cases(90, np.random.default_rng(0))
+    kinds = [(kind, size) for kind, size, _ in plan]
+    assert len(plan) == 90
+    assert {(c.name, s) for c in LISTED for s in (1.0, 0.35)} <= set(kinds)
+    assert {noise for kind, _, noise in plan if kind == "none"} == {"white", "ar1", "warp"}
+    assert plan == trial.plan_cases(90, np.random.default_rng(0))
+
+
+def test_plan_refuses_a_kind_nobody_knows():
+    with pytest.raises(InputError):
+        trial.plan_cases(3, np.random.default_rng(0), ("gremlins",))
+
+
+def test_hash_stands_first_and_the_sealed_truth_needs_its_seed(tmp_path):
+    folder = tmp_path / "trial"
+    trial.make_trial(folder, 2, 5, ("table_tilt", "none"), sealed=True, runs=1)
+    assert not (folder / "sealed").exists()
+    assert "tilt" not in (folder / "manifest.json").read_text().replace('"table_tilt"', "")
+    with pytest.raises(InputError):
+        trial.read_truths(folder)
+    with pytest.raises(InputError):
+        trial.read_truths(folder, seed=6)
+    truths = trial.read_truths(folder, seed=5)
+    assert {t["effect"] for t in truths.values()} == {"none", "table_tilt"}
+    assert all("effect" not in p.name for p in (folder / "cases").rglob("*"))
+    with pytest.raises(InputError):
+        trial.make_trial(folder, 1, 5)
+
+
+def test_an_edited_truth_is_refused(tmp_path):
+    trial.make_trial(tmp_path / "t", 1, 7, ("air_drag",), runs=1)
+    assert trial.read_truths(tmp_path / "t")["case-001"]["effect"] == "air_drag"
+    path = tmp_path / "t" / "sealed" / "case-001.json"
+    path.write_text(path.read_text().replace("air_drag", "viscous_drag"))
+    with pytest.raises(InputError):
+        trial.read_truths(tmp_path / "t")
+
+
+def _truths():
+    return {o.truth["case"]: json.loads(trial.truth_text(o.truth)) for o in trial.outlines(90, 3)}
+
+
+def _perfect(truth):
+    effects = truth["effects"]
+    parameters = {
+        e: {
+            k: {"value": v, "low": v - 1e-9 - abs(v) * 0.1, "high": v + 1e-9 + abs(v) * 0.1}
+            for k, v in truth["parameters"][e].items()
+        }
+        for e in effects
+    }
+    return {
+        "verdict": truth["verdict"],
+        "effects": effects,
+        "equivalent": effects,
+        "stage": truth["stages"][0] if truth["stages"] else None,
+        "parameters": parameters,
+        "gap": {"shrinkage": 0.99},
+        "detectable": {"table_tilt": {"parameter": "tilt_rad", "size": 4e-3}},
+    }
+
+
+def _marks(answer):
+    truths = _truths()
+    answers = {case: answer(truth) for case, truth in truths.items()}
+    rows = [score.mark(truths[case], answers[case], 12.0) for case in truths]
+    return rows, {f.name: f for f in score.figures_of(rows, np.random.default_rng(0))}, answers
+
+
+def test_perfect_answers_meet_every_goal_but_the_coverage():
+    rows, figures, answers = _marks(_perfect)
+    unmet = [f.name for f in figures.values() if f.met is False]
+    assert unmet == ["90 % intervals holding the true size"]  # all of them hold it: intervals too wide
+    assert figures["false alarms"].value == 0.0
+    tilt = next(c for c in score.per_cause(rows, answers) if c["kind"] == "table_tilt")
+    assert tilt["large"][0] == tilt["large"][1] >= 1 and tilt["detectable"] == 4e-3
+
+
+def test_answering_none_always_fails_where_it_should():
+    _, figures, _ = _marks(lambda truth: {"verdict": "none", "effects": [], "equivalent": [], "stage": None})
+    assert figures["false alarms"].met
+    for name in (
+        "cause named first, large size",
+        "truth in the set",
+        "unknown answered unknown",
+        "both of two causes",
+    ):
+        assert figures[name].value == 0.0 and not figures[name].met
+
+
+def test_one_name_for_everything_is_a_false_alarm_and_no_unknown():
+    _, figures, _ = _marks(
+        lambda truth: {
+            "verdict": "effect",
+            "effects": ["table_tilt"],
+            "equivalent": ["table_tilt"],
+            "stage": "flight",
+        }
+    )
+    assert figures["false alarms"].value == 1.0
+    assert figures["unknown given a listed name"].value == 1.0
+    assert 0.0 < figures["cause named first, large size"].value < 0.2
+
+
+def test_either_name_is_right_for_missing_floor_friction():
+    truth = next(t for t in _truths().values() if t["effect"] == "floor_friction")
+    for name in ("floor_friction", "spin_coupling"):
+        row = score.mark(
+            truth, {"verdict": "effect", "effects": [name], "equivalent": [name], "stage": "flight"}
+        )
+        assert row.first_right and row.in_set and row.stage_right
+
+
+def test_angles_are_compared_on_the_circle():
+    truth = {"effects": ["wall_ellipticity"], "parameters": {"wall_ellipticity": {"phase_rad": 0.02}}}
+    answer = {"parameters": {"wall_ellipticity": {"phase_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}}
+    assert [c["inside"] for c in score.parameter_checks(truth, answer)] == [True]
+
+
+def test_wilson_interval_against_its_known_values():
+    """Newcombe, Statistics in Medicine 17, 857 (1998), table I: 81 of 263 and 0 of 20 at 95 %."""
+    assert wilson(81, 263, 1.959964) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert wilson(0, 20, 1.959964) == pytest.approx((0.0, 0.1611), abs=5e-5)
+
+
+def test_report_names_the_failures_and_draws_the_confusion(tmp_path):
+    rows, figures, answers = _marks(
+        lambda truth: (
+            _perfect(truth)
+            if truth["effect"] != "air_drag"
+            else {
+                "verdict": "effect",
+                "effects": ["viscous_drag"],
+                "equivalent": ["viscous_drag"],
+                "stage": "flight",
+            }
+        )
+    )
+    text = score_report.markdown(
+        list(figures.values()), score.per_cause(rows, answers), rows, "ovines blind score trial"
+    )
+    wrong = text.split("## Cases answered wrongly")[1]
+    assert "air_drag" in wrong and "table_tilt | 1" not in wrong
+    score_report.confusion_picture(rows, tmp_path / "confusion.png")
+    assert (tmp_path / "confusion.png").stat().st_size > 10_000
