@@ -1,0 +1,165 @@
+"""The renderer's inner loop: flat shapes at known heights, seen along each pixel's own ray.
+
+A scene is a painter's list of layers, far to near.  Each edge is drawn already blurred: the
+convolution of a half plane with a Gaussian is a normal distribution of the distance to the edge,
+a disc's curvature adds s^2/(2 r) to that distance (mean radial shift of a point moved by an
+isotropic normal), and the pixel's own area is integrated by a midpoint rule, which converges
+exponentially for Gaussian edges.  No supersampled image is ever made.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DISC, CYLINDER, POLYGON = 0, 1, 2
+# columns of a layer's row
+KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES = range(11)
+COLUMNS = 11
+FAR_PX = 1e9
+TILE = 8
+
+
+@njit(cache=True)
+def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -> tuple[float, float, float]:
+    """Signed distance (negative inside) to a polygon and the outward unit direction of its growth."""
+    best, nx, ny, inside = 1e300, 1.0, 0.0, False
+    for i in range(count):
+        ax, ay = vertices[first + i, 0], vertices[first + i, 1]
+        j = first + (i + 1) % count
+        bx, by = vertices[j, 0], vertices[j, 1]
+        ex, ey, wx, wy = bx - ax, by - ay, px - ax, py - ay
+        along = min(1.0, max(0.0, (wx * ex + wy * ey) / (ex * ex + ey * ey)))
+        qx, qy = wx - along * ex, wy - along * ey
+        squared = qx * qx + qy * qy
+        if squared < best:
+            best, nx, ny = squared, qx, qy
+        if (ay > py) != (by > py) and px < ax + (py - ay) / (by - ay) * ex:
+            inside = not inside
+    distance = math.sqrt(best)
+    if distance < 1e-12:
+        return 0.0, 1.0, 0.0
+    sign = -1.0 if inside else 1.0
+    return sign * distance, sign * nx / distance, sign * ny / distance
+
+
+@njit(cache=True)
+def _edge_px(layer: Array, vertices: Array, origin: Array, turn: Array, xn: float, yn: float,
+             pixel_x: float, pixel_y: float, blur_px: float) -> float:
+    """Distance in pixels from a ray to the layer's edge, negative inside."""
+    dx = turn[0, 0] * xn + turn[0, 1] * yn + turn[0, 2]
+    dy = turn[1, 0] * xn + turn[1, 1] * yn + turn[1, 2]
+    dz = turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2]
+    t = (layer[TOP] - origin[2]) / dz
+    px, py = origin[0] + t * dx - layer[X], origin[1] + t * dy - layer[Y]
+    curvature = 0.0
+    if layer[KIND] == POLYGON:
+        distance, nx, ny = _to_polygon(px, py, vertices, int(layer[FIRST_VERTEX]), int(layer[VERTICES]))
+    else:
+        if layer[KIND] == CYLINDER:  # the ray's path between the two heights, seen from above, is a segment
+            t_bottom = (layer[BOTTOM] - origin[2]) / dz
+            ex, ey = (t_bottom - t) * dx, (t_bottom - t) * dy
+            length = ex * ex + ey * ey
+            along = 0.0 if length == 0.0 else min(1.0, max(0.0, -(px * ex + py * ey) / length))
+            px, py, t = px + along * ex, py + along * ey, t + along * (t_bottom - t)
+        r = math.sqrt(px * px + py * py)
+        distance = r - layer[RADIUS]
+        nx, ny = (px / r, py / r) if r > 1e-12 else (1.0, 0.0)
+        curvature = 1.0 / max(r, 0.5 * layer[RADIUS])
+    gx = t * (nx * (turn[0, 0] - dx * turn[2, 0] / dz) + ny * (turn[1, 0] - dy * turn[2, 0] / dz)) * pixel_x
+    gy = t * (nx * (turn[0, 1] - dx * turn[2, 1] / dz) + ny * (turn[1, 1] - dy * turn[2, 1] / dz)) * pixel_y
+    metres_per_px = math.sqrt(gx * gx + gy * gy)
+    return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
+
+
+@njit(cache=True)
+def _coverage(edge_px: float, blur_px: float) -> float:
+    scaled = edge_px / blur_px
+    if scaled > 6.0:
+        return 0.0
+    if scaled < -6.0:
+        return 1.0
+    return 0.5 * math.erfc(scaled * 0.7071067811865476)
+
+
+@njit(cache=True)
+def _colour(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
+            pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array) -> float:
+    for k in range(len(used)):
+        if used[k]:
+            body = int(layers[k, BODY])
+            edges[k] = _edge_px(layers[k], vertices, origins[body], turns[body], xn, yn, pixel_x, pixel_y, blur_px)
+        else:
+            edges[k] = FAR_PX
+    grey = background
+    for k in range(len(used)):
+        if used[k] and layers[k, GREY] >= 0.0:
+            alpha = _coverage(edges[k], blur_px)
+            if layers[k, CLIP] >= 0.0:
+                alpha *= _coverage(edges[int(layers[k, CLIP])], blur_px)
+            grey += alpha * (layers[k, GREY] - grey)
+    return grey
+
+
+@njit(cache=True)
+def _pixel(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
+           pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, samples: int) -> float:
+    """Mean over the pixel's area; one ray is enough where no edge is near."""
+    grey = _colour(layers, used, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px, background, edges)
+    nearest = FAR_PX
+    for k in range(len(used)):
+        nearest = min(nearest, abs(edges[k]))
+    if nearest > 6.0 * blur_px + 0.75:
+        return grey
+    grey = 0.0
+    for a in range(samples):
+        for b in range(samples):
+            grey += _colour(layers, used, vertices, origins, turns, xn + ((b + 0.5) / samples - 0.5) * pixel_x,
+                            yn + ((a + 0.5) / samples - 0.5) * pixel_y, pixel_x, pixel_y, blur_px, background, edges)
+    return grey / (samples * samples)
+
+
+@njit(cache=True)
+def shade(xn: Array, yn: Array, pixel_x: float, pixel_y: float, first_column: int, first_row: int, layers: Array,
+          bounds_px: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, background: float,
+          blur_px: float, samples: int) -> Array:
+    """Grey values of one rectangle of the window.
+
+    Parameters
+    ----------
+    xn, yn : (rows, columns) undistorted image coordinates of the pixels' centres
+    pixel_x, pixel_y : size of a pixel in those coordinates
+    first_column, first_row : where the rectangle lies in the window
+    layers : (L, COLUMNS), far to near; GREY < 0 marks a layer that only clips others
+    bounds_px : (L, 4) first and last column and row (window) outside which a layer covers nothing
+    origins, turns : (B, 3), (B, 3, 3) the camera's centre and the map (xn, yn, 1) -> ray, in each body's frame
+    samples : sub-samples per pixel and axis where an edge is near
+    """
+    rows, columns = xn.shape
+    out = np.empty((rows, columns))
+    used, edges = np.zeros(len(layers), np.int64), np.empty(len(layers))
+    for top in range(0, rows, TILE):
+        for left in range(0, columns, TILE):
+            bottom, right = min(rows, top + TILE) - 1, min(columns, left + TILE) - 1
+            for k in range(len(layers)):
+                used[k] = (bounds_px[k, 0] <= first_column + right and first_column + left <= bounds_px[k, 1]
+                           and bounds_px[k, 2] <= first_row + bottom and first_row + top <= bounds_px[k, 3])
+            i, j = (top + bottom) // 2, (left + right) // 2
+            flat = _colour(layers, used, vertices, origins, turns, xn[i, j], yn[i, j], pixel_x, pixel_y, blur_px, background,
+                           edges)
+            nearest = FAR_PX
+            for k in range(len(layers)):
+                nearest = min(nearest, abs(edges[k]))
+            if nearest > 6.0 * blur_px + 1.5 * TILE:  # no edge reaches into this tile
+                out[top:bottom + 1, left:right + 1] = flat
+                continue
+            for i in range(top, bottom + 1):
+                for j in range(left, right + 1):
+                    out[i, j] = _pixel(layers, used, vertices, origins, turns, xn[i, j], yn[i, j], pixel_x, pixel_y, blur_px,
+                                       background, edges, samples)
+    return out
