@@ -120,7 +120,7 @@ def _least_squares(design: Array, right: Array) -> Array:
     good = np.isfinite(scaled).all((-1, -2))
     good[good] = np.abs(np.linalg.det(scaled[good])) > 1e-12
     solution = np.full_like(projected, np.nan)
-    solution[good] = np.linalg.solve(scaled[good], (projected / scale)[good][..., None])[..., 0] / scale[good]
+    solution[good] = np.linalg.solve(scaled[good], (projected[good] / scale[good])[..., None])[..., 0] / scale[good]
     return solution
 
 

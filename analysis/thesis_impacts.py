@@ -57,7 +57,8 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisSettings = Thesi
     acceleration = np.linalg.norm(np.gradient(velocity, time_s, axis=0), axis=1)
     # A gap of one frame is ordinary and bridged; inside a longer one the filter sees straight lines only.
     run = np.convolve(~seen, [1, 1], "same").astype(int)
-    spoilt = np.convolve((run > 1).astype(float), np.ones(settings.smoothing_frames // 2 * 2 + 1), "same") > 0.5
+    reach = settings.smoothing_frames // 2 + 2  # the window's half, and one frame for each of the two differences
+    spoilt = np.convolve((run > 1).astype(float), np.ones(2 * reach + 1), "same") > 0.5
     velocity[spoilt], acceleration[spoilt] = np.nan, np.nan
     return out.assign(nes_vx_m_per_s=velocity[:, 0], nes_vy_m_per_s=velocity[:, 1], acceleration_m_per_s2=acceleration)
 
@@ -131,9 +132,11 @@ def _straight_lines(time_s: Array, values: Array) -> tuple[Array, Array]:
 
 def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recording) -> Array:
     """Unit normal (2,) from the NES towards the wall it is nearest to: circle (eq. 118), polygon side, or inner obstacle."""
-    host, nes = recording.bodies["host"], recording.bodies["nes"]
+    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
     distance = float(np.hypot(*relative_m))
     outward = relative_m / distance if distance > 0 else np.full(2, np.nan)
+    if host is None:
+        return outward
     if host.polygon_m is not None:
         turn = np.array([[np.cos(host_angle_rad), -np.sin(host_angle_rad)], [np.sin(host_angle_rad), np.cos(host_angle_rad)]])
         corners = np.asarray(host.polygon_m, float) @ turn.T
@@ -142,16 +145,16 @@ def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recordin
         clearance = np.sum((corners - relative_m) * normals, axis=1)  # counter-clockwise: these normals point out
         outward, to_wall = normals[int(np.argmin(clearance))], float(np.min(clearance))
     else:
-        to_wall = (host.inner_radius_m if host.inner_radius_m is not None else np.inf) - distance
-    if host.obstacle_radius_m is not None and distance - host.obstacle_radius_m < to_wall and nes.radius_m is not None:
+        to_wall = host.inner_radius_m - distance
+    if host.obstacle_radius_m is not None and nes is not None and distance - host.obstacle_radius_m < to_wall:
         return -relative_m / distance
     return outward
 
 
 def _levers(recording: Recording) -> tuple[float, float]:
     """R_N and R_H of eq. (88).  A Host polygon turns about its centre too; its spin is small and its lever left out."""
-    host, nes = recording.bodies["host"], recording.bodies["nes"]
-    return float(nes.radius_m or 0.0), float(host.inner_radius_m or 0.0)
+    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    return 0.0 if nes is None else nes.radius_m, 0.0 if host is None or host.inner_radius_m is None else host.inner_radius_m
 
 
 def predicted_tangential_speed(table: pd.DataFrame, wall_friction: ArrayLike, tangential_restitution: ArrayLike,

@@ -13,8 +13,20 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.error_map import REGION_90, ErrorMap
-from analysis.figures.style import (BLACK, BLUE, GREEN, MM, ORANGE, RED, label, legend, new_figure, robust_limits, shade,
-                                    thinned)
+from analysis.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MM,
+    ORANGE,
+    RED,
+    label,
+    legend,
+    new_figure,
+    robust_limits,
+    shade,
+    thinned,
+)
 from analysis.figures.trajectory import column
 
 Array = NDArray[np.float64]

@@ -10,8 +10,22 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.figures.style import (AXIS_COLOURS, CYCLE, FONT_PT, GREEN, GREY, HOST_COLOUR, LINE_STYLES, MM, NES_COLOUR, label,
-                                    legend, new_figure, robust_limits, thinned)
+from analysis.figures.style import (
+    AXIS_COLOURS,
+    CYCLE,
+    FONT_PT,
+    GREEN,
+    GREY,
+    HOST_COLOUR,
+    LINE_STYLES,
+    MM,
+    NES_COLOUR,
+    label,
+    legend,
+    new_figure,
+    robust_limits,
+    thinned,
+)
 from analysis.host_circle import marker_positions
 
 BODY_COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN}

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import io
-import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +18,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
+
+from ovines.written_whole import written_whole
 
 FigureFormat = Literal["svg", "png", "pdf"]
 
@@ -110,11 +111,9 @@ def data_uri(figure: Figure, image: FigureFormat) -> str:
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
-    """Write to a temporary name and rename; the format is the suffix."""
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as stream:
+    """Write the figure, whole or not at all; the format is the suffix."""
+    with written_whole(path) as temporary, temporary.open("wb") as stream:
         _save(figure, stream, path.suffix.lstrip("."))  # type: ignore[arg-type]
-    os.replace(temporary, path)
     return path
 
 

@@ -8,9 +8,22 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from analysis.figures.style import (AXIS_COLOURS, BLACK, GREY, HOST_COLOUR, LINE_STYLES, MM, NES_COLOUR, ORANGE, label, legend,
-                                    new_figure, robust_limits, thinned)
-from ovines.recording import Body
+from analysis.figures.style import (
+    AXIS_COLOURS,
+    BLACK,
+    GREY,
+    HOST_COLOUR,
+    LINE_STYLES,
+    MM,
+    NES_COLOUR,
+    ORANGE,
+    label,
+    legend,
+    new_figure,
+    robust_limits,
+    thinned,
+)
+from ovines.recording_schema import Host, Nes
 
 Array = NDArray[np.float64]
 
@@ -36,15 +49,17 @@ def velocity(motion: pd.DataFrame, name: str, rate: str) -> Array:
     return np.gradient(column(motion, name), motion["time_s"].to_numpy(float))
 
 
-def relative_trajectory(motion: pd.DataFrame, host: Body, nes: Body, contact_radius_m: float = float("nan"),
+def relative_trajectory(motion: pd.DataFrame, host: Host | None, nes: Nes | None, contact_radius_m: float = float("nan"),
                         impacts: pd.DataFrame | None = None) -> Figure:
     """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where ``impacts`` are given."""
     figure, axes = new_figure(1, 1, height_in=5.0, margins_in=(0.62, 2.5, 0.46, 0.12))
     ax = axes[0, 0]
     position = MM * relative_position(motion)
     ax.plot(position[:, 0], position[:, 1], color=NES_COLOUR, lw=0.8, label="NES centre")
-    nes_radius = nes.radius_m or 0.0
-    if host.polygon_m is not None:
+    nes_radius = 0.0 if nes is None else nes.radius_m
+    if host is None:
+        pass  # a motion without its rig: the path alone
+    elif host.polygon_m is not None:
         ax.add_patch(Polygon(MM * np.asarray(host.polygon_m, float), fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
     elif host.inner_radius_m is not None:
         ax.add_patch(Circle((0, 0), MM * host.inner_radius_m, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
@@ -53,7 +68,7 @@ def relative_trajectory(motion: pd.DataFrame, host: Body, nes: Body, contact_rad
                                 label="contact edge: wall − NES radius"))
     if np.isfinite(contact_radius_m):
         ax.add_patch(Circle((0, 0), MM * contact_radius_m, fill=False, ec=BLACK, lw=1.0, ls=":", label="contact edge from impacts"))
-    if host.obstacle_radius_m:
+    if host is not None and host.obstacle_radius_m:
         ax.add_patch(Circle((0, 0), MM * host.obstacle_radius_m, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle"))
     if impacts is not None and len(impacts):
         time_s = motion["time_s"].to_numpy(float)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.figures.calibration import reprojection, view_errors
-from analysis.figures.markers import circle_centres, coordinates, distance_scatter, host_distances, tracks_over_frame
+from analysis.figures.markers import (
+    circle_centres,
+    coordinates,
+    distance_scatter,
+    host_distances,
+    tracks_over_frame,
+)
 from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
@@ -53,7 +59,7 @@ def add_tracks(page: Page, results: Results) -> None:
         section.add_missing("marker tracks", "The recording entered the chain after tracking.")
         return
     bodies = {name: tuple(body.markers or ()) for name, body in results.recording.bodies.items()}
-    windows = {camera.name: camera.window_size_px for camera in results.recording.cameras if camera.window_size_px is not None}
+    windows = {camera.name: camera.window_px for camera in results.recording.cameras}
     over = "over its first frame" if results.frames else "in its window (the recording brought no images)"
     section.add_figure("tracks", tracks_over_frame(tracks, bodies, windows, results.frames),
                        f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the first frame.",
@@ -109,6 +115,6 @@ def add_host_geometry(page: Page, results: Results) -> None:
         if len(radius):
             rows.append((title, value_with_sd(float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"), str(len(radius))))
     section.add_table(("circle", "radius, median ± sd of one frame", "frames"), rows)
-    host = results.recording.bodies["host"]
-    if host.layout_m is not None:
+    host = results.recording.bodies.get("host")
+    if host is not None and host.layout_m is not None:
         section.add_note("The Host's motion uses the design layout of its markers, not these circles: the markers need not lie on the wall.")

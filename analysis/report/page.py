@@ -6,7 +6,6 @@ when the page is rendered; figures are drawn into the page as data URIs, so it n
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from analysis.figures.style import FigureFormat, data_uri, save_figure
+from ovines.written_whole import write_text_whole
 
 Status = Literal["good", "caution", "bad", "neutral"]
 HERE = Path(__file__).parent
@@ -124,10 +124,8 @@ class Page:
         return _environment().get_template("page.html.j2").render(page=self, style=(HERE / "style.css").read_text("utf-8"))
 
     def write(self, path: Path) -> Path:
-        """Render to a temporary name beside ``path`` and rename."""
-        temporary = path.with_name(path.name + ".part")
-        temporary.write_text(self.render(), encoding="utf-8")
-        os.replace(temporary, path)
+        """Render into the file ``path``, whole or not at all."""
+        write_text_whole(self.render(), path)
         return path
 
     def save_figures(self, folder: Path, formats: Sequence[FigureFormat] = ("svg", "pdf")) -> list[Path]:

@@ -1,0 +1,114 @@
+"""The page builder and the writing of numbers."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.figures.style import new_figure
+from analysis.report.numbers import interval, percent, value_with_sd, with_unit
+from analysis.report.page import Page
+
+
+@pytest.mark.parametrize(("value", "sd", "unit", "text"), [
+    (0.7234, 0.0124, "", "0.723 ± 0.012"),
+    (0.7234, 0.0354, "", "0.723 ± 0.035"),
+    (0.7234, 0.0356, "", "0.72 ± 0.04"),  # beyond 35 one digit is enough
+    (0.7234, 0.097, "", "0.72 ± 0.10"),  # 0.097 is 0.10, not 0.1
+    (12.345, 0.4, "mm", "(12.3 ± 0.4) mm"),
+    (1234.5, 23.0, "", "1234 ± 23"),
+    (-0.00004, 0.012, "", "0.000 ± 0.012"),  # no minus zero
+    (-1.5, 0.2, "rad", "(−1.50 ± 0.20) rad"),
+    (3.2e-7, 1.1e-8, "m", "(3.20 ± 0.11) × 10⁻⁷ m"),
+    (0.5, nan, "", "0.500"), (0.5, 0.0, "", "0.500"), (0.5, inf, "", "0.500"), (nan, 0.1, "", "–"), (None, None, "m", "–"),
+])
+def test_value_with_sd(value, sd, unit, text):
+    assert value_with_sd(value, sd, unit) == text
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-5, 1e2))
+def test_rounding_moves_a_value_by_less_than_its_sd(value, sd):
+    text = value_with_sd(value, sd).replace("−", "-")
+    if "×" in text:
+        return
+    shown, shown_sd = (float(part) for part in text.split(" ± "))
+    assert abs(shown - value) <= 0.51 * sd
+    assert shown_sd == pytest.approx(sd, rel=0.15)
+
+
+def test_other_numbers():
+    assert with_unit(0.0123456, "m") == "0.0123 m"
+    assert with_unit(0.0, "m") == "0 m"
+    assert with_unit(1.2e-6, "s", 2) == "1.2 × 10⁻⁶ s"
+    assert with_unit(nan, "s") == "–"
+    assert interval(0.7101, 0.7349) == "0.710 to 0.735"
+    assert interval(0.42, nan) == "≥ 0.420"
+    assert interval(None, 0.42) == "≤ 0.420"
+    assert interval(nan, nan) == "–"
+    assert [percent(share) for share in (1.0, 0.99999, 0.5, 1e-9, 0.0, nan)] == ["100 %", "99.9 %", "50 %", "0.1 %", "0 %", "–"]
+
+
+NASTY = '<script>console.error("in")</script> & "quoted" $x^'
+
+
+def nasty_page() -> Page:
+    page = Page(NASTY, NASTY, NASTY, [(NASTY, NASTY)], footer=NASTY)
+    page.add_card(NASTY, NASTY, "good", [NASTY])
+    page.actions.append(NASTY)
+    for title in ("one", "two", NASTY):
+        section = page.add_section(title, "anchor")
+        section.add_text(NASTY)
+        section.add_heading(NASTY)
+        section.add_note(NASTY, "caution", NASTY)
+        section.add_missing(NASTY, NASTY)
+        section.add_list([NASTY])
+        section.add_table([NASTY, "b"], [[NASTY, "1"]], NASTY)
+        figure, axes = new_figure()
+        axes[0, 0].plot([0, 1], [0, 1])
+        section.add_figure("line", figure, NASTY, NASTY)
+    return page
+
+
+def test_names_are_escaped():
+    text = nasty_page().render()
+    assert "<script>" not in text
+    assert text.count("&lt;script&gt;") > 20
+
+
+def test_indices_of_symbols_are_set_low_and_nothing_else_is():
+    page = Page("t", "k")
+    page.add_section("s", "s").add_text("μ_c and <b>v_t</b> but not run_s or R_cx")
+    assert "μ<sub>c</sub> and &lt;b&gt;v<sub>t</sub>&lt;/b&gt; but not run_s or R_cx" in page.render()
+
+
+def test_the_browser_would_tell(browse):
+    """The check itself: a page that complains, fetches and lacks a picture is seen to do so."""
+    seen = browse('<html><body><img alt="gone" src="missing.png"><img alt="far" src="https://example.org/x.png"><script>console.error("oh")</script></body></html>')
+    assert seen.console
+    assert any("missing.png" in address for address in seen.fetched)
+    assert any("example.org" in address for address in seen.fetched)
+    assert seen.pictures == [("gone", 0, 0), ("far", 0, 0)]
+
+
+@pytest.mark.parametrize("width_px", [1100, 500])
+def test_page_in_a_browser(browse, width_px):
+    seen = browse(nasty_page().render(), width_px)
+    assert seen.console == []
+    assert seen.fetched == []
+    assert [picture[0] for picture in seen.pictures] == [NASTY] * 3
+    assert all(width > 0 for _, width, _ in seen.pictures)
+    assert seen.too_wide == 0
+
+
+def test_figures_are_saved_as_svg_and_pdf(tmp_path):
+    files = nasty_page().save_figures(tmp_path / "figures")
+    assert {file.name for file in files} == {"line.svg", "line.pdf"}
+    assert (tmp_path / "figures" / "line.pdf").read_bytes().startswith(b"%PDF")
+    assert not list(tmp_path.glob("**/*.unfinished"))
+
+
+def test_the_same_figure_gives_the_same_page():
+    assert nasty_page().render() == nasty_page().render()
