@@ -28,12 +28,17 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Work:
-    """What a stage's function is given: the recording, its input files, a progress callback (done, total)."""
+    """What a stage's function is given: the recording, its input files, a progress callback (done, total).
+
+    ``notes`` takes what the user should know (a picture that could not be read, a frame without a partner): it is
+    printed, and stands in the provenance of the outputs.
+    """
 
     recording: Recording
     inputs: Mapping[str, list[Path]]
     out: Path
     progress: Progress
+    notes: list[str] = field(default_factory=list)
 
     def path(self, artifact: str) -> Path:
         return self.inputs[artifact][0]
@@ -41,9 +46,10 @@ class Work:
 
 @dataclass
 class Done:
-    """What happened to each stage, in order: "run" or "up to date"."""
+    """What happened to each stage, in order: "run" or "up to date"; and what there was to note."""
 
     stages: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 def no_progress(done: int, total: int) -> None:
@@ -91,8 +97,10 @@ def run_stages(
             _remove_outputs(one, out)
             import ovines.stages  # here: cv2, numba and matplotlib are slow to load, and `check` needs none of them
 
-            results = getattr(ovines.stages, one.name)(Work(recording, inputs, out, progress(one.name)))
-            _write(one, results, out, state)
+            work = Work(recording, inputs, out, progress(one.name))
+            results = getattr(ovines.stages, one.name)(work)
+            _write(one, results, out, {**state, "notes": work.notes})
+            done.notes += work.notes
             done.stages[one.name] = "run"
     return done
 

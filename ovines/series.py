@@ -28,6 +28,7 @@ class Outcome:
     status: Status
     stages: dict[str, str] = field(default_factory=dict)
     message: str = ""
+    notes: list[str] = field(default_factory=list)
 
 
 def run_series(
@@ -60,7 +61,7 @@ def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) 
     try:
         with _bar(folder.name, bars) as progress:
             done = run_stages(read_recording(folder), out, only, force, progress)
-        return Outcome(folder, out, "done", done.stages)
+        return Outcome(folder, out, "done", done.stages, notes=done.notes)
     except InputError as error:
         return Outcome(folder, out, "refused", message=str(error))
     except OSError as error:

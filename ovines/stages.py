@@ -87,6 +87,14 @@ def _first_frames(work: Work) -> dict[str, Any] | None:
     """One grey image per camera to draw the tracks on, where the recording brings frames."""
     if "frames" not in work.inputs:
         return None
-    from vision.frames import first_frame
+    from vision.frames import open_sources, stream
 
-    return {camera.name: first_frame(work.recording, camera.name) for camera in work.recording.cameras}
+    sources, notes = open_sources(work.recording)
+    found: dict[str, Any] = {}
+    for _, images in stream(sources, notes):
+        for source, image in zip(sources, images, strict=True):
+            if image is not None:
+                found.setdefault(source.camera.name, image)
+        if len(found) == len(sources):
+            break
+    return found

@@ -67,12 +67,17 @@ def _cameras(recording: Recording) -> None:
     counts = {
         camera.name: len(recording.frame_files(camera.name)) for camera in recording.cameras if camera.frames
     }
-    if recording.entry() == "frames" and len(set(counts.values())) > 1:
-        raise InputError(
-            ", ".join(f"{name} has {count} images" for name, count in counts.items()),
-            "as many images of each camera",
-            "remove the images that have no partner, or copy the missing ones",
-        )
+    if recording.entry() != "frames":
+        return
+    for camera in recording.cameras:
+        if not counts.get(camera.name):
+            raise InputError(
+                f"no frames of camera {camera.name}: {camera.frames or 'nothing given'}",
+                "image files (a glob) or one video file",
+                "correct 'frames' in recording.toml",
+            )
+    if len(set(counts.values())) > 1:
+        print("  note: not as many images of each camera; those without a partner give no points")
 
 
 def _calibration(recording: Recording) -> None:

@@ -38,6 +38,8 @@ def tell(outcomes: Sequence[Outcome]) -> int:
         if one.status == "done":
             ran = [name for name, what in one.stages.items() if what == "run"]
             print(f"{one.folder.resolve().name}: {', '.join(ran) or 'up to date'} -> {one.out}")
+            for note in one.notes:
+                print(f"  note: {note}")
     unfinished = [one for one in outcomes if one.status != "done"]
     for one in unfinished:
         if len(outcomes) > 1:
