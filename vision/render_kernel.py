@@ -49,30 +49,31 @@ def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -
 
 
 @njit(cache=True)
-def _edge_px(layer: Array, vertices: Array, origin: Array, turn: Array, xn: float, yn: float,
+def _edge_px(layers: Array, k: int, vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
              pixel_x: float, pixel_y: float, blur_px: float) -> float:
-    """Distance in pixels from a ray to the layer's edge, negative inside."""
-    dx = turn[0, 0] * xn + turn[0, 1] * yn + turn[0, 2]
-    dy = turn[1, 0] * xn + turn[1, 1] * yn + turn[1, 2]
-    dz = turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2]
-    t = (layer[TOP] - origin[2]) / dz
-    px, py = origin[0] + t * dx - layer[X], origin[1] + t * dy - layer[Y]
+    """Distance in pixels from a ray to layer k's edge, negative inside (scalar indexing: array views cost more than the sums)."""
+    body = int(layers[k, BODY])
+    dx = turns[body, 0, 0] * xn + turns[body, 0, 1] * yn + turns[body, 0, 2]
+    dy = turns[body, 1, 0] * xn + turns[body, 1, 1] * yn + turns[body, 1, 2]
+    dz = turns[body, 2, 0] * xn + turns[body, 2, 1] * yn + turns[body, 2, 2]
+    t = (layers[k, TOP] - origins[body, 2]) / dz
+    px, py = origins[body, 0] + t * dx - layers[k, X], origins[body, 1] + t * dy - layers[k, Y]
     curvature = 0.0
-    if layer[KIND] == POLYGON:
-        distance, nx, ny = _to_polygon(px, py, vertices, int(layer[FIRST_VERTEX]), int(layer[VERTICES]))
+    if layers[k, KIND] == POLYGON:
+        distance, nx, ny = _to_polygon(px, py, vertices, int(layers[k, FIRST_VERTEX]), int(layers[k, VERTICES]))
     else:
-        if layer[KIND] == CYLINDER:  # the ray's path between the two heights, seen from above, is a segment
-            t_bottom = (layer[BOTTOM] - origin[2]) / dz
+        if layers[k, KIND] == CYLINDER:  # the ray's path between the two heights, seen from above, is a segment
+            t_bottom = (layers[k, BOTTOM] - origins[body, 2]) / dz
             ex, ey = (t_bottom - t) * dx, (t_bottom - t) * dy
             length = ex * ex + ey * ey
             along = 0.0 if length == 0.0 else min(1.0, max(0.0, -(px * ex + py * ey) / length))
             px, py, t = px + along * ex, py + along * ey, t + along * (t_bottom - t)
         r = math.sqrt(px * px + py * py)
-        distance = r - layer[RADIUS]
+        distance = r - layers[k, RADIUS]
         nx, ny = (px / r, py / r) if r > 1e-12 else (1.0, 0.0)
-        curvature = 1.0 / max(r, 0.5 * layer[RADIUS])
-    gx = t * (nx * (turn[0, 0] - dx * turn[2, 0] / dz) + ny * (turn[1, 0] - dy * turn[2, 0] / dz)) * pixel_x
-    gy = t * (nx * (turn[0, 1] - dx * turn[2, 1] / dz) + ny * (turn[1, 1] - dy * turn[2, 1] / dz)) * pixel_y
+        curvature = 1.0 / max(r, 0.5 * layers[k, RADIUS])
+    gx = t * (nx * (turns[body, 0, 0] - dx * turns[body, 2, 0] / dz) + ny * (turns[body, 1, 0] - dy * turns[body, 2, 0] / dz)) * pixel_x
+    gy = t * (nx * (turns[body, 0, 1] - dx * turns[body, 2, 1] / dz) + ny * (turns[body, 1, 1] - dy * turns[body, 2, 1] / dz)) * pixel_y
     metres_per_px = math.sqrt(gx * gx + gy * gy)
     return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
 
@@ -92,8 +93,7 @@ def _colour(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Ar
             pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array) -> float:
     for k in range(len(used)):
         if used[k]:
-            body = int(layers[k, BODY])
-            edges[k] = _edge_px(layers[k], vertices, origins[body], turns[body], xn, yn, pixel_x, pixel_y, blur_px)
+            edges[k] = _edge_px(layers, k, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px)
         else:
             edges[k] = FAR_PX
     grey = background
