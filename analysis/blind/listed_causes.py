@@ -1,8 +1,13 @@
-"""The causes that FORMATS.md lists, at the sizes of this rig."""
+"""The causes that FORMATS.md lists, at the sizes of this rig.
+
+Each returns its true parameters by the names of `ovines simulate` and `diagnosis.json`, relative changes
+from the first run or from a run's start as these count them.
+"""
 
 import numpy as np
 
 from analysis.blind.draft import Cause, Draft, Rng, Truth, sign, spread, vector
+from analysis.blind.plant_state import PlantParameters
 
 
 def _floor_friction(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -14,7 +19,7 @@ def _floor_friction(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 def _spin_coupling(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.model_effects = ("floor_friction",)
     draft.plant["spin_share"] = size
-    return {"share": size}
+    return {"coupling": size}
 
 
 def _viscous_drag(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -24,17 +29,13 @@ def _viscous_drag(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 def _air_drag(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant["air_per_m"] = 0.45 * size * spread(rng)
-    return {"coefficient_per_m": draft.plant["air_per_m"]}
+    return {"rate_per_m": draft.plant["air_per_m"]}
 
 
 def _table_tilt(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     x, y = vector(0.17 * size * spread(rng), rng)
     draft.plant.update(tilt_x_m_per_s2=x, tilt_y_m_per_s2=y)
-    return {
-        "acceleration_x_m_per_s2": x,
-        "acceleration_y_m_per_s2": y,
-        "tilt_rad": float(np.hypot(x, y) / 9.81),
-    }
+    return {"tilt_rad": float(np.hypot(x, y) / 9.81), "direction_rad": float(np.arctan2(y, x))}
 
 
 def _vertical_motion(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -46,9 +47,10 @@ def _friction_drift(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     change = 0.4 * size * spread(rng) * sign(rng)
     if rng.random() < 0.5:
         draft.run_friction = 1.0 + change * (np.arange(runs) / max(runs - 1, 1) - 0.5)
-        return {"change_over_series": change, "change_per_run": change / max(runs - 1, 1)}
-    draft.plant["friction_change_per_s"] = change / 0.7
-    return {"change_per_s": change / 0.7}
+        return {"relative_per_run": change / max(runs - 1, 1) / (1.0 - 0.5 * change)}
+    slope = change / 0.7
+    draft.plant["friction_change_per_s"] = slope
+    return {"relative_per_s": slope / (1.0 - 0.5 * slope * PlantParameters().duration_s)}
 
 
 def _speed_dependent_restitution(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -56,13 +58,13 @@ def _speed_dependent_restitution(draft: Draft, size: float, rng: Rng, runs: int)
     bottom = top - 0.33 * size * spread(rng)
     speed = float(rng.uniform(0.9, 1.3))
     draft.plant.update(restitution=top, restitution_floor=bottom, restitution_speed_m_per_s=speed)
-    return {"restitution_slow": top, "restitution_fast": bottom, "speed_m_per_s": speed}
+    return {"restitution_slow": top, "restitution_fast": bottom, "speed_scale_m_per_s": speed}
 
 
 def _direction_dependent_restitution(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     amplitude, phase = 0.1 * size * spread(rng), float(rng.uniform(0.0, 2.0 * np.pi))
     draft.plant.update(direction_amplitude=amplitude, direction_phase_rad=phase)
-    return {"amplitude": amplitude, "phase_rad": phase}
+    return {"amplitude": amplitude, "direction_rad": phase}
 
 
 def _finite_contact_time(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -77,7 +79,7 @@ def _finite_contact_time(draft: Draft, size: float, rng: Rng, runs: int) -> Trut
 def _wall_ellipticity(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     amplitude, phase = 0.005 * size * spread(rng), float(rng.uniform(0.0, np.pi))
     draft.plant.update(ellipticity=amplitude, ellipticity_phase_rad=phase)
-    return {"ellipticity": amplitude, "phase_rad": phase}
+    return {"ellipticity": amplitude, "direction_rad": phase}
 
 
 def _wall_centre_offset(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -106,7 +108,7 @@ def _camera_clock_offset(draft: Draft, size: float, rng: Rng, runs: int) -> Trut
 def _sensor_window_offset(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     across, along = max(round(3 * size), 1) * sign(rng), max(round(2 * size), 1) * sign(rng)
     draft.view.update(window_px=(across, along), window_camera=int(rng.integers(2)))
-    return {"u_px": across, "v_px": along, "camera": float(draft.view["window_camera"])}
+    return {"u_px": across, "v_px": along}
 
 
 def _length_scale_error(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -122,7 +124,7 @@ def _frame_rate_error(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 def _plane_tilt(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     x, y = vector(0.01 * size * spread(rng), rng)
     draft.view["plane_rad"] = (x, y)
-    return {"about_x_rad": x, "about_y_rad": y}
+    return {"x_rad": x, "y_rad": y}
 
 
 def _trigger_jitter(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:

@@ -121,6 +121,7 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
         proportion("both of two causes", [r.all_named for r in pairs], 0.80),
         proportion("first of two causes", [r.first_right for r in pairs]),
         coverage,
+        proportion("causes found with an interval for their size", [bool(r.parameters) for r in found]),
         mean("shrinkage (oracle: 1)", shrunk, rng, 0.95),
         mean("seconds per series", seconds, rng, 60.0, at_most=True),
     ]

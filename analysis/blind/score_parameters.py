@@ -15,7 +15,9 @@ def parameter_checks(truth: dict, answer: dict) -> list[dict]:
             interval = stated.get(name)
             if interval is None or interval.get("low") is None or interval.get("high") is None:
                 continue
-            turn = (math.pi if cause == "wall_ellipticity" else 2 * math.pi) if name == "phase_rad" else None
+            turn = (
+                (math.pi if cause == "wall_ellipticity" else 2 * math.pi) if name == "direction_rad" else None
+            )
             value = true if turn is None else true + turn * round((interval["value"] - true) / turn)
             out.append(
                 {

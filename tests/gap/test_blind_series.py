@@ -151,7 +151,7 @@ def test_length_scale_shows_in_known_distances():
 def test_plane_tilt_shows_in_the_ground_markers():
     points, _, true = _seen_with("plane_tilt", "G")
     slope = (points["G2"].mean(0) - points["G1"].mean(0))[2] / 0.21
-    assert slope == pytest.approx(-true["about_y_rad"], abs=3e-4)
+    assert slope == pytest.approx(-true["y_rad"], abs=3e-4)
 
 
 def test_clock_offset_lifts_the_moving_host_and_nothing_else_does():

@@ -1,6 +1,8 @@
 """A trial hashes first, hides what it must, refuses what does not fit, and marks answers fairly."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from analysis.blind import score, score_report, trial
 from analysis.blind.intervals import wilson
 from analysis.blind.listed_causes import LISTED
 from ovines.errors import InputError
+from ovines.recording import read_recording
 
 
 def test_plan_covers_everything_once_before_twice():
@@ -126,8 +129,10 @@ def test_either_name_is_right_for_missing_floor_friction():
 
 
 def test_angles_are_compared_on_the_circle():
-    truth = {"effects": ["wall_ellipticity"], "parameters": {"wall_ellipticity": {"phase_rad": 0.02}}}
-    answer = {"parameters": {"wall_ellipticity": {"phase_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}}
+    truth = {"effects": ["wall_ellipticity"], "parameters": {"wall_ellipticity": {"direction_rad": 0.02}}}
+    answer = {
+        "parameters": {"wall_ellipticity": {"direction_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}
+    }
     assert [c["inside"] for c in score.parameter_checks(truth, answer)] == [True]
 
 
@@ -157,3 +162,30 @@ def test_report_names_the_failures_and_draws_the_confusion(tmp_path):
     assert "air_drag" in wrong and "table_tilt | 1" not in wrong
     score_report.confusion_picture(rows, tmp_path / "confusion.png")
     assert (tmp_path / "confusion.png").stat().st_size > 10_000
+
+
+def _ovines(*arguments):
+    command = [sys.executable, "-m", "ovines", "blind", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+
+
+def test_commands_make_refuse_and_score(tmp_path):
+    """As real processes; the answers are written by hand here, the diagnosis has its own tests."""
+    folder = tmp_path / "trial"
+    made = _ovines("make", folder, "--cases", 2, "--seed", 1, "--runs", 1, "--kinds", "none,air_drag")
+    assert made.returncode == 0, made.stderr
+    recording = read_recording(folder / "cases" / "case-001" / "run-01")
+    assert recording.bodies["nes"].centre_marker == "N1"
+    early = _ovines("score", folder)
+    assert early.returncode == 2 and "ovines blind answer" in early.stderr
+    for case in ("case-001", "case-002"):
+        truth = json.loads((folder / "sealed" / f"{case}.json").read_text())
+        (folder / "answers" / case).mkdir(parents=True)
+        (folder / "answers" / case / "diagnosis.json").write_text(json.dumps(_perfect(truth)))
+    scored = _ovines("score", folder)
+    assert scored.returncode == 0, scored.stderr
+    figures = {f["name"]: f for f in json.loads((folder / "score.json").read_text())["figures"]}
+    assert figures["false alarms"]["value"] == 0.0 and figures["false alarms"]["n"] == 1
+    assert figures["truth in the set"]["value"] == 1.0
+    assert (folder / "confusion.png").exists() and (folder / "score.md").exists()
+    assert _ovines("make", tmp_path / "other", "--cases", 0, "--seed", 1).returncode == 2
