@@ -1,5 +1,6 @@
 """The core simulator: a disk in a moving container; next contact, move to it, resolve it."""
 
+from ovines.core.ensemble import EnsembleResult, simulate_ensemble
 from ovines.core.model import (
     FloorFriction,
     Harmonic,
@@ -14,6 +15,6 @@ from ovines.core.model import (
 from ovines.core.simulate import EnergyBalance, SimulationResult, simulate
 
 __all__ = [
-    "EnergyBalance", "FloorFriction", "Harmonic", "Host", "ImpactLaw", "MeasuredMotion", "Nes", "Scenario",
-    "ScenarioError", "SimulationResult", "Suspension", "simulate",
+    "EnergyBalance", "EnsembleResult", "FloorFriction", "Harmonic", "Host", "ImpactLaw", "MeasuredMotion", "Nes", "Scenario",
+    "ScenarioError", "SimulationResult", "Suspension", "simulate", "simulate_ensemble",
 ]  # fmt: skip

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
 from ovines.core.collision import onto_wall, strike
+from ovines.core.compiled import compiled
 from ovines.core.dynamics import (
     NEED,
     PUSH,
@@ -25,7 +24,7 @@ from ovines.core.stepper import next_size, step
 GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def stand_on(t, y, mode, wall, p, k, drive, table, polygon, work) -> None:
     """Remove what rounding and the step left: distance from the wall, normal speed, and slip when rolling."""
     scratch, at = work[13], work[14]
@@ -45,7 +44,7 @@ def stand_on(t, y, mode, wall, p, k, drive, table, polygon, work) -> None:
         strike(y, at, nx, ny, -normal / k_nn, 0.0, p, k)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tuple[int, int]:
     """What ends this mode at state ``y``, if anything, and the wall it concerns."""
     derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[15])
@@ -58,13 +57,14 @@ def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tupl
     if mode == P.ROLL and abs(scratch[NEED]) > friction * scratch[PUSH]:
         return SLIPS, wall
     for other in range(k[P.N_WALLS]):
-        if other != wall and wall_stands(other, p, k):
-            if normal_here(other, work[14], p, k, polygon)[2] < -1e-15 * p[P.LENGTH]:
-                return HITS, other
+        if other == wall or not wall_stands(other, p, k):
+            continue
+        if normal_here(other, work[14], p, k, polygon)[2] < -1e-15 * p[P.LENGTH]:
+            return HITS, other
     return GOES_ON, wall
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def start_mode(t, y, wall, p, k, drive, table, polygon, work) -> tuple[int, float]:
     """Rolling if the slip is nothing and friction can hold it, else sliding and the side it slides to."""
     derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
@@ -77,7 +77,7 @@ def start_mode(t, y, wall, p, k, drive, table, polygon, work) -> tuple[int, floa
     return P.SLIDE, (-1.0 if need > 0.0 else 1.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def follow_wall(
     t, y, wall, end, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
 ) -> tuple[float, int, int, int]:  # fmt: skip
@@ -131,14 +131,14 @@ def follow_wall(
     return t, GOES_ON, wall, next_sample
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def work_need(t, y, wall, p, k, drive, table, polygon, work) -> float:
     """Tangential force that rolling would need here."""
     derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
     return work[13][NEED]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def turn_over(t, y, wall, side, p, k, drive, table, polygon, work) -> tuple[int, float]:
     """After the slip came to nothing: roll if friction holds, else slide on the way the free slip turns."""
     need = work_need(t, y, wall, p, k, drive, table, polygon, work)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 from ovines.core.dynamics import (
     contact_bias,
     contact_velocity,
@@ -22,7 +21,7 @@ from ovines.core.impact import effective_restitution, impulses
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def strike(y, at, nx: float, ny: float, p_n: float, p_t: float, p, k) -> None:
     """Apply an impulse on the NES (normal towards the wall, tangent) and its reaction on the Host to ``y``."""
     px, py = p_n * nx - p_t * ny, p_n * ny + p_t * nx
@@ -39,7 +38,7 @@ def strike(y, at, nx: float, ny: float, p_n: float, p_t: float, p, k) -> None:
         y[P.WORK] += px * at[7] + py * at[8] + at[9] * (host_n * p_t - host_t * p_n)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def onto_wall(y, at, wall: int, p, k, polygon) -> None:
     """Shift the NES by rounding so that it stands on the wall, never outside it."""
     nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
@@ -48,7 +47,7 @@ def onto_wall(y, at, wall: int, p, k, polygon) -> None:
     y[1] += shift * ny
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def pull_to_wall(t, y, wall, p, k, drive, table, polygon, work) -> float:
     """Acceleration towards the wall that free motion would have here (m/s^2), path curvature included."""
     scratch, at, dy = work[13], work[14], work[15]
@@ -58,7 +57,7 @@ def pull_to_wall(t, y, wall, p, k, drive, table, polygon, work) -> float:
     return contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def resolve(t, y, wall, p, k, drive, table, polygon, work, record) -> tuple[int, float, bool]:
     """Resolve a contact with ``wall`` at ``t``, in place: (mode after, duration, whether it was an impact).
 
@@ -77,8 +76,8 @@ def resolve(t, y, wall, p, k, drive, table, polygon, work, record) -> tuple[int,
     if normal <= slow:
         strike(y, at, nx, ny, -normal / k_nn, 0.0, p, k)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
-    azimuth = math.atan2(ny, nx)
-    restitution = effective_restitution(normal, math.atan2(at[1] - at[5], at[0] - at[4]), p)
+    azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * ny, at[0] - at[4] + p[P.RADIUS] * nx)
+    restitution = effective_restitution(normal, azimuth, p)
     friction, reversal = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION]
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
@@ -110,7 +109,7 @@ def resolve(t, y, wall, p, k, drive, table, polygon, work, record) -> tuple[int,
     return P.FLIGHT, duration, True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def press(t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work) -> tuple[float, bool]:
     """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
 
@@ -160,7 +159,7 @@ def press(t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work
     return passed, stuck
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def press_slopes(
     t, y, wall, stretch, stiffness, damping, tangent, p, k, drive, table, polygon, work, dy
 ) -> float:  # fmt: skip

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 from ovines.core.friction import floor_friction
 from ovines.core.host import ROTATION, base_motion, vertical_acceleration
 from ovines.core.walls import contact_frame
@@ -17,7 +17,7 @@ PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force t
 N_SCRATCH = 13
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def place(t: float, y, p, k, drive, table, scratch, out) -> None:
     """Disk's geometric centre and the Host in the world at state ``y``.
 
@@ -48,7 +48,7 @@ def place(t: float, y, p, k, drive, table, scratch, out) -> None:
         out[10], out[11] = dx, dy
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def in_host(at, k) -> tuple[float, float, float, float]:
     """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
     x, y = at[0] - at[4], at[1] - at[5]
@@ -61,7 +61,7 @@ def in_host(at, k) -> tuple[float, float, float, float]:
     return x, y, vx, vy
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def normal_here(wall: int, at, p, k, polygon) -> tuple[float, float, float, float]:
     """World normal towards the wall, gap and curvature at a placed state."""
     x, y, _vx, _vy = in_host(at, k)
@@ -72,7 +72,7 @@ def normal_here(wall: int, at, p, k, polygon) -> tuple[float, float, float, floa
     return nx, ny, gap, curvature
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
     """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
     radius = p[P.RADIUS]
@@ -81,7 +81,7 @@ def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
     return radius - at[10] * nx - at[11] * ny, at[10] * ny - at[11] * nx, host_n, host_t
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def inverse_mass(nx: float, ny: float, at, p) -> tuple[float, float, float]:
     """Contact's inverse mass matrix (k_nn, k_nt, k_tt; 1/kg): what an impulse does to the contact's velocity."""
     nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
@@ -94,7 +94,7 @@ def inverse_mass(nx: float, ny: float, at, p) -> tuple[float, float, float]:
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def contact_velocity(nx: float, ny: float, spin: float, at, p) -> tuple[float, float]:
     """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
     x, y = at[0] - at[4], at[1] - at[5]
@@ -102,12 +102,12 @@ def contact_velocity(nx: float, ny: float, spin: float, at, p) -> tuple[float, f
     return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None:
     """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
     for i in range(k[P.STATE_SIZE]):
         dy[i] = 0.0
-    mass, radius = p[P.MASS], p[P.RADIUS]
+    mass = p[P.MASS]
     dy[0], dy[1], dy[4] = y[2], y[3], y[5]
     dy[2], dy[3] = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     kind = k[P.HOST_KIND]
@@ -127,7 +127,7 @@ def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None
         floor(t, y, at, p, k, drive, table, moving, dy)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
     """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
     mass = p[P.MASS]
@@ -159,7 +159,7 @@ def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
         dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def springs(t: float, y, p, k, drive, table, scratch, dy) -> None:
     """Suspension of a sprung Host on the moving ground, with the powers of dampers and ground."""
     base_motion(t, k, drive, table, scratch)
@@ -175,7 +175,7 @@ def springs(t: float, y, p, k, drive, table, scratch, dy) -> None:
         dy[P.WORK] += force * scratch[3 + axis]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def contact_bias(y, at, nx: float, ny: float, curvature: float, dy, p, k, scratch) -> tuple[float, float]:
     """Relative acceleration of the contact without wall force: towards the wall along it, and of the slip.
 
@@ -208,7 +208,7 @@ def contact_bias(y, at, nx: float, ny: float, curvature: float, dy, p, k, scratc
     return ax * nx + ay * ny + curvature * along * along, slip_acceleration
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) -> None:
     """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
     fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
@@ -225,7 +225,7 @@ def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) 
         dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
     """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
     place(t, y, p, k, drive, table, scratch, at)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from ovines.core import parameters as P
 from ovines.core.along_wall import GOES_ON, HITS, follow_wall
 from ovines.core.collision import resolve
+from ovines.core.compiled import compiled
 from ovines.core.dynamics import derivatives
 from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.host import ROTATION, base_motion, host_after
@@ -19,13 +19,13 @@ from ovines.core.stepper import next_size, step
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
     """Add the ground's work and the dampers' loss over a closed-form flight to the energies in ``y``.
 
     Gauss-Legendre on pieces of a quarter of the fastest period: rounding-level for these smooth integrands.
     """
-    pieces = int(math.ceil(s / p[P.MAX_STEP])) if s > 0.0 else 0
+    pieces = math.ceil(s / p[P.MAX_STEP]) if s > 0.0 else 0
     host, base = work[12], work[13]
     for piece in range(pieces):
         width = s / pieces
@@ -41,7 +41,7 @@ def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
                 y[P.WORK] -= 0.5 * width * _GAUSS_W[node] * force * base[3 + axis]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def fly_closed(
     t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample, with_energy
 ) -> tuple[float, int, int]:  # fmt: skip
@@ -58,7 +58,7 @@ def fly_closed(
     return (end if wall < 0 else t + s), wall, next_sample
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def fly_integrated(
     t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
 ) -> tuple[float, int, int]:  # fmt: skip
@@ -106,7 +106,7 @@ def fly_integrated(
     return t, -1, next_sample
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def can_rest(y, p, k) -> bool:
     """Whether the disk stands on the fixed ground for good: nothing drives it and it moves 1e-9 of v_d or less."""
     if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.FLOOR_FRICTION] <= 0.0 or k[P.OFF_CENTRE]:
@@ -114,7 +114,7 @@ def can_rest(y, p, k) -> bool:
     return rest_speed(y, p) <= 1e-9 * p[P.REGULARISATION]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts, with_energy):
     """Run a packed scenario; ``y`` ends as the final state.
 

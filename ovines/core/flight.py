@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
-from ovines.core.dynamics import derivatives, in_host, place
+from ovines.core.compiled import compiled
+from ovines.core.dynamics import in_host, place
 from ovines.core.host import ROTATION, host_after, sprung_response
-from ovines.core.stepper import next_size, step
+from ovines.core.stepper import step
 from ovines.core.walls import gap_measure, safe_time
 
 ROUNDING = 4e-16  # of a length: gaps below this are contact
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def glide(t0: float, s: float, y0, p, k, drive, table, scratch, out) -> None:
     """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
     host_after(t0, s, y0, p, k, drive, table, scratch)
@@ -33,7 +32,7 @@ def glide(t0: float, s: float, y0, p, k, drive, table, scratch, out) -> None:
         out[P.HOST + 2], out[P.HOST + 3], out[P.HOST + 5] = scratch[3], scratch[4], scratch[5]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def glide_in_host(t0, s, y0, p, k, drive, table, scratch, at) -> tuple[float, float, float, float]:
     """The same, only the centre in the Host's frame."""
     host_after(t0, s, y0, p, k, drive, table, scratch)
@@ -47,7 +46,7 @@ def glide_in_host(t0, s, y0, p, k, drive, table, scratch, at) -> tuple[float, fl
     return in_host(at, k)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def acceleration_bound(t0: float, y0, p, k, drive) -> float:
     """Bound on the relative acceleration in the Host's frame during a closed-form flight (m/s^2)."""
     bound = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + p[P.HOST_ACCELERATION]
@@ -75,7 +74,7 @@ def acceleration_bound(t0: float, y0, p, k, drive) -> float:
     return bound
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work) -> tuple[float, int]:
     """Duration of a closed-form flight until the next wall, and that wall (-1: ``end`` comes first).
 
@@ -94,9 +93,7 @@ def glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work) -> tup
             horizon = 0.25 * (speed + math.sqrt(speed * speed + 8.0 * bend * p[P.LENGTH])) / bend
             if speed * horizon > 2.0 * p[P.LENGTH]:
                 horizon = 2.0 * p[P.LENGTH] / speed
-        advance = remaining - s
-        if advance > horizon:
-            advance = horizon
+        advance = min(remaining - s, horizon)
         for wall in range(k[P.N_WALLS]):
             if not wall_stands(wall, p, k):
                 continue
@@ -108,7 +105,7 @@ def glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work) -> tup
     return remaining, -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def wall_stands(wall: int, p, k) -> bool:
     """Whether this wall exists: round or polygon, obstacle if any."""
     if wall == P.ROUND:
@@ -118,7 +115,7 @@ def wall_stands(wall: int, p, k) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def relative(t, y, p, k, drive, table, work, dy, out) -> None:
     """Centre in the Host's frame with rates: position, velocity, acceleration (6 numbers) from state and derivative."""
     scratch, at = work[13], work[14]
@@ -146,7 +143,7 @@ def relative(t, y, p, k, drive, table, work, dy, out) -> None:
     out[4], out[5] = ax, ay
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def quintic(a, b, h, axis, c) -> None:
     """Coefficients (in s/h) of the fifth-degree path through two ends' position, velocity, acceleration."""
     p0, v0, a0 = a[axis], a[2 + axis] * h, a[4 + axis] * h * h
@@ -158,7 +155,7 @@ def quintic(a, b, h, axis, c) -> None:
     c[5] = 6.0 * gap - 3.0 * rise + 0.5 * turn
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def first_crossing(a, b, h, start, p, k, polygon, cx, cy) -> tuple[float, int]:
     """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
     quintic(a, b, h, 0, cx)
@@ -187,7 +184,7 @@ def first_crossing(a, b, h, start, p, k, polygon, cx, cy) -> tuple[float, int]:
     return h, -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def land(t, y, guess, h, wall, p, k, drive, table, polygon, work, out) -> tuple[float, bool]:
     """Refine a contact by stepping to it from the step's start: (duration, whether it is a contact).
 
@@ -212,7 +209,7 @@ def land(t, y, guess, h, wall, p, k, drive, table, polygon, work, out) -> tuple[
     return s, f <= 4.0 * tiny and rate < 0.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def rest_speed(y, p) -> float:
     """Speed that decides whether the disk rests: sliding, and the rim where the floor brakes it too."""
     sliding = math.hypot(y[2], y[3])

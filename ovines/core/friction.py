@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from ovines.core.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def farkas(ratio: float) -> tuple[float, float]:
     """Force and torque functions F, T of the velocity ratio ``|v| / (R |omega|)``.
 
@@ -48,7 +48,7 @@ def farkas(ratio: float) -> tuple[float, float]:
     return force, 4.0 * k / (9.0 * math.pi) * (c_bulirsch + 3.0 * b_bulirsch - d_bulirsch)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def floor_friction(
     vx: float, vy: float, spin: float, radius: float, strength: float, regularisation: float, coupling: float
 ) -> tuple[float, float, float]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 
 X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def base_motion(t: float, k, drive, table, out) -> None:
     """Driven motion at ``t``: ``out`` = x, y, angle, their rates, their second rates (9 values).
 
@@ -41,7 +40,7 @@ def base_motion(t: float, k, drive, table, out) -> None:
             out[6 + axis] += 2.0 * c2 + 6.0 * s * c3
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def table_piece(t: float, table) -> int:
     """Index of the cubic piece that holds ``t`` (the first or last one beyond the ends)."""
     low, high = 0, table.shape[0] - 1
@@ -54,7 +53,7 @@ def table_piece(t: float, table) -> int:
     return low
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def vertical_acceleration(t: float, k, drive, table) -> float:
     """Host's acceleration along z (m/s^2); it modulates the load on the Host's floor."""
     total = 0.0
@@ -68,7 +67,7 @@ def vertical_acceleration(t: float, k, drive, table) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def vertical_motion(t: float, k, drive, table) -> tuple[float, float]:
     """Host's z and its rate (m, m/s)."""
     z, rate = 0.0, 0.0
@@ -85,7 +84,7 @@ def vertical_motion(t: float, k, drive, table) -> tuple[float, float]:
     return z, rate
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def decay(stiffness: float, damping: float, s: float) -> tuple[float, float]:
     """Free solutions S, C of q'' + damping q' + stiffness q = 0 after ``s`` seconds (both per unit mass).
 
@@ -105,7 +104,7 @@ def decay(stiffness: float, damping: float, s: float) -> tuple[float, float]:
     return 0.5 * (slow - fast) / root, 0.5 * (slow + fast)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sprung_response(t: float, axis: int, p, drive) -> tuple[float, float]:
     """Steady response of a sprung Host's axis to the ground's harmonics: displacement and rate."""
     inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
@@ -127,7 +126,7 @@ def sprung_response(t: float, axis: int, p, drive) -> tuple[float, float]:
     return q, rate
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def host_after(t0: float, s: float, y0, p, k, drive, table, out) -> None:
     """Host state (x, y, angle and rates: first six of ``out``) ``s`` seconds after state ``y0`` at ``t0``, no contact.
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def luding(
     normal: float,
     tangential: float,
@@ -31,7 +30,7 @@ def luding(
     return -restitution * normal, tangential * (1.0 - limit / slip), False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def effective_restitution(speed: float, azimuth: float, p) -> float:
     """Restitution at a normal approach speed and world azimuth: the constant, or its two effects, within 0..1."""
     value = p[P.RESTITUTION]
@@ -43,7 +42,7 @@ def effective_restitution(speed: float, azimuth: float, p) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def impulses(
     normal: float, tangential: float, k_nn: float, k_nt: float, k_tt: float,
     restitution: float, wall_friction: float, tangential_restitution: float,

@@ -59,7 +59,8 @@ def table_pieces(table: MeasuredMotion | None) -> np.ndarray:
 
 def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
     """Arrays of ``scenario`` with its effects; refuses a start outside the wall or a NES that does not fit."""
-    from ovines.core.effects import EFFECTS  # effects speak of packed arrays: the import would run in a circle
+    # here, because effects speak of packed arrays: at the top the imports would run in a circle
+    from ovines.core.effects import EFFECTS
 
     nes, host = scenario.nes, scenario.host
     p, k = np.zeros(P.N_FLOATS), np.zeros(P.N_INTS, dtype=np.int64)
@@ -122,6 +123,11 @@ def pack_walls(scenario: Scenario, p: np.ndarray, k: np.ndarray) -> np.ndarray:
         fits = p[P.OBSTACLE_RADIUS] < p[P.LENGTH]
         require(fits, found, "room for the NES between obstacle and wall", "make the obstacle smaller")
     return polygon
+
+
+def contact_radius(scenario: Scenario) -> float:
+    """Length that the engine measures by: R_H - R_N, or the farthest corner of a polygon (m)."""
+    return float(pack(scenario).p[P.LENGTH])
 
 
 def inscribed_radius(edges: np.ndarray) -> float:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 from ovines.core.dynamics import place
 from ovines.core.flight import glide
 
 N_SAMPLE = 12  # centre x, y, vx, vy, angle, spin of the NES, the same six of the Host
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def take_sample(t, y, p, k, drive, table, work, row) -> None:
     """Geometric centre of the NES and the Host at ``t`` into ``row``."""
     at = work[14]
@@ -20,7 +18,7 @@ def take_sample(t, y, p, k, drive, table, work, row) -> None:
     row[6], row[7], row[8], row[9], row[10], row[11] = at[4], at[5], at[7], at[8], at[6], at[9]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sample_glide(t, y, until, p, k, drive, table, work, trial, sample_times, samples, next_sample) -> int:
     """Samples of a closed-form flight that starts at ``t``, up to but not including ``until``."""
     while next_sample < sample_times.shape[0] and sample_times[next_sample] < until:

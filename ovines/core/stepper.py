@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 from ovines.core.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.dynamics import derivatives
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> float:
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the derivative at ``t`` on entry.
 
@@ -46,7 +45,7 @@ def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> f
     return abs(h) * error_5 / math.sqrt((error_5 + 0.01 * error_3) * n)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def state_scale(j: int, size: float, p) -> float:
     """Size that the tolerance of state ``j`` refers to: the scenario's own length, speed, energy, or the value."""
     length, speed = p[P.LENGTH], p[P.SPEED]
@@ -62,7 +61,7 @@ def state_scale(j: int, size: float, p) -> float:
     return speed / p[P.RADIUS] + size
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def next_size(h: float, error: float) -> float:
     """Step size after a step with this scaled error."""
     if error <= 1e-12:

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from ovines.core import parameters as P
+from ovines.core.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p, polygon) -> tuple[float, float]:
     """A smooth function that is positive inside and zero in contact, and its rate.
 
@@ -41,14 +40,14 @@ def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p, polygon)
     return polygon[edge, 2] - nx * x - ny * y, -nx * vx - ny * vy
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def ellipse(x: float, y: float, p) -> tuple[float, float]:
     """1 + e cos 2(azimuth - phi) and its derivative with azimuth (effect ``wall_ellipticity``)."""
     angle = 2.0 * (math.atan2(y, x) - p[P.ELLIPSE_DIRECTION])
     return 1.0 + p[P.ELLIPTICITY] * math.cos(angle), -2.0 * p[P.ELLIPTICITY] * math.sin(angle)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def contact_frame(wall: int, x: float, y: float, p, polygon) -> tuple[float, float, float, float]:
     """Unit normal towards the wall (two numbers), gap (m) to first order, curvature of the allowed region (1/m).
 
@@ -80,7 +79,7 @@ def contact_frame(wall: int, x: float, y: float, p, polygon) -> tuple[float, flo
     return nx, ny, polygon[edge, 2] - nx * x - ny * y, 0.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def safe_time(wall: int, x: float, y: float, vx: float, vy: float, bend: float, horizon: float, p, polygon) -> float:
     """A time no longer than ``horizon`` within which this wall cannot be reached.
 

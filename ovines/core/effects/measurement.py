@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ovines.core.effects.effect import Effect, EffectParameter
 
 INF = math.inf

@@ -1,0 +1,209 @@
+"""Many runs of one scenario: scattered starts and parameters, sweeps, maps; on threads or on a Dask cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+
+from ovines.core import parameters as P
+from ovines.core.compiled import compiled
+from ovines.core.engine import run
+from ovines.core.model import Scenario, require
+from ovines.core.packing import Packed, pack
+from ovines.core.sampling import N_SAMPLE, take_sample
+
+STATE_PLACES = {
+    "nes_x_m": 0, "nes_y_m": 1, "nes_vx_m_per_s": 2, "nes_vy_m_per_s": 3, "nes_angle_rad": 4, "nes_spin_rad_per_s": 5,
+    "host_x_m": P.HOST, "host_y_m": P.HOST + 1, "host_vx_m_per_s": P.HOST + 2, "host_vy_m_per_s": P.HOST + 3,
+    "host_angle_rad": P.HOST + 4, "host_spin_rad_per_s": P.HOST + 5,
+}  # fmt: skip
+NUMBER_PLACES = {
+    "restitution": P.RESTITUTION, "wall_friction": P.WALL_FRICTION,
+    "tangential_restitution": P.TANGENTIAL_RESTITUTION, "floor_friction": P.FLOOR_FRICTION,
+}  # fmt: skip
+NUMBER_BOUNDS = {
+    "restitution": (0.0, 1.0), "wall_friction": (0.0, np.inf), "tangential_restitution": (-1.0, 1.0),
+    "floor_friction": (0.0, np.inf),
+}  # fmt: skip
+DRIVE_COLUMNS = {"drive_amplitude_factor": 1, "drive_frequency_factor": 2, "drive_phase_shift_rad": 3}
+SPREADABLE = (*STATE_PLACES, *NUMBER_PLACES, *DRIVE_COLUMNS)
+
+
+@dataclass(frozen=True)
+class EnsembleResult:
+    """What ``n`` runs gave, one row per run.
+
+    ``drawn``: values of each spread quantity (n,); ``final_state`` (n, 12): NES centre x, y, vx, vy, angle, spin,
+    then the Host's; ``n_impacts``, ``n_contacts`` (n,); ``contact_s`` (n,) time in sustained contact; ``end_s`` (n,);
+    ``samples`` (n, m, 12) at ``sample_times_s`` (m,): stroboscopic maps.
+    """
+
+    drawn: dict[str, np.ndarray]
+    final_state: np.ndarray
+    n_impacts: np.ndarray
+    n_contacts: np.ndarray
+    contact_s: np.ndarray
+    end_s: np.ndarray
+    sample_times_s: np.ndarray
+    samples: np.ndarray
+
+
+@compiled
+def run_rows(p_rows, k, drives, table, polygon, y_rows, times, samples, finals, counts, spans):
+    """Run every row; one compiled loop, no Python inside."""
+    impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
+    work = np.zeros((16, P.N_STATE))
+    for row in range(p_rows.shape[0]):
+        y = y_rows[row].copy()
+        p, drive = p_rows[row], drives[row]
+        end, n_impacts, n_contacts, held, _written = run(
+            p, k, drive, table, polygon, y, times, samples[row], impacts, contacts, False
+        )
+        counts[row, 0], counts[row, 1] = n_impacts, n_contacts
+        spans[row, 0], spans[row, 1] = held, end
+        take_sample(end, y, p, k, drive, table, work, finals[row])
+
+
+def run_chunk(p_rows, k, drives, table, polygon, y_rows, times) -> tuple[np.ndarray, ...]:
+    """Run some rows and give (finals, counts, spans, samples); what a worker is sent."""
+    n = len(p_rows)
+    samples = np.full((n, len(times), N_SAMPLE), np.nan)
+    finals, counts, spans = np.zeros((n, N_SAMPLE)), np.zeros((n, 2), dtype=np.int64), np.zeros((n, 2))
+    run_rows(p_rows, k, drives, table, polygon, y_rows, times, samples, finals, counts, spans)
+    return finals, counts, spans, samples
+
+
+def simulate_ensemble(
+    scenario: Scenario,
+    n: int,
+    spread: Mapping[str, float | tuple[float, float] | np.ndarray],
+    rng: np.random.Generator,
+    jobs: int | None = None,
+    client=None,
+    progress: Callable[[int], object] | None = None,
+    sample_times_s: np.ndarray | None = None,
+    chunk: int = 500,
+) -> EnsembleResult:
+    """Run ``scenario`` ``n`` times with quantities of :data:`SPREADABLE` drawn or swept.
+
+    ``spread`` maps a name to a standard deviation (normal, about the scenario's value; about 0 or 1 for a phase shift
+    or a factor), a pair (uniform) or an array (n,) (a sweep).  All draws are made here, so the answer does not depend on
+    ``jobs`` (threads; None: all cores), on ``client`` (a ``distributed.Client``; a lost worker's chunks run again)
+    or on ``chunk``.  Starts that fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.
+    """
+    packed = pack(scenario, with_energy=False)
+    times = np.zeros(0) if sample_times_s is None else np.ascontiguousarray(sample_times_s, dtype=float)
+    p_rows, drives, y_rows, drawn = draw(packed, n, spread, rng)
+    pieces = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
+    tasks = [
+        (p_rows[piece], packed.k, drives[piece], packed.table, packed.polygon, y_rows[piece], times) for piece in pieces
+    ]
+    results: list = [None] * len(pieces)
+    for index, result in _spread_out(tasks, jobs, client):
+        results[index] = result
+        if progress is not None:
+            progress(len(result[0]))
+    if not results:
+        results = [run_chunk(p_rows, packed.k, drives, packed.table, packed.polygon, y_rows, times)]
+    finals, counts, spans, samples = (np.concatenate(parts) for parts in zip(*results, strict=True))
+    return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples)
+
+
+def _spread_out(tasks: list, jobs: int | None, client):
+    """Run chunks and yield (index, result) as they finish."""
+    if client is not None:
+        from distributed import as_completed as as_finished
+
+        futures = {client.submit(run_chunk, *task, pure=False, retries=3): i for i, task in enumerate(tasks)}
+        for future in as_finished(list(futures)):
+            yield futures[future], future.result()
+        return
+    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count()) as pool:
+        futures = {pool.submit(run_chunk, *task): i for i, task in enumerate(tasks)}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def draw(packed: Packed, n: int, spread: Mapping, rng: np.random.Generator):
+    """Rows of numbers, harmonics and start states for ``n`` runs, and what was drawn."""
+    for name in spread:
+        require(name in SPREADABLE, f"spread of {name!r}", "one of " + ", ".join(SPREADABLE), "correct the name")
+    p_rows, y_rows = np.tile(packed.p, (n, 1)), np.tile(packed.y, (n, 1))
+    drives = np.tile(packed.drive, (n, 1, 1))
+    drawn = {name: np.zeros(n) for name in spread}
+    rows = np.arange(n)
+    for _ in range(1000):
+        for name, how in spread.items():
+            centre = centre_of(packed, name)
+            values = draw_values(how, centre, rows, n, rng)
+            low, high = NUMBER_BOUNDS.get(name, (-np.inf, np.inf))
+            drawn[name][rows] = values = np.clip(values, low, high)
+            if name in STATE_PLACES:
+                y_rows[rows, STATE_PLACES[name]] = values
+            elif name in NUMBER_PLACES:
+                p_rows[rows, NUMBER_PLACES[name]] = values
+            else:
+                column = DRIVE_COLUMNS[name]
+                base = packed.drive[:, column]
+                shifted = base + values[:, None] if column == 3 else base * values[:, None]
+                drives[rows, :, column] = shifted
+        rows = np.flatnonzero(~inside(packed, y_rows, drives))
+        if len(rows) == 0:
+            widen(packed, p_rows, drives)
+            return p_rows, drives, y_rows, drawn
+    require(False, f"{len(rows)} starts outside the wall after 1000 draws", "starts inside", "narrow the spread")
+    raise AssertionError
+
+
+def draw_values(how, centre: float, rows: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Values for ``rows``: a normal draw, a uniform draw, or the sweep's own."""
+    if np.ndim(how) == 0:
+        return centre + float(how) * rng.standard_normal(len(rows))
+    if isinstance(how, tuple):
+        return rng.uniform(how[0], how[1], len(rows))
+    values = np.asarray(how, dtype=float)
+    require(values.shape == (n,), f"a sweep of {values.shape}", f"({n},) values", "give one value per run")
+    return values[rows]
+
+
+def centre_of(packed: Packed, name: str) -> float:
+    """Value about which a quantity is drawn."""
+    if name in STATE_PLACES:
+        return float(packed.y[STATE_PLACES[name]])
+    if name in NUMBER_PLACES:
+        return float(packed.p[NUMBER_PLACES[name]])
+    return 0.0 if DRIVE_COLUMNS[name] == 3 else 1.0
+
+
+def widen(packed: Packed, p_rows: np.ndarray, drives: np.ndarray) -> None:
+    """Bounds and steps of the finder must hold for every row's own drive."""
+    if len(packed.drive) == 0:
+        return
+    old = np.maximum(np.abs(packed.drive[:, 1]), 1e-300), np.maximum(packed.drive[:, 2], 1e-300)
+    louder = np.max(np.abs(drives[:, :, 1]) / old[0], axis=1)
+    faster = np.maximum(np.max(drives[:, :, 2] / old[1], axis=1), 1.0)
+    for place in (P.HOST_ACCELERATION, P.HOST_SPIN, P.HOST_SPIN_RATE):
+        p_rows[:, place] *= np.maximum(louder, 1.0) * faster**2
+    p_rows[:, P.MAX_STEP] /= faster
+
+
+def inside(packed: Packed, y_rows: np.ndarray, drives: np.ndarray) -> np.ndarray:
+    """Which starts are inside every wall (n,)."""
+    from ovines.core.dynamics import empty_scratch, in_host, place
+    from ovines.core.flight import wall_stands
+    from ovines.core.walls import contact_frame
+
+    scratch, at = empty_scratch()
+    fine = np.ones(len(y_rows), dtype=bool)
+    walls = [wall for wall in range(packed.k[P.N_WALLS]) if wall_stands(wall, packed.p, packed.k)]
+    for row, y in enumerate(y_rows):
+        place(0.0, y, packed.p, packed.k, drives[row], packed.table, scratch, at)
+        x, y_host, _vx, _vy = in_host(at, packed.k)
+        for wall in walls:
+            if contact_frame(wall, x, y_host, packed.p, packed.polygon)[2] < -1e-12 * packed.p[P.LENGTH]:
+                fine[row] = False
+    return fine
