@@ -1,0 +1,230 @@
+"""Flights between impacts, each fitted with the simulator's own flight model to the positions, never to derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from analysis.flight_model import PARAMETERS, STATES, fly_with_derivatives
+from analysis.host_motion import HostMotion
+
+Array = NDArray[np.float64]
+
+WARP_DEGREE = 4
+#: powers (i, j) of the lens-residual polynomials x^i y^j in units of the contact radius
+WARP_POWERS = [(d - j, j) for d in range(1, WARP_DEGREE + 1) for j in range(d + 1)]
+ORIGIN = ["origin_x", "origin_y"]
+WARP = [f"warp_{axis}_{i}{j}" for axis in "xy" for i, j in WARP_POWERS]
+#: every shared unknown, in the order of the columns of the evidence
+SHARED: list[str] = [*PARAMETERS, *ORIGIN, *WARP]
+
+@dataclass(frozen=True, eq=False)
+class RunData:
+    """What the fit needs of one run: N frames; NaN where the NES was not seen."""
+
+    name: str
+    time_s: Array
+    xy_m: Array
+    angle_rad: Array
+    xy_sd_m: Array
+    angle_sd_rad: Array
+    host: HostMotion
+    contact_radius_m: float
+    radius_m: float
+    inertia_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """Frames ``first..last`` of free flight; ``joined``: the next flight starts where this one ends, at an impact."""
+
+    first: int
+    last: int
+    joined: bool
+
+
+def _arguments(run: RunData) -> tuple:
+    return (run.host.harmonics, run.host.omega_rad_per_s, run.radius_m, run.inertia_factor, run.contact_radius_m, run.host.phase_rad)
+
+
+def flights_from_segments(seen: NDArray[np.bool_], gaps: Sequence[int], contact: NDArray[np.int64], longest_hole: int = 6,
+                          fewest: int = 3) -> list[Flight]:
+    """Flights between kinks, contact stretches and holes of more than ``longest_hole`` unseen frames; too short ones are dropped."""
+    n = len(seen)
+    blocked = np.zeros(n, bool)
+    for first, last in contact:
+        blocked[first:last + 1] = True
+    cuts = set(int(g) for g in gaps)
+    flights: list[Flight] = []
+    start: int | None = None
+    last_seen = -1
+    pieces: list[tuple[int, int, bool]] = []
+    for i in range(n):
+        if blocked[i]:
+            if start is not None:
+                pieces.append((start, last_seen, False))
+                start = None
+            continue
+        if seen[i]:
+            if start is not None and i - last_seen > longest_hole + 1:
+                pieces.append((start, last_seen, False))
+                start = i
+            start = i if start is None else start
+            last_seen = i
+        if i in cuts and start is not None:
+            pieces.append((start, last_seen, i + 1 < n and not blocked[i + 1]))
+            start = None
+    if start is not None:
+        pieces.append((start, last_seen, False))
+    for k, (first, last, joined) in enumerate(pieces):
+        if np.count_nonzero(seen[first:last + 1]) < fewest:
+            if flights:
+                flights[-1] = Flight(flights[-1].first, flights[-1].last, False)
+            continue
+        follows = joined and k + 1 < len(pieces)
+        flights.append(Flight(first, last, follows))
+    return flights
+
+
+@njit(cache=True)
+def start_state(time: Array, x: Array, y: Array, angle: Array, first: int, last: int, t0: float, out: Array) -> None:
+    """Parabola through a flight's positions and straight line through its angles: where the fit starts."""
+    for quantity in range(3):
+        size = 2 if quantity == 2 or last - first < 3 else 3
+        normal, right = np.zeros((size, size)), np.zeros(size)
+        row = np.empty(3)
+        for i in range(first, last + 1):
+            value = x[i] if quantity == 0 else (y[i] if quantity == 1 else angle[i])
+            if not np.isfinite(value) or not np.isfinite(x[i]):
+                continue
+            s = (time[i] - t0) * 100
+            row[0], row[1], row[2] = 1.0, s, s * s
+            for a in range(size):
+                right[a] += row[a] * value
+                for b in range(size):
+                    normal[a, b] += row[a] * row[b]
+        for a in range(size):
+            normal[a, a] += 1e-9
+        solution = np.linalg.solve(normal, right)
+        out[quantity] = solution[0]
+        out[3 + quantity] = solution[1] * 100
+
+
+def warp_basis(xy_m: Array, contact_radius_m: float) -> Array:
+    """(N, len(WARP_POWERS)) polynomials of the place in the room."""
+    x, y = xy_m[:, 0] / contact_radius_m, xy_m[:, 1] / contact_radius_m
+    return np.stack([x**i * y**j for i, j in WARP_POWERS], -1)
+
+
+@njit(cache=True, nogil=True)
+def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: Array, sd: Array, sd_angle: Array, parameters: Array,
+               origin: Array, harmonics: Array, omega: float, radius: float, inertia: float, contact_radius: float, phase: float,
+               covariance: Array) -> float:
+    """One flight alone: Levenberg-Marquardt on its six unknowns; ``start`` is moved to the best state.
+
+    Returns the misfit (sum of squares of Huber-clipped standardised residuals, cut at 5) and fills ``covariance`` (6, 6).
+    """
+    n = len(time)
+    out, derivative = np.empty((n, 6)), np.empty((n, 6, 6))
+    none, no_steps = np.zeros(0, np.int64), np.zeros(0)
+    damping, best = 1e-6, np.inf
+    normal, right = np.zeros((6, 6)), np.zeros(6)
+    state, trial = start.copy(), start.copy()
+    fitted = np.zeros((6, 6))
+    for _ in range(25):
+        fly_with_derivatives(trial, t0, time, parameters, none, no_steps, harmonics, omega, radius, inertia, contact_radius, phase,
+                             out, derivative)
+        misfit = 0.0
+        normal[:] = 0.0
+        right[:] = 0.0
+        for i in range(n):
+            c, s = np.cos(out[i, 2]), np.sin(out[i, 2])
+            for m in range(3):
+                if m == 0:
+                    r = (x[i] - out[i, 0] - c * origin[0] + s * origin[1]) / sd[i]
+                    w = 1.0 / sd[i]
+                elif m == 1:
+                    r = (y[i] - out[i, 1] - s * origin[0] - c * origin[1]) / sd[i]
+                    w = 1.0 / sd[i]
+                else:
+                    r = (angle[i] - out[i, 2]) / sd_angle[i]
+                    w = 1.0 / sd_angle[i]
+                robust = 1.0 if abs(r) < 5.0 else 5.0 / abs(r)
+                misfit += r * r * robust
+                for a in range(6):
+                    da = derivative[i, m, a] * w
+                    right[a] += da * r * robust
+                    for b in range(a + 1):
+                        normal[a, b] += da * derivative[i, m, b] * w * robust
+        for a in range(6):
+            for b in range(a):
+                normal[b, a] = normal[a, b]
+        if misfit <= best:
+            gained = best - misfit
+            best = misfit
+            state[:] = trial
+            fitted[:] = normal
+            kept_right = right.copy()
+            damping = max(damping * 0.2, 1e-12)
+            if gained < 1e-4 + 1e-7 * misfit:
+                break
+        else:
+            damping = max(damping * 10, 1e-6)
+            if damping > 1e8:
+                break
+        system = fitted.copy()
+        for a in range(6):
+            system[a, a] = system[a, a] * (1 + damping) + 1e-12
+        step = np.linalg.solve(system, kept_right)
+        for a in range(6):
+            trial[a] = state[a] + step[a]
+    for a in range(6):
+        fitted[a, a] += 1e-9 * fitted[a, a] + 1e-12
+    covariance[:] = np.linalg.inv(fitted)
+    start[:] = state
+    return best
+
+
+def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shared: Array) -> FlightFits:
+    """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames."""
+    states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
+    reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
+    arguments = _arguments(run)
+    for k, f in enumerate(flights):
+        index = np.arange(f.first, f.last + 1)
+        index = index[np.isfinite(run.xy_m[index, 0])]
+        reference[k] = 0.5 * (run.time_s[f.first] + run.time_s[f.last])
+        start_state(run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, f.last, reference[k], states[k])
+        lens = warp_basis(run.xy_m[index], run.contact_radius_m)
+        n = len(WARP_POWERS)
+        misfit[k] = fit_single(states[k], reference[k], run.time_s[index], run.xy_m[index, 0] - lens @ shared[2:2 + n],
+                               run.xy_m[index, 1] - lens @ shared[2 + n:], run.angle_rad[index], run.xy_sd_m[index],
+                               run.angle_sd_rad[index], parameters, shared[:2], *arguments, covariances[k])
+        freedom[k] = 3 * len(index) - STATES
+    return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared)
+
+
+@dataclass(frozen=True, eq=False)
+class FlightFits:
+    """Flights fitted one by one: ``states`` (F, 6) at ``reference_s``, ``covariances`` (F, 6, 6), ``misfit`` against ``freedom``."""
+
+    run: RunData
+    flights: tuple[Flight, ...]
+    reference_s: Array
+    states: Array
+    covariances: Array
+    misfit: Array
+    freedom: NDArray[np.int64]
+    parameters: Array
+    shared: Array
+
+    def propagate(self, k: int, times: Array) -> tuple[Array, Array]:
+        """States (n, 6) of flight k at sorted ``times`` and their covariances (n, 6, 6)."""
+        out, derivative = np.empty((len(times), STATES)), np.empty((len(times), STATES, STATES))
+        fly_with_derivatives(self.states[k], self.reference_s[k], np.ascontiguousarray(times), self.parameters,
+                             np.zeros(0, np.int64), np.zeros(0), *_arguments(self.run), out, derivative)
+        return out, derivative @ self.covariances[k] @ derivative.transpose(0, 2, 1)
