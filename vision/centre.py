@@ -29,7 +29,7 @@ _FAST = {"reassoc", "contract", "arcp", "nsz"}  # not "nnan": comparisons with N
 _FIT_FREEDOM = 9.0  # unknowns that the edge pixels decide: position 2, shape 3, blur 3, contrast about 1
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def _factor(a, n):
     """Cholesky factor of the lower triangle, in place; False if not positive definite."""
     for i in range(n):
@@ -47,7 +47,7 @@ def _factor(a, n):
     return True
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def _solve(a, b, first, n):
     """Solve with the factor of `_factor`; the solution replaces b[first:first + n]."""
     for i in range(n):
@@ -62,7 +62,7 @@ def _solve(a, b, first, n):
         b[first + i] = s / a[i, i]
 
 
-@numba.njit(nogil=True, cache=True, fastmath=_FAST)
+@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=_FAST)
 def _normal_equations(image, p, clip, saturation, full, even, odd, rhs, sums):
     """Accumulate the Gauss-Newton normal equations over the disc's window.
 
@@ -196,7 +196,7 @@ def _normal_equations(image, p, clip, saturation, full, even, odd, rhs, sums):
     sums[4] = n_seen
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def _apply_step(p, rhs, r0):
     """Add the step `rhs`, held back where it leaves the model's linear range; length of the centre's step [px]."""
     length = math.sqrt(rhs[8] * rhs[8] + rhs[9] * rhs[9])
@@ -224,7 +224,7 @@ def _apply_step(p, rhs, r0):
     return length
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def _believable(p, r0, start_u, start_v):
     """False once the fit has left what it was started on."""
     det = p[2] * p[4] - p[3] * p[3]
@@ -235,7 +235,7 @@ def _believable(p, r0, start_u, start_v):
     return 1.5 < r < 2.0 * r0 + 2.0 and r > 0.5 * r0 and moved < 1.5 * r0 and max(p[5], p[7]) < 0.36 * r * r + 1.0
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def _fit_one(image, p, max_iterations, tolerance_px, saturation, even, odd, rhs, sums):
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
     start_u, start_v = p[0], p[1]
@@ -264,10 +264,11 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, even, odd, rhs,
         length = _apply_step(p, rhs, r0)
         if not _believable(p, r0, start_u, start_v):
             return
-        if length < tolerance_px and iteration > 0:
-            break
         change = max(abs(rhs[2]), abs(rhs[3]), abs(rhs[4])) / max(p[2], p[4])
-        full = length > 0.05 or change > 0.02  # nearer than that the old matrices converge as fast
+        blur_change = max(abs(rhs[5]), abs(rhs[6]), abs(rhs[7])) / max(p[5], p[7])
+        if length < tolerance_px and change < 0.01 and blur_change < 0.1 and iteration > 0:
+            break
+        full = length > 0.05 or change > 0.02 or blur_change > 0.2  # nearer, the old matrices converge as fast
     for k in range(2):
         rhs[8:] = 0.0
         rhs[8 + k] = 1.0
@@ -288,7 +289,7 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, even, odd, rhs,
     p[OK] = 1.0 if abs(p[CONTRAST]) > 4.0 * noise else 0.0
 
 
-@numba.njit(nogil=True, cache=True)
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, saturation=255.0):
     """Fit every disc of `starts` in one picture.
 

@@ -1,0 +1,124 @@
+"""Discs in a picture: found by thresholds at many levels, kept when the model of a blurred disc fits.
+
+A single threshold fails under a lamp from one side or in a shadow band; a disc of any brightness stands out at
+one of many levels, dark on light or light on dark.  Used on the whole window when a body is lost, and on the
+surroundings of one that jumped.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, U, V, disc_start, fit_discs, radius_px
+
+_LEVELS = 18
+_SMALLEST_PX, _LARGEST_PX = 2.5, 60.0
+_FLATTEST = 0.45  # axis ratio of a circle seen at 63 degrees
+_MAX_MISFIT = 0.12  # rms at the edge over contrast; sharp corners and open shapes have more
+
+
+def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = None,
+               radius_range_px: tuple[float, float] = (_SMALLEST_PX, _LARGEST_PX)) -> np.ndarray:
+    """Fits (n, 20), see `centre.fit_discs`, of everything disc-like in `image` or in region (u0, v0, u1, v1).
+
+    Pixels are those of the whole picture.  Sorted by |contrast|, strongest first.
+    """
+    u0, v0, u1, v1 = region or (0, 0, image.shape[1], image.shape[0])
+    u0, v0, u1, v1 = max(u0, 0), max(v0, 0), min(u1, image.shape[1]), min(v1, image.shape[0])
+    if u1 - u0 < 8 or v1 - v0 < 8:
+        return np.empty((0, N_FIT))
+    part = image[v0:v1, u0:u1]
+    seeds = _merge(_seeds(part, radius_range_px))
+    if not len(seeds):
+        return np.empty((0, N_FIT))
+    seeds[:, :2] += (u0, v0)
+    starts = np.array([disc_start(*seed[:3], *_levels(image, *seed[:3])) for seed in seeds])
+    fits = fit_discs(image, starts, 15, 0.01, saturation_of(image))
+    return _distinct(fits[disc_like(fits)])
+
+
+def saturation_of(image: np.ndarray) -> float:
+    """Grey level at which the sensor clips: full scale of 8 bit; unknown (none) in 16 bit."""
+    return 255.0 if image.dtype == np.uint8 else 65535.0
+
+
+def disc_like(fits: np.ndarray) -> np.ndarray:
+    """Which fits (n, 20) are believable discs: converged, inside the picture, round enough, edge well described."""
+    trace, det = fits[:, 2] + fits[:, 4], fits[:, 2] * fits[:, 4] - fits[:, 3] ** 2
+    root = np.sqrt(np.maximum(trace**2 / 4 - det, 0))
+    ratio = np.sqrt(np.maximum(trace / 2 - root, 0) / (trace / 2 + root))
+    return ((fits[:, OK] > 0) & (fits[:, COVERAGE] > 0.9) & (ratio > _FLATTEST)
+            & (fits[:, MISFIT] < _MAX_MISFIT * np.abs(fits[:, CONTRAST]) + 2.0 * fits[:, NOISE] + 1.0))
+
+
+def _seeds(part: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray:
+    """(n, 5) u, v, radius, level index and polarity of round closed outlines at many grey levels."""
+    grey = part if part.dtype == np.uint8 else cv2.normalize(part, None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+    grey = cv2.GaussianBlur(grey, (3, 3), 0)
+    low, high = np.percentile(grey[::4, ::4], (0.2, 99.8)) if grey.size > 4000 else (grey.min(), grey.max())
+    low, high = min(low, float(grey.min()) + 20), max(high, float(grey.max()) - 20)
+    least, most = np.pi * radius_range_px[0] ** 2 * 0.5, np.pi * radius_range_px[1] ** 2
+    found = []
+    for index, level in enumerate(np.linspace(low, high, _LEVELS + 2)[1:-1]):
+        _, binary = cv2.threshold(grey, level, 255, cv2.THRESH_BINARY)
+        contours, hierarchy = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        for contour, links in zip(contours, hierarchy[0] if hierarchy is not None else (), strict=True):
+            n = len(contour)
+            if n < 10 or n * n < 10 * least or n * n > 40 * most:  # far cheaper than the area
+                continue
+            area = cv2.contourArea(contour)
+            if not least < area < most:
+                continue
+            moments = cv2.moments(contour)
+            a = moments["m00"]
+            uu, vv, uv = moments["mu20"] / a, moments["mu02"] / a, moments["mu11"] / a
+            det = uu * vv - uv * uv
+            # An ellipse's area is 4 pi sqrt(det of its second moments): any other shape covers less.
+            if det <= 0 or not 0.9 < a / (4 * np.pi * np.sqrt(det)) < 1.05:
+                continue
+            half, root = 0.5 * (uu + vv), np.sqrt(0.25 * (uu - vv) ** 2 + uv * uv)
+            if half - root < _FLATTEST**2 * (half + root):
+                continue
+            hole = links[3] >= 0
+            found.append((moments["m10"] / a, moments["m01"] / a, np.sqrt(2 * np.sqrt(det)), index, -1.0 if hole else 1.0))
+    return np.array(found).reshape(-1, 5)
+
+
+def _merge(seeds: np.ndarray) -> np.ndarray:
+    """One seed per place, size and polarity; the middle one of those found at several levels."""
+    kept = []
+    left = seeds
+    while len(left):
+        first = left[0]
+        same = ((np.hypot(left[:, 0] - first[0], left[:, 1] - first[1]) < 0.35 * first[2])
+                & (np.abs(left[:, 2] - first[2]) < 0.35 * first[2] + 0.5) & (left[:, 4] == first[4]))
+        group = left[same]
+        kept.append(np.median(group, axis=0))
+        left = left[~same]
+    return np.array(kept).reshape(-1, 5)
+
+
+def _levels(image: np.ndarray, u: float, v: float, radius: float) -> tuple[float, float]:
+    """Background level and contrast of a disc, from a ring around it and its middle."""
+    height, width = image.shape
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring_u = np.clip(np.rint(u + (1.25 * radius + 1.5) * np.cos(angle)), 0, width - 1).astype(int)
+    ring_v = np.clip(np.rint(v + (1.25 * radius + 1.5) * np.sin(angle)), 0, height - 1).astype(int)
+    level = float(np.median(image[ring_v, ring_u]))
+    reach = max(int(0.4 * radius), 0)
+    ui, vi = int(np.clip(round(u), 0, width - 1)), int(np.clip(round(v), 0, height - 1))
+    middle = image[max(vi - reach, 0):vi + reach + 1, max(ui - reach, 0):ui + reach + 1]
+    return level, float(np.mean(middle)) - level
+
+
+def _distinct(fits: np.ndarray) -> np.ndarray:
+    """Drop what was found twice (the same place and size), keeping the better described edge."""
+    order = np.argsort(fits[:, MISFIT] / np.abs(fits[:, CONTRAST]))
+    kept: list[np.ndarray] = []
+    for fit in fits[order]:
+        r = radius_px(fit)
+        if all(np.hypot(fit[U] - k[U], fit[V] - k[V]) > 0.3 * r or abs(radius_px(k) - r) > 0.3 * r for k in kept):
+            kept.append(fit)
+    kept.sort(key=lambda fit: -abs(fit[CONTRAST]))
+    return np.array(kept).reshape(-1, N_FIT)

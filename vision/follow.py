@@ -1,0 +1,179 @@
+"""One camera, one frame: markers looked for where their bodies should be, and the bodies laid through them.
+
+Compiled, without Python's lock, so that both cameras run side by side while pictures are decoded.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from ovines.camera import Camera
+from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, fit_discs
+
+_FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
+_MAX_MISFIT = 0.15
+
+
+def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
+    """The camera as 24 numbers for compiled code: rotation 9, translation 3, fx, skew, cx, fy, cy, distortion 5, offset 2."""
+    k = camera.matrix
+    return np.concatenate([np.ravel(camera.rotation), camera.translation_m, [k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2]],
+                           camera.distortion, window_offset_px]).astype(float)
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _project(cam, x, y, z, out):
+    """Window pixel of a world point and its derivative by x and y: out = u, v, du/dx, du/dy, dv/dx, dv/dy."""
+    xc = cam[0] * x + cam[1] * y + cam[2] * z + cam[9]
+    yc = cam[3] * x + cam[4] * y + cam[5] * z + cam[10]
+    zc = cam[6] * x + cam[7] * y + cam[8] * z + cam[11]
+    a, b = xc / zc, yc / zc
+    k1, k2, p1, p2, k3 = cam[17], cam[18], cam[19], cam[20], cam[21]
+    r2 = a * a + b * b
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+    ad = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
+    bd = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
+    daa = radial + a * a * slope + 2 * p1 * b + 6 * p2 * a
+    dab = a * b * slope + 2 * p1 * a + 2 * p2 * b
+    dbb = radial + b * b * slope + 6 * p1 * b + 2 * p2 * a
+    out[0] = cam[12] * ad + cam[13] * bd + cam[14] - cam[22]
+    out[1] = cam[15] * bd + cam[16] - cam[23]
+    for i in range(2):
+        da = (cam[i] - a * cam[6 + i]) / zc
+        db = (cam[3 + i] - b * cam[6 + i]) / zc
+        dad, dbd = daa * da + dab * db, dab * da + dbb * db
+        out[2 + i] = cam[12] * dad + cam[13] * dbd
+        out[4 + i] = cam[15] * dbd
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _lay(layout, xy, use, n, pose):
+    """Least-squares pose (x, y, angle) over the markers in use; the angle is the one nearest to pose[2]."""
+    ax = ay = bx = by = 0.0
+    m = 0
+    for i in range(n):
+        if use[i]:
+            ax += layout[i, 0]
+            ay += layout[i, 1]
+            bx += xy[i, 0]
+            by += xy[i, 1]
+            m += 1
+    if m == 0:
+        return
+    ax, ay, bx, by = ax / m, ay / m, bx / m, by / m
+    if m > 1:
+        cross = dot = 0.0
+        for i in range(n):
+            if use[i]:
+                px, py = layout[i, 0] - ax, layout[i, 1] - ay
+                qx, qy = xy[i, 0] - bx, xy[i, 1] - by
+                cross += px * qy - py * qx
+                dot += px * qx + py * qy
+        turn = math.atan2(cross, dot) - pose[2]
+        pose[2] += turn - 2 * math.pi * round(turn / (2 * math.pi))
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    pose[0] = bx - c * ax + s * ay
+    pose[1] = by - s * ax - c * ay
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _worst(layout, xy, use, n, pose):
+    """Index and squared distance of the marker that fits the pose worst, and the sum of squares."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    worst, most, total = -1, -1.0, 0.0
+    for i in range(n):
+        if use[i]:
+            dx = pose[0] + c * layout[i, 0] - s * layout[i, 1] - xy[i, 0]
+            dy = pose[1] + s * layout[i, 0] + c * layout[i, 1] - xy[i, 1]
+            d2 = dx * dx + dy * dy
+            total += d2
+            if d2 > most:
+                worst, most = i, d2
+    return worst, most, total
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _robust_pose(layout, xy, use, n, gate, pose):
+    """Lay the body through its markers and leave out those that do not fit; how many stay, and their rms [m]."""
+    scratch = np.empty(3)
+    while True:
+        m = 0
+        for i in range(n):
+            m += use[i]
+        if m == 0:
+            return 0, 0.0
+        _lay(layout, xy, use, n, pose)
+        _, most, total = _worst(layout, xy, use, n, pose)
+        if m == 1 or most <= gate * gate:
+            return m, math.sqrt(total / m)
+        if m == 2:  # one of the two is wrong, and nothing says which
+            for i in range(n):
+                use[i] = 0
+            return 0, 0.0
+        drop, least = -1, 1e30
+        for i in range(n):  # the one whose absence helps most: the worst residual may be an innocent neighbour's
+            if use[i]:
+                use[i] = 0
+                scratch[:] = pose
+                _lay(layout, xy, use, n, scratch)
+                rest = _worst(layout, xy, use, n, scratch)[2]
+                use[i] = 1
+                if rest < least:
+                    drop, least = i, rest
+        use[drop] = 0
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, fits, xy, use, n_seen, rms_m):
+    """Look for every marker of the active bodies where `pose` puts it.
+
+    Parameters
+    ----------
+    image : (h, w);  cam : `packed`;  layout : (n, 3) body frames;  first : (bodies + 1,) first marker of each body
+    active : (bodies,) 0/1;  pose : (bodies, 3) expected x, y, angle: replaced by what is found
+    gate_m : (bodies,) how far a marker may lie from its place in the body
+    starts : (n, 20) fit of each marker when last seen, for its shape, blur and levels (radius 0: never seen)
+    fits (n, 20), xy (n, 2) world [m] on z = marker height, use (n,) 0/1 accepted, n_seen (bodies,), rms_m (bodies,): out
+    """
+    at = np.empty(6)
+    for b in range(len(active)):
+        if not active[b]:
+            continue
+        c, s = math.cos(pose[b, 2]), math.sin(pose[b, 2])
+        lo, hi = first[b], first[b + 1]
+        for i in range(lo, hi):
+            use[i] = 0
+            if starts[i, 2] <= 0.0:
+                continue
+            x = pose[b, 0] + c * layout[i, 0] - s * layout[i, 1]
+            y = pose[b, 1] + s * layout[i, 0] + c * layout[i, 1]
+            _project(cam, x, y, layout[i, 2], at)
+            if not (-5.0 < at[0] < image.shape[1] + 5.0 and -5.0 < at[1] < image.shape[0] + 5.0):
+                continue
+            fits[i] = starts[i]
+            fits[i, 0], fits[i, 1] = at[0], at[1]
+            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.004, saturation)
+            if fits[i, OK] == 0.0 or fits[i, COVERAGE] < 0.9:
+                continue
+            change = ((starts[i, 2] * starts[i, 4] - starts[i, 3] ** 2) / (fits[i, 2] * fits[i, 4] - fits[i, 3] ** 2)) ** 0.25
+            if abs(change - 1.0) > _FAR_RADIUS or fits[i, CONTRAST] * starts[i, CONTRAST] < 0.0:
+                continue
+            if fits[i, MISFIT] > _MAX_MISFIT * abs(fits[i, CONTRAST]) + 2.0 * fits[i, NOISE] + 1.0:
+                continue
+            use[i] = 1
+            du, dv = fits[i, 0] - at[0], fits[i, 1] - at[1]
+            det = at[2] * at[5] - at[3] * at[4]
+            xy[i, 0] = x + (at[5] * du - at[3] * dv) / det
+            xy[i, 1] = y + (at[2] * dv - at[4] * du) / det
+        found, rms = _robust_pose(layout[lo:hi], xy[lo:hi], use[lo:hi], hi - lo, gate_m[b], pose[b])
+        n_seen[b] = found
+        rms_m[b] = rms
+
+
+def empty_fits(n: int) -> np.ndarray:
+    """Starts of n markers never seen."""
+    return np.zeros((n, N_FIT))
