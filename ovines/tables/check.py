@@ -146,7 +146,7 @@ def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:
         names = instants[group].to_numpy()
         same = names[1:] == names[:-1]
     frames, times_s = instants["frame"].to_numpy(), instants["time_s"].to_numpy()
-    broken = same & ~(np.diff(times_s) > 0)
+    broken = same & (~(np.diff(times_s) > 0) | (np.diff(frames) == 0))
     if broken.any():
         i = int(broken.argmax())
         what = "has two times" if frames[i] == frames[i + 1] else f"is followed by frame {frames[i + 1]}"

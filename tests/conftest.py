@@ -1,0 +1,199 @@
+"""What several areas of the tests share: where the shared material lies, and a small recording with known truth."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ovines.camera import Camera, write_calibration
+from ovines.tables import write_table
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}
+HOST_LAYOUT_M = np.array(
+    [
+        [0.046359, 0.01873, 0.01],
+        [-0.023474, 0.044147, 0.01],
+        [-0.045315, -0.021131, 0.01],
+        [0.031466, -0.038857, 0.01],
+    ]
+)
+NES_LAYOUT_M = np.array(
+    [
+        [0, 0, 0.01],
+        [0.0061, 0.0003, 0.01],
+        [-0.0008, 0.006, 0.01],
+        [-0.0058, -0.0017, 0.01],
+        [0.0024, -0.0056, 0.01],
+    ]
+)
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of practice series and real images beside the checkout; without it the test is skipped."""
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    return SHARED
+
+
+@pytest.fixture
+def ovines() -> Callable[..., subprocess.CompletedProcess]:
+    """Run the command line as a process of its own."""
+
+    def run(*arguments: object, timeout_s: float = 120, **options) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-m", "ovines", *map(str, arguments)]
+        environment = {**os.environ, **options.pop("env", {})}
+        return subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=timeout_s,
+            env=environment,
+            check=False,
+            **options,
+        )
+
+    return run
+
+
+def refused(result: subprocess.CompletedProcess, *words: str) -> None:
+    """The end that every wrong input must have: status 2, three lines, no traceback, the words in them."""
+    text = result.stdout + result.stderr
+    assert result.returncode == 2, text
+    assert "Traceback" not in text
+    for line in ("found:", "expected:", "do:"):
+        assert line in text, text
+    for word in words:
+        assert word in text, text
+
+
+def two_cameras() -> tuple[Camera, Camera]:
+    """Two cameras 0.5 m above the plane, 0.4 m apart, looking at the origin."""
+    cameras = []
+    for name, x_m in (("VW1", -0.2), ("VW2", 0.2)):
+        centre = np.array([x_m, 0.0, 0.5])
+        forward = -centre / np.linalg.norm(centre)
+        right = np.array([forward[2], 0.0, -forward[0]]) * -1.0
+        right /= np.linalg.norm(right)
+        rotation = np.array([right, np.cross(forward, right), forward])
+        centre_px = (2047.5, OFFSET_PX[name][1] + 343.5)  # the window looks at the origin
+        matrix = np.array([[3000.0, 0, centre_px[0]], [0, 3000.0, centre_px[1]], [0, 0, 1]])
+        cameras.append(
+            Camera(name, (4096, 3072), matrix, np.array([-0.05, 0.02, 0, 0, 0]), rotation, -rotation @ centre)
+        )
+    return cameras[0], cameras[1]
+
+
+def moved(layout_m: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
+    """Marker positions (frames, markers, 3) of a body at those poses."""
+    c, s = np.cos(angle_rad)[:, None], np.sin(angle_rad)[:, None]
+    x = x_m[:, None] + c * layout_m[:, 0] - s * layout_m[:, 1]
+    y = y_m[:, None] + s * layout_m[:, 0] + c * layout_m[:, 1]
+    return np.stack([x, y, np.broadcast_to(layout_m[:, 2], x.shape)], -1)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The small recording's folder and what really moved."""
+
+    folder: Path
+    motion: pd.DataFrame
+
+
+def bouncing_motion(frames: int, rate_hz: float, restitution: float = 0.72) -> pd.DataFrame:
+    """A disk of 10 mm that bounces without friction in a ring of 50 mm at rest: straight flights, exact instants."""
+    reach = 0.04
+    position, velocity, now = np.array([0.0, 0.013]), np.array([1.9, 0.35]), 0.0
+    legs = []
+    while now < frames / rate_hz:
+        along, square = position @ velocity, velocity @ velocity
+        flight_s = (-along + np.sqrt(along**2 + square * (reach**2 - position @ position))) / square
+        legs.append((now, position, velocity))
+        position, now = position + velocity * flight_s, now + flight_s
+        normal = position / np.linalg.norm(position)
+        velocity = velocity - (1 + restitution) * (velocity @ normal) * normal
+        position = normal * reach * (1 - 1e-12)
+    time_s = np.arange(frames) / rate_hz
+    which = np.searchsorted([leg[0] for leg in legs], time_s, side="right") - 1
+    nes = np.array([legs[i][1] + legs[i][2] * (t - legs[i][0]) for i, t in zip(which, time_s, strict=True)])
+    still = np.zeros(frames)
+    return pd.DataFrame(
+        {
+            "frame": np.arange(frames), "time_s": time_s,
+            "nes_x_m": nes[:, 0], "nes_y_m": nes[:, 1], "nes_z_m": still, "nes_angle_rad": 3.0 * time_s,
+            "host_x_m": still, "host_y_m": still, "host_z_m": still, "host_angle_rad": still,
+        }
+    )  # fmt: skip
+
+
+def tracks_of(
+    motion: pd.DataFrame, cameras: Sequence[Camera], sd_px: float, rng: np.random.Generator
+) -> pd.DataFrame:
+    """Exact projections of the markers with Gaussian noise, in window pixels."""
+    parts = []
+    for prefix, body, layout in (("H", "host", HOST_LAYOUT_M), ("N", "nes", NES_LAYOUT_M)):
+        pose = [motion[f"{body}_{name}"].to_numpy() for name in ("x_m", "y_m", "angle_rad")]
+        points = moved(layout, *pose)
+        for camera in cameras:
+            uv = (
+                camera.project(points) - OFFSET_PX[camera.name] + rng.normal(0, sd_px, (*points.shape[:2], 2))
+            )
+            for i in range(len(layout)):
+                parts.append(
+                    pd.DataFrame(
+                        {
+                            "camera": camera.name, "frame": motion["frame"], "time_s": motion["time_s"],
+                            "marker": f"{prefix}{i + 1}", "u_px": uv[:, i, 0], "v_px": uv[:, i, 1], "sd_px": sd_px,
+                        }
+                    )
+                )  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
+
+
+def recording_toml(name: str = "small") -> str:
+    cameras = "".join(
+        f'[[cameras]]\nname = "{camera}"\nsensor_size_px = [4096, 3072]\n'
+        f"window_offset_px = {list(offset)}\nwindow_size_px = [4096, 688]\n\n"
+        for camera, offset in OFFSET_PX.items()
+    )
+    return (
+        f'format = 1\nname = "{name}"\n\n[time]\nframe_rate_hz = 800.0\n\n{cameras}'
+        '[calibration]\nfile = "../calibration.json"\n\n'
+        '[bodies.host]\nmarkers = ["H1", "H2", "H3", "H4"]\ninner_radius_m = 0.05\n'
+        f"layout_m = {HOST_LAYOUT_M.tolist()}\n\n"
+        '[bodies.nes]\nmarkers = ["N1", "N2", "N3", "N4", "N5"]\ncentre_marker = "N1"\n'
+        f"radius_m = 0.01\nmass_kg = 0.0246\ninertia_factor = 0.5\nlayout_m = {NES_LAYOUT_M.tolist()}\n"
+    )
+
+
+def write_small_recording(folder: Path, frames: int = 200, seed: int = 1) -> Truth:
+    """A recording that enters at tracks.parquet, its calibration beside it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    cameras, motion = two_cameras(), bouncing_motion(frames, 800.0)
+    tracks = tracks_of(motion, cameras, 0.02, np.random.default_rng(seed))
+    write_table(tracks, "tracks", folder / "tracks.parquet", {})
+    write_calibration(cameras, folder.parent / "calibration.json")
+    (folder / "recording.toml").write_text(recording_toml(folder.name), encoding="utf-8")
+    return Truth(folder, motion)
+
+
+@pytest.fixture
+def small_recording(tmp_path: Path) -> Truth:
+    return write_small_recording(tmp_path / "series" / "run-01")
+
+
+@pytest.fixture
+def small_series(tmp_path: Path) -> Path:
+    """Three small recordings."""
+    for number in (1, 2, 3):
+        write_small_recording(tmp_path / "series" / f"run-{number:02d}", seed=number)
+    return tmp_path / "series"
