@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ovines.camera import read_calibration
+from ovines.first_frame_names import read_names
 from ovines.running import Work
 from ovines.tables import checked, read_table
 
@@ -28,8 +29,10 @@ def track(work: Work) -> dict[str, Any]:
     from vision.track import track as track_markers
 
     cameras = read_calibration(work.path("calibration.json"))
-    names = work.path("names.csv") if "names.csv" in work.inputs else None
-    return {"tracks.parquet": track_markers(work.recording, cameras, names=names, progress=work.progress)}
+    names = read_names(work.path("names.csv"), work.recording) if "names.csv" in work.inputs else None
+    found = track_markers(work.recording, cameras, names, work.progress)
+    work.notes.extend(found.notes)
+    return {"tracks.parquet": found.tracks}
 
 
 def triangulate(work: Work) -> dict[str, Any]:

@@ -70,12 +70,17 @@ class Board:
 
 def find_board(name_or_path: str, base: Path | None = None) -> Board:
     """The board of ``calibration_boards/NAME.toml``, or of a TOML file (a path from ``base``)."""
+    return read_board(board_file(name_or_path, base))
+
+
+def board_file(name_or_path: str, base: Path | None = None) -> Path:
+    """Where `find_board` finds the board: beside the recording first, then among the boards that come along."""
     candidates = [Path(name_or_path), FOLDER / f"{name_or_path}.toml", Path("calibration_boards") / f"{name_or_path}.toml"]
     if base is not None:
         candidates.insert(0, Path(base) / name_or_path)
     for path in candidates:
         if path.is_file():
-            return read_board(path)
+            return path
     known = sorted(p.stem for p in FOLDER.glob("*.toml"))
     raise InputError(f"board {name_or_path!r}: no such board and no such file", f"one of {', '.join(known)}, or a board TOML",
                      "correct [calibration] board, or write the board with `ovines board`")
