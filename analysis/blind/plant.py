@@ -13,6 +13,7 @@ from analysis.blind.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.series_files import (
     DRIVE_HZ,
     FRAME_RATE_HZ,
+    Poses,
     Series,
     calibration_of,
     recording_text,
@@ -72,10 +73,8 @@ def draw_start(rng: np.random.Generator) -> np.ndarray:
     )
 
 
-def _pose(
-    motion: Motion, draft: Draft, harmonics: np.ndarray, time_s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Middle of the disk (n, 4: x, y, z, angle) and Host (n, 4) at `time_s`."""
+def _poses(motion: Motion, draft: Draft, harmonics: np.ndarray, time_s: np.ndarray) -> Poses:
+    """Where the disk's middle and the Host are at `time_s`."""
     state = state_at(motion, time_s)
     host = np.array([host_pose(t, harmonics)[0] for t in time_s])
     angle = state[:, 4]
@@ -88,12 +87,12 @@ def _pose(
             angle,
         ]
     )
-    return middle, host
+    return Poses(middle, host)
 
 
 def _one_run(
     outline: Outline, run: int, level_g: float, rng: np.random.Generator
-) -> tuple[pd.DataFrame, dict[str, np.ndarray]]:
+) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
     draft, errors = outline.draft, view_of(outline.draft)
     harmonics = draw_host(level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, rng)
     physics = physics_of_run(draft, run, 2.0 * np.pi * DRIVE_HZ, LONGEST_S)
@@ -108,15 +107,17 @@ def _one_run(
     )
     first = np.maximum(np.arange(frames) / rate + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
     times = [first, first + errors.clock_s]
-    points = [world_points(*_pose(motion, draft, harmonics, t), outline.marks, errors) for t in times]
+    poses = [_poses(motion, draft, harmonics, t) for t in times]
+    points = [world_points(p.nes, p.host, outline.marks, errors) for p in poses]
     tracks = tracks_of(points, times, FRAME_RATE_HZ, outline.views, errors, outline.noise, rng)
     number = f"{run + 1:02d}"
-    return tracks, {
+    states = {
         f"state{number}": state_at(motion, first),
         f"imp{number}": motion.impacts,
         f"held{number}": motion.held,
         f"H{number}": harmonics,
     }
+    return tracks, states, poses
 
 
 def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict:
@@ -171,17 +172,18 @@ def outline_series(
 
 def run_outline(outline: Outline, rng: np.random.Generator) -> Series:
     """Simulate and film an outlined series."""
-    recordings, states, count = [], {}, 0
+    recordings, states, poses, count = [], {}, [], 0
     name = outline.truth["case"]
     for run in range(outline.truth["runs"]):
         level = float(rng.choice([6.0, 7.0, 8.0, 9.0], p=[0.17, 0.18, 0.48, 0.17]))
-        tracks, arrays = _one_run(outline, run, level, rng)
+        tracks, arrays, seen = _one_run(outline, run, level, rng)
         text = recording_text(f"{name} run {run + 1}", level, outline.views, outline.model)
         recordings.append((text, tracks))
         states |= arrays
+        poses.append(seen)
         count += int((arrays[f"imp{run + 1:02d}"][:, 1] > COUNTED_SPEED_M_PER_S).sum())
     truth = dict(outline.truth, n_impacts=count)
-    return Series(truth, recordings, calibration_of(outline.views), states)
+    return Series(truth, recordings, calibration_of(outline.views), states, poses)
 
 
 def make_series(

@@ -7,12 +7,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.blind.views import HOST_M, NES_M, SENSOR_PX, WINDOW_PX, View
+from analysis.blind.views import HOST_M, NES_M, SENSOR_PX, View
 from ovines.provenance import provenance
 from ovines.tables import write_table
 
 FRAME_RATE_HZ = 800.0
 DRIVE_HZ = 11.0
+
+
+@dataclass(frozen=True)
+class Poses:
+    """What one camera sees, frame by frame: `nes` (n, 4) middle x, y, z, angle; `host` (n, 4) x, y,
+    rotation, z."""
+
+    nes: np.ndarray
+    host: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -22,24 +31,30 @@ class Series:
     `truth` goes into the sealed file; `recordings` holds (recording.toml, tracks) per run; `calibration`
     is calibration.json; `states` has per run stateNN (x, y, vx, vy of the centre of mass, angle, spin,
     held, at each frame of the first camera), impNN (time, normal and tangential approach speed), heldNN,
-    HNN (harmonics).
+    HNN (harmonics). `poses` has per run what
+    either camera sees.
     """
 
     truth: dict
     recordings: list[tuple[str, pd.DataFrame]]
     calibration: dict
     states: dict[str, np.ndarray]
+    poses: list[list[Poses]]
 
 
-def recording_text(name: str, level_g: float, views: list[View], model: dict) -> str:
-    """`recording.toml` of one run, as an experimenter writes it."""
-    camera = "".join(
-        f'[[cameras]]\nname = "{v.name}"\nsensor_size_px = {list(SENSOR_PX)}\n'
-        f"window_offset_px = {list(v.window_offset_px)}\n"
-        f"window_size_px = {list(WINDOW_PX)}\n\n"
-        for v in views
-    )
-    layout_host, layout_nes = HOST_M.tolist(), NES_M.tolist()
+def recording_text(
+    name: str, level_g: float, views: list[View], model: dict, host_m: np.ndarray = HOST_M, frames: str = ""
+) -> str:
+    """`recording.toml` of one run, as an experimenter writes it. `frames`: glob of a filmed case's images,
+    {camera} standing for the camera's name; empty where tracks.parquet is given."""
+    camera = ""
+    for view in views:
+        camera += f'[[cameras]]\nname = "{view.name}"\n'
+        if frames:
+            camera += f'frames = "{frames.format(camera=view.name)}"\n'
+        camera += f"sensor_size_px = {list(SENSOR_PX)}\nwindow_offset_px = {list(view.window_offset_px)}\n"
+        camera += f"window_size_px = {list(view.window_size_px)}\n\n"
+    layout_host, layout_nes = host_m.round(6).tolist(), NES_M.tolist()
     lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in model.items())
     return f"""format = 1
 name = "{name}"

@@ -14,12 +14,22 @@ from pathlib import Path
 import numpy as np
 
 from analysis.blind.causes import CAUSES, LISTED, UNLISTED
-from analysis.blind.plant import NOISE_KINDS, Outline, outline_series, run_outline, write_series
+from analysis.blind.plant import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
 from ovines.errors import InputError
 
 LARGE, SMALL = 1.0, 0.35
 # Shares of a trial; the issue asks for at least 60 series without effect beside every effect at two sizes.
 SHARES = {"listed": 0.46, "none": 0.28, "unknown": 0.15, "pair": 0.11}
+# Filmed cases: what shows in three runs and needs no camera other than the one that is calibrated.
+FILMED = (
+    "none",
+    "table_tilt",
+    "wall_ellipticity",
+    "speed_dependent_restitution",
+    "camera_clock_offset",
+    "unknown_central",
+)
+FILMED_RUNS = 3
 PAIRS = (
     "table_tilt+wall_ellipticity",
     "vertical_motion+direction_dependent_restitution",
@@ -81,15 +91,22 @@ def plan_cases(
     return [plan[i] for i in rng.permutation(len(plan))]
 
 
-def outlines(count: int, seed: int, kinds: tuple[str, ...] = (), runs: int = 12) -> Iterator[Outline]:
-    """What a trial consists of, case by case; the same arguments give the same outlines. Each truth carries
+def outlines(
+    count: int, seed: int, kinds: tuple[str, ...] = (), runs: int = 12, filmed: int = 0
+) -> Iterator[Outline]:
+    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines.
+    Each truth carries
     a salt so that
     its hash cannot be guessed from the few causes there are."""
     plan = plan_cases(count, np.random.default_rng([seed, 0]), kinds)
+    film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
+    plan += [(FILMED[film[i % len(FILMED)]], LARGE, "image") for i in range(filmed)]
     for index, (kind, size, noise) in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
         salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
-        outline = outline_series(kind, size, rng, runs, noise, f"case-{index + 1:03d}", told)
+        outline = outline_series(
+            kind, size, rng, FILMED_RUNS if noise == "image" else runs, noise, f"case-{index + 1:03d}", told
+        )
         outline.truth["salt"] = salt
         yield outline
 
@@ -121,15 +138,24 @@ def make_trial(
     sealed: bool = False,
     runs: int = 12,
     progress: Callable[[str], None] = lambda _: None,
+    filmed: int = 0,
+    film: Callable[[Series, Outline, Path], None] | None = None,
 ) -> None:
-    """Write a trial of `count` cases. The manifest with every hash stands before the first series is
-    written."""
+    """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks. The
+    manifest with every hash stands before the first series is written."""
     if (folder / "manifest.json").exists():
         raise InputError(f"{folder} already holds a trial", "an empty or new folder", "choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = list(outlines(count, seed, kinds, runs))
+    drawn = list(outlines(count, seed, kinds, runs, filmed))
     cases = [{"case": outline.truth["case"], "truth_sha256": truth_hash(outline.truth)} for outline in drawn]
-    manifest = {"format": 1, "cases": cases, "kinds": list(kinds), "runs": runs, "sealed": sealed}
+    manifest = {
+        "format": 1,
+        "cases": cases,
+        "kinds": list(kinds),
+        "runs": runs,
+        "filmed": filmed,
+        "sealed": sealed,
+    }
     temporary = folder / "manifest.json.part"
     temporary.write_text(json.dumps(manifest, indent=1))
     temporary.rename(folder / "manifest.json")
@@ -141,7 +167,7 @@ def make_trial(
         if not sealed:
             (folder / "sealed").mkdir(exist_ok=True)
             (folder / "sealed" / f"{name}.json").write_text(truth_text(outline.truth))
-        progress(f"{index + 1}/{count} {name} written")
+        progress(f"{index + 1}/{len(drawn)} {name} written")
 
 
 def read_manifest(folder: Path) -> dict:
@@ -161,7 +187,10 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict]:
     if manifest["sealed"]:
         if seed is None:
             raise InputError("a sealed trial without its seed", "the seed it was made with", "give --seed")
-        made = outlines(len(manifest["cases"]), seed, tuple(manifest["kinds"]), manifest["runs"])
+        filmed = manifest["filmed"]
+        made = outlines(
+            len(manifest["cases"]) - filmed, seed, tuple(manifest["kinds"]), manifest["runs"], filmed
+        )
         truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
     else:
         truths = {

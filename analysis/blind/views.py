@@ -38,6 +38,7 @@ class View:
     rotation: np.ndarray
     translation_m: np.ndarray
     window_offset_px: tuple[int, int]
+    window_size_px: tuple[int, int] = WINDOW_PX
 
     def pixels(self, points_m: np.ndarray) -> np.ndarray:
         """Full-sensor pixels (..., 2) of world points (..., 3)."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.blind import score, score_report, trial
+from ovines.blind_film import film_series
 from ovines.errors import InputError
 
 NAME = "blind"
@@ -30,6 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--runs", type=int, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
+    )
+    make.add_argument(
+        "--rendered",
+        type=int,
+        default=0,
+        metavar="K",
+        help="further cases given as images of three runs each (minutes and about 1 GB per case)",
     )
     answer = steps.add_parser("answer", help="run the diagnosis on every case that has no answer yet")
     answer.add_argument("folder", type=Path)
@@ -53,7 +61,9 @@ def _make(args: argparse.Namespace) -> int:
             f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers"
         )
     kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
-    trial.make_trial(args.folder, args.cases, args.seed, kinds, args.seal, args.runs, _say)
+    trial.make_trial(
+        args.folder, args.cases, args.seed, kinds, args.seal, args.runs, _say, args.rendered, film_series
+    )
     return 0
 
 
