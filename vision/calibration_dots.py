@@ -1,0 +1,93 @@
+"""Dot grids with three ring-shaped dots that tell origin and directions."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.boards import Board
+from vision.centre import N_FIT, OK, disc_start, fit_discs
+
+Array = NDArray[np.float64]
+NOTHING = (np.empty(0, np.int64), np.empty((0, N_FIT)))
+
+
+def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int64], Array]:
+    """Numbers of the full dots and their fits (``vision.centre.fit_discs`` rows); nothing when the rings are not seen.
+
+    The rings only tell which dot is which: a ring's two edges make its centre less sure, so it is left out.
+    """
+    dots, rings = _blobs(image)
+    if len(rings) != 3 or len(dots) < 8:
+        return NOTHING
+    placed = _number(np.array([d[0] for d in dots]), np.array([r[0] for r in rings]), board)
+    if placed is None:
+        return NOTHING
+    chosen = [(number, dots[k]) for k, number in enumerate(placed) if number >= 0]
+    starts = []
+    for _, ((u, v), radius) in chosen:
+        level, middle = _levels(image, u, v, radius)
+        starts.append(disc_start(u, v, radius, level, middle - level))
+    fits = fit_discs(np.ascontiguousarray(image), np.asarray(starts))
+    good = fits[:, OK] > 0
+    return np.array([number for number, _ in chosen])[good], fits[good]
+
+
+def _blobs(image: NDArray[np.uint8]) -> tuple[list, list]:
+    """Dark ellipses (centre, radius) without and with a hole."""
+    level, binary = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
+    contours, tree = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    dots, rings = [], []
+    if tree is None:
+        return dots, rings
+    for contour, (_, _, child, parent) in zip(contours, tree[0], strict=True):
+        area = cv2.contourArea(contour)
+        if parent >= 0 or len(contour) < 12 or area < 40:
+            continue
+        centre, axes, _ = cv2.fitEllipse(contour)
+        # an ellipse fills pi a b; the grid's dots do, scratches and frames do not
+        if min(axes) < 0.3 * max(axes) or abs(area / (0.25 * np.pi * axes[0] * axes[1]) - 1) > 0.2:
+            continue
+        hole = child >= 0 and cv2.contourArea(contours[child]) > 0.05 * area
+        (rings if hole else dots).append((centre, 0.25 * (axes[0] + axes[1])))
+    middle = np.median([r for _, r in dots]) if dots else 0.0
+    return [d for d in dots if 0.5 * middle < d[1] < 2 * middle], rings
+
+
+def _number(dots_px: Array, rings_px: Array, board: Board) -> NDArray[np.int64] | None:
+    """Which grid point each dot is (-1: none), from the rings outwards; None when no order of the rings fits."""
+    grid = board.points_m()[:, :2] / board.square_size_m
+    rings = np.asarray(board.rings, float)
+    best, best_seen = None, 0
+    for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
+        picked = rings_px[list(order)]
+        along, down = picked[1] - picked[0], picked[2] - picked[0]
+        if along[0] * down[1] - along[1] * down[0] <= 0:  # a face seen from the front is not mirrored
+            continue
+        affine = cv2.getAffineTransform(rings.astype(np.float32), picked.astype(np.float32))
+        mapping = np.vstack([affine, [0, 0, 1]])
+        numbers = np.full(len(dots_px), -1)
+        for reach in (0.25, 0.3, 0.3, 0.3):
+            predicted = cv2.perspectiveTransform(grid[None].astype(np.float64), mapping)[0]
+            pitch = np.sqrt(abs(np.linalg.det(affine[:, :2])))
+            distance = np.linalg.norm(dots_px[:, None] - predicted[None], axis=-1)
+            nearest = distance.argmin(1)
+            numbers = np.where((distance.min(1) < reach * pitch) & (distance.argmin(0)[nearest] == np.arange(len(dots_px))), nearest, -1)
+            known = numbers >= 0
+            if known.sum() < 6:
+                break
+            mapping, _ = cv2.findHomography(np.concatenate([grid[numbers[known]], rings]), np.concatenate([dots_px[known], picked]))
+            if mapping is None:
+                break
+        if (numbers >= 0).sum() > best_seen:
+            best, best_seen = numbers, int((numbers >= 0).sum())
+    return best if best_seen >= 0.6 * (len(grid) - 3) else None
+
+
+def _levels(image: NDArray[np.uint8], u: float, v: float, radius: float) -> tuple[float, float]:
+    """Grey beside the dot and in its middle."""
+    rows, columns = image.shape
+    reach = int(1.4 * radius) + 1
+    patch = image[max(0, int(v) - reach):min(rows, int(v) + reach + 1), max(0, int(u) - reach):min(columns, int(u) + reach + 1)]
+    return float(np.percentile(patch, 90)), float(image[int(round(v)), int(round(u))])
