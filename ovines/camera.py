@@ -8,7 +8,6 @@ written here, so that every part of the application speaks of the same camera.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ovines.errors import InputError
+from ovines.written_whole import write_text_whole
 
 Array = NDArray[np.float64]
 
@@ -239,7 +239,5 @@ def write_calibration(cameras: Sequence[Camera], path: Path, world: str = "board
     entries = [{"name": c.name, "sensor_size_px": list(c.sensor_size_px), "matrix": c.matrix.tolist(),
                 "distortion": c.distortion.tolist(), "rotation": c.rotation.tolist(), "translation_m": c.translation_m.tolist(),
                 "rms_px": c.rms_px if np.isfinite(c.rms_px) else None} for c in cameras]
-    path = Path(path)
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(json.dumps({"format": 1, "world": world, "cameras": entries, **extra}, indent=1), encoding="utf-8")
-    os.replace(temporary, path)
+    content = {"format": 1, "world": world, "cameras": entries, **extra}
+    write_text_whole(json.dumps(content, indent=1), path)
