@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -81,14 +80,14 @@ def thinned(x: ArrayLike, *curves: ArrayLike, points: int = 1200) -> tuple[NDArr
     arrays = [np.asarray(curve, float) for curve in curves]
     if len(x) <= points:
         return (x, *arrays)
-    edges = np.linspace(0, len(x), points // 2 + 1).astype(int)
-    keep = []
-    for start, stop in pairwise(edges):
-        part = arrays[0][start:stop]
-        if np.isfinite(part).any():
-            keep += sorted({start + int(np.nanargmin(part)), start + int(np.nanargmax(part))})
-        else:
-            keep.append(start)
+    bin_size = -(-len(x) // (points // 2))
+    bins = -(-len(x) // bin_size)
+    padded = np.full((bins, bin_size), np.nan)
+    padded.flat[: len(x)] = arrays[0]
+    starts = np.arange(bins) * bin_size
+    lowest = starts + np.argmin(np.where(np.isnan(padded), np.inf, padded), axis=1)
+    highest = starts + np.argmax(np.where(np.isnan(padded), -np.inf, padded), axis=1)
+    keep = np.unique(np.concatenate([lowest, highest]))
     return (x[keep], *(a[keep] for a in arrays))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.trajectory import column
+from analysis.host_motion import fit_host_motion
 from analysis.report.numbers import percent, with_unit
 from analysis.thesis_impacts import ThesisSettings
 
@@ -58,33 +59,13 @@ def compare_methods(motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.Data
 
 
 def host_acceleration(motion: pd.DataFrame) -> float:
-    """Largest acceleration of the Host in the plane, m/s^2: a harmonic of its strongest frequency and two overtones, fitted per axis.
-
-    0 for a Host that stands still (moves less than 0.1 mm); NaN with fewer than 20 frames of it.
-    """
+    """Largest acceleration of the Host in the plane, m/s^2, from its fitted harmonics; 0 for a Host at rest, NaN with fewer than 20 frames of it."""
     time_s = motion["time_s"].to_numpy(float)
-    components = []
-    for axis in "xy":
-        position = column(motion, f"host_{axis}_m")
-        seen = np.isfinite(position)
-        if seen.sum() < 20:
-            return float("nan")
-        components.append((time_s[seen], position[seen] - position[seen].mean()))
-    time, strongest = max(components, key=lambda c: float(np.std(c[1])))
-    if np.std(strongest) < 1e-4:
-        return 0.0
-    duration = time[-1] - time[0]
-    trial = np.arange(max(1.0, 0.5 / duration), 0.25 / np.median(np.diff(time)), 0.1 / duration)
-    power = np.abs(np.exp(-2j * np.pi * trial[:, None] * time[None, :]) @ strongest)
-    omega = 2 * np.pi * trial[int(np.argmax(power))]
-    clock = np.linspace(0, 2 * np.pi / omega, 200)
-    total = np.zeros_like(clock)
-    for time, position in components:
-        harmonics = np.column_stack([f(k * omega * time) for k in (1, 2, 3) for f in (np.sin, np.cos)] + [np.ones_like(time)])
-        weights = np.linalg.lstsq(harmonics, position, rcond=None)[0]
-        total += sum((k * omega) ** 2 * (weights[2 * k - 2] * np.sin(k * omega * clock) + weights[2 * k - 1] * np.cos(k * omega * clock))
-                     for k in (1, 2, 3)) ** 2
-    return float(np.sqrt(total.max()))
+    position = np.column_stack([column(motion, f"host_{name}") for name in ("x_m", "y_m", "z_m", "angle_rad")])
+    if np.isfinite(position[:, :2]).all(1).sum() < 20:
+        return float("nan")
+    fitted = fit_host_motion(time_s, position, np.full(position.shape, 2e-5), None)
+    return float(np.linalg.norm(fitted.at(time_s, 2)[:, :2], axis=1).max())
 
 
 def in_words(difference: Differences, impacts: pd.DataFrame, thesis: pd.DataFrame) -> list[str]:
