@@ -7,91 +7,114 @@ whether the contact was instant.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights import FlightFits
+from analysis.wall import Wall
 
 Array = NDArray[np.float64]
 
 # How exactly positions agree at an instant contact: the flight model's own error, not the camera's.
 CONTINUITY_M = 2e-6
 
-#: the quantities of one impact, in the order of the rows of ``Impacts.covariance``
+#: rows of ``Impacts.value``
 QUANTITIES = ("normal_before", "normal_after", "tangential_before", "tangential_after", "spin_before", "spin_after", "radius", "time")
 
 
 @dataclass(frozen=True, eq=False)
-class Impacts:
-    """K impacts of one run.
+class Meetings:
+    """K meetings of flights: ``state`` (K, 12) before and after (x, y, angle, vx, vy, spin each) at ``time_s``, ``covariance``
+    (K, 13, 13) with the time's as last; Host's pose and rate (K, 4) there; ``mismatch`` chi-square of continuity (2 degrees);
+    ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of the drive."""
 
-    ``value`` (K, 8) of :data:`QUANTITIES`: normal speeds (before: towards the wall, after: away from it, both positive for an
-    impact), tangential speeds of the contact point against the wall (m/s), spins (rad/s), distance of the disk's centre from the
-    Host's at contact (m), time (s); ``covariance`` (K, 8, 8).  ``azimuth_rad`` of the contact seen from the Host's centre in the
-    world, ``angle_rad`` of the disk, ``slide_m_per_s`` change of the centre's tangential velocity and ``push_m_per_s`` of its
-    normal one (impulse per mass), ``mismatch`` chi-square (2 degrees) of continuity, ``gap_m`` (K, 2) what failed to meet (normal,
-    tangential) after the best time, ``flight`` (K,) index of the flight before, ``drive_rad`` phase of the drive.
+    state: Array
+    time_s: Array
+    covariance: Array
+    host: Array
+    host_rate: Array
+    mismatch: Array
+    sideways_m: Array
+    run: NDArray[np.int64]
+    flight: NDArray[np.int64]
+    drive_rad: Array
+    radius_m: float
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """K impacts as the contact law sees them.
+
+    ``value`` (K, 8) of :data:`QUANTITIES`: normal speeds (before: towards the wall, after: away from it), tangential speeds of
+    the contact point against the wall (m/s), spins (rad/s), distance of the disk's geometric centre from the wall's centre (m), time (s);
+    ``covariance`` (K, 8, 8); ``azimuth_rad`` of the contact seen from the Host's centre in the world, ``body_rad`` the same seen from
+    the disk, ``meetings`` what they were made of.
     """
 
     value: Array
     covariance: Array
     azimuth_rad: Array
-    angle_rad: Array
-    host_angle_rad: Array
-    mismatch: Array
-    sideways_m: Array
-    flight: NDArray[np.int64]
-    drive_rad: Array
-    place_m: Array
-
-    def __getattr__(self, name: str) -> Array:
-        if name in QUANTITIES:
-            return self.value[:, QUANTITIES.index(name)]
-        raise AttributeError(name)
+    body_rad: Array
+    meetings: Meetings
 
     def __len__(self) -> int:
         return len(self.value)
 
+    def of(self, name: str) -> Array:
+        """One quantity of :data:`QUANTITIES`, (K,)."""
+        return self.value[:, QUANTITIES.index(name)]
 
-def find_impacts(fits: FlightFits, usual_misfit: float = 1.0) -> Impacts:
-    """The impacts between joined flights of a run (see :class:`Impacts`)."""
+    def sd(self, name: str) -> Array:
+        """Its standard deviation, (K,)."""
+        i = QUANTITIES.index(name)
+        return np.sqrt(self.covariance[:, i, i])
+
+
+def meet(fits: Sequence[FlightFits]) -> Meetings:
+    """All meetings of joined flights in the runs of a series; those that do not meet near their gap are left out."""
     rows = []
-    for k, flight in enumerate(fits.flights[:-1]):
-        if not flight.joined or fits.freedom[k] < 0 or fits.freedom[k + 1] < 0:
-            continue
-        row = _meet(fits, k)
-        if row is not None:
-            rows.append(row)
+    for number, fit in enumerate(fits):
+        for k, flight in enumerate(fit.flights[:-1]):
+            if flight.joined:
+                row = _meet(fit, k)
+                if row is not None:
+                    rows.append((*row, number, k))
+    radius = fits[0].run.radius_m if fits else float("nan")
     if not rows:
-        empty = np.zeros(0)
-        return Impacts(np.zeros((0, 8)), np.zeros((0, 8, 8)), empty, empty, empty, empty, empty, np.zeros(0, np.int64), empty, np.zeros((0, 2)))
-    columns = list(zip(*rows, strict=True))
-    return Impacts(*(np.array(c) for c in columns))
+        none = np.zeros(0)
+        return Meetings(np.zeros((0, 12)), none, np.zeros((0, 13, 13)), np.zeros((0, 4)), np.zeros((0, 4)), none, none,
+                        np.zeros(0, np.int64), np.zeros(0, np.int64), none, radius)
+    state, time, covariance, host, rate, mismatch, sideways, drive, run, flight = (np.array(c) for c in zip(*rows, strict=True))
+    return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, flight, drive, radius)
 
 
 def _meet(fits: FlightFits, k: int):
     run = fits.run
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
+    period = np.median(np.diff(run.time_s))
     t = 0.5 * (before_edge + after_edge)
-    for _ in range(8):
+    for _ in range(10):
         (a,), (pa,) = fits.propagate(k, np.array([t]))
         (b,), (pb,) = fits.propagate(k + 1, np.array([t]))
         step = a[3:5] - b[3:5]
         speed2 = float(step @ step)
-        if speed2 < 1e-8:
+        if speed2 < 1e-6:
             return None
         shift = float(-(a[:2] - b[:2]) @ step / speed2)
-        t = float(np.clip(t + shift, before_edge - 2.5e-3, after_edge + 2.5e-3))
+        t = float(np.clip(t + shift, before_edge - 2 * period, after_edge + 2 * period))
         if abs(shift) < 1e-9:
             break
-    period = np.median(np.diff(run.time_s))
     if t < before_edge - 1.5 * period or t > after_edge + 1.5 * period:
         return None
     # One update with the three statements of continuity; the state is (before 6, after 6, shift of t).
     p = np.zeros((13, 13))
-    p[:6, :6], p[6:12, 6:12], p[12, 12] = pa, pb, (10 * period) ** 2
+    p[:6, :6], p[6:12, 6:12], p[12, 12] = pa, pb, period**2
     h = np.zeros((3, 13))
     h[:, :3], h[:, 6:9] = np.eye(3), -np.eye(3)
     h[:, 12] = a[3:] - b[3:]
@@ -103,37 +126,62 @@ def _meet(fits: FlightFits, k: int):
     posterior = p - gain @ h @ p
     # With the time free, what is left of the misfit lies across the velocity step and in the angle.
     mismatch = float(innovation @ np.linalg.solve(spread, innovation))
-    value, derivative, extra = _quantities(state, t, fits)
-    covariance = derivative @ posterior @ derivative.T
     across = np.array([-step[1], step[0]]) / np.sqrt(speed2)
-    return (value, covariance, extra[0], float(a[2]), extra[1], mismatch, float(innovation[:2] @ across), k, extra[2], extra[3])
+    t += float(state[12])
+    moment = np.array([t])
+    return (state[:12], t, posterior, run.host.at(moment)[0], run.host.at(moment, 1)[0], mismatch, float(innovation[:2] @ across),
+            run.host.omega_rad_per_s * t + run.host.phase_rad)
 
 
-def _quantities(state: Array, t: float, fits: FlightFits):
-    """The eight quantities at contact, their derivative (8, 13), and (azimuth, Host angle, drive phase, place in the room)."""
-
-    run = fits.run
-
-    def evaluate(s: Array) -> Array:
-        moment = t + s[12]
-        host, rate = run.host.at(np.array([moment]))[0], run.host.at(np.array([moment]), 1)[0]
-        place = 0.5 * (s[:2] + s[6:8]) + (0.5 * (s[3:5] + s[9:11])) * s[12]
-        relative = place - host[:2]
-        radius = np.hypot(*relative)
-        er = relative / radius
-        et = np.array([-er[1], er[0]])
-        wall = (radius + run.radius_m) * rate[3]
-        before, after = s[3:5] - rate[:2], s[9:11] - rate[:2]
-        return np.array([before @ er, -after @ er, before @ et + run.radius_m * s[5] - wall,
-                         after @ et + run.radius_m * s[11] - wall, s[5], s[11], radius, moment, np.arctan2(er[1], er[0])])
-
-    base = evaluate(state)
-    derivative = np.empty((8, 13))
+def measure(meetings: Meetings, wall: Wall) -> Impacts:
+    """Normal and tangential speeds, contact distance and their covariance, for a wall of given centre and shape."""
+    value, azimuth, body = _evaluate(meetings.state, np.zeros(len(meetings)), meetings, wall)
+    derivative = np.empty((len(meetings), 8, 13))
     for j in range(13):
         h = 1e-7 if j in (0, 1, 2, 6, 7, 8) else (1e-8 if j == 12 else 1e-5)
-        moved = state.copy()
-        moved[j] += h
-        derivative[:, j] = (evaluate(moved)[:8] - base[:8]) / h
-    host = run.host.at(np.array([base[7]]))[0]
-    drive = run.host.omega_rad_per_s * base[7] + run.host.phase_rad
-    return base[:8], derivative, (base[8], float(host[3]), float(drive), 0.5 * (state[:2] + state[6:8]))
+        state, shift = meetings.state.copy(), np.zeros(len(meetings))
+        if j < 12:
+            state[:, j] += h
+        else:
+            shift += h
+        derivative[:, :, j] = (_evaluate(state, shift, meetings, wall)[0] - value) / h
+    covariance = derivative @ meetings.covariance @ derivative.transpose(0, 2, 1)
+    return Impacts(value, covariance, azimuth, body, meetings)
+
+
+def _evaluate(state: Array, shift: Array, meetings: Meetings, wall: Wall) -> tuple[Array, Array, Array]:
+    before, after = state[:, :6], state[:, 6:]
+    drift = shift[:, None]
+    place = 0.5 * (before[:, :2] + after[:, :2]) + 0.5 * (before[:, 3:5] + after[:, 3:5]) * drift
+    angle = 0.5 * (before[:, 2] + after[:, 2])
+    host = meetings.host[:, :2] + meetings.host_rate[:, :2] * drift
+    turn = meetings.host[:, 3]
+    # The disk's geometric centre sits at wall.disk_m in the disk; the wall's centre at wall.centre_m in the Host.
+    centre = place + _turned(wall.disk_m, angle)
+    pivot = host + _turned(wall.centre_m, turn)
+    relative = centre - pivot
+    distance = np.hypot(relative[:, 0], relative[:, 1])
+    azimuth = np.arctan2(relative[:, 1], relative[:, 0])
+    normal = azimuth + wall.normal_turn(azimuth)
+    er = np.stack([np.cos(normal), np.sin(normal)], -1)
+    et = np.stack([-er[:, 1], er[:, 0]], -1)
+    arm = centre + meetings.radius_m * er
+    rate = meetings.host_rate
+
+    def at_contact(side: Array) -> tuple[Array, Array]:
+        lever = arm - place
+        velocity = side[:, 3:5] + side[:, 5:6] * np.stack([-lever[:, 1], lever[:, 0]], -1)
+        out = arm - host
+        velocity = velocity - rate[:, :2] - rate[:, 3:4] * np.stack([-out[:, 1], out[:, 0]], -1)
+        return np.sum(velocity * er, -1), np.sum(velocity * et, -1)
+
+    normal_before, tangential_before = at_contact(before)
+    normal_after, tangential_after = at_contact(after)
+    value = np.stack([normal_before, -normal_after, tangential_before, tangential_after, before[:, 5], after[:, 5], distance,
+                      meetings.time_s + shift], -1)
+    return value, azimuth, azimuth - angle
+
+
+def _turned(vector: Array, angle: Array) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], -1)
