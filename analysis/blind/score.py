@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.blind.causes import CAUSES
 from analysis.blind.intervals import Figure, mean, proportion
-from analysis.blind.score_parameters import parameter_checks
+from analysis.blind.score_parameters import missed_above_limit, parameter_checks
 
 # FORMATS.md: with a nominal model that has no friction at all, naming either or both is right.
 EITHER = {"floor_friction": ("floor_friction", "spin_coupling")}
@@ -33,6 +33,7 @@ class Row:
     shrinkage: float | None
     seconds: float | None
     parameters: tuple[dict, ...]
+    missed_above_limit: bool | None
 
     @property
     def answered(self) -> str:
@@ -75,6 +76,7 @@ def mark(truth: dict, answer: dict, seconds: float | None = None) -> Row:
         shrinkage,
         seconds,
         tuple(parameter_checks(truth, answer)),
+        missed_above_limit(truth, answer) if truth["effects"] else None,
     )
 
 
@@ -116,6 +118,10 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
     seconds = [r.seconds for r in rows if r.seconds is not None]
     return out + [
         proportion("unknown answered unknown", [r.verdict == "unknown" for r in unknown], 0.90),
+        proportion(
+            "missed though above the stated limit of detection",
+            [r.missed_above_limit for r in listed if r.missed_above_limit is not None],
+        ),
         proportion("unknown: stage", [r.stage_right for r in unknown]),
         proportion("unknown given a listed name", [r.verdict == "effect" for r in unknown]),
         proportion("both of two causes", [r.all_named for r in pairs], 0.80),
@@ -156,14 +162,13 @@ def per_cause(rows: list[Row], answers: dict[str, dict]) -> list[dict]:
         out.append(
             {
                 "kind": kind,
-                "large": [
-                    sum(right[r.case] for r in mine if r.size >= LARGE),
-                    sum(r.size >= LARGE for r in mine),
-                ],
-                "small": [
-                    sum(right[r.case] for r in mine if r.size < LARGE),
-                    sum(r.size < LARGE for r in mine),
-                ],
+                "found": {
+                    f"{size:g}": [
+                        sum(right[r.case] for r in mine if r.size == size),
+                        sum(r.size == size for r in mine),
+                    ]
+                    for size in sorted({r.size for r in mine}, reverse=True)
+                },
                 "answered": sorted(r.answered for r in mine if not right[r.case]),
                 "shrinkage": float(np.mean(shrunk)) if shrunk else None,
                 "coverage": [int(np.sum(checks)), len(checks)],

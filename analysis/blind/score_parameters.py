@@ -1,4 +1,4 @@
-"""Do the intervals of an answer hold the true sizes?"""
+"""Do the intervals of an answer hold the true sizes, and do its limits of detection?"""
 
 import math
 
@@ -31,3 +31,26 @@ def parameter_checks(truth: dict, answer: dict) -> list[dict]:
                 }
             )
     return out
+
+
+def _departure(name: str, value: float) -> float:
+    """How far a parameter is from doing nothing: ratios from one, everything else from zero."""
+    return abs(value - 1.0) if name in ("scale", "ratio") and value > 0.5 else abs(value)
+
+
+def missed_above_limit(truth: dict, answer: dict) -> bool | None:
+    """Whether the cause was as large as the answer "none" says it would have seen; None where it says
+    nothing.
+
+    Offsets with an x and a y count by their length, whichever of the two the answer names.
+    """
+    cause = truth["effects"][0]
+    limit = (answer.get("detectable") or {}).get(cause)
+    if answer["verdict"] != "none" or not limit or limit.get("size") is None:
+        return None
+    true, name = truth["parameters"][cause], limit["parameter"]
+    if name in ("x_m", "y_m", "x_rad", "y_rad", "u_px", "v_px", "offset_m"):
+        return math.hypot(*true.values()) >= limit["size"]
+    if name not in true:
+        return None
+    return _departure(name, true[name]) >= _departure(name, limit["size"])

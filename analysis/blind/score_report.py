@@ -27,17 +27,17 @@ def markdown(figures: list[Figure], causes: list[dict], rows: list[Row], command
         "",
         "## By cause",
         "",
-        "| cause | found, large | found, small | taken for | shrinkage | intervals right | "
-        "detectable (median stated) |",
-        "|---|---|---|---|---|---|---|",
+        "| cause | found (size: of) | taken for | shrinkage | intervals right | detectable (median stated) |",
+        "|---|---|---|---|---|---|",
     ]
     for c in causes:
-        share = [f"{a} of {n}" if n else "" for a, n in (c["large"], c["small"], c["coverage"])]
+        found = ", ".join(f"{size}: {right} of {n}" for size, (right, n) in c["found"].items())
+        inside, stated = c["coverage"]
+        coverage = f"{inside} of {stated}" if stated else ""
         shrinkage = "" if c["shrinkage"] is None else f"{c['shrinkage']:.3f}"
         limit = "" if c["detectable"] is None else f"{c['detectable']:.2g}"
         lines.append(
-            f"| {c['kind']} | {share[0]} | {share[1]} | {', '.join(c['answered'])} | "
-            f"{shrinkage} | {share[2]} | {limit} |"
+            f"| {c['kind']} | {found} | {', '.join(c['answered'])} | {shrinkage} | {coverage} | {limit} |"
         )
     wrong = [
         r

@@ -18,6 +18,7 @@ from analysis.blind.plant import NOISE_KINDS, Outline, Series, outline_series, r
 from ovines.errors import InputError
 
 LARGE, SMALL = 1.0, 0.35
+BOTH_SIZES = (LARGE, SMALL)
 # Shares of a trial; the issue asks for at least 60 series without effect beside every effect at two sizes.
 SHARES = {"listed": 0.46, "none": 0.28, "unknown": 0.15, "pair": 0.11}
 # Filmed cases: what shows in three runs and needs no camera other than the one that is calibrated.
@@ -47,11 +48,11 @@ PAIRS = (
 )
 
 
-def _decks(kinds: tuple[str, ...]) -> dict[str, list[tuple[str, float]]]:
+def _decks(kinds: tuple[str, ...], sizes: tuple[float, ...]) -> dict[str, list[tuple[str, float]]]:
     """What each group deals out; `kinds` restricts them to "none", "listed", "unknown", "pair" or names of
     causes."""
     full = {
-        "listed": [(c.name, size) for c in LISTED for size in (LARGE, SMALL)],
+        "listed": [(c.name, size) for c in LISTED for size in sizes],
         "none": [("none", LARGE)],
         "unknown": [(c.name, LARGE) for c in UNLISTED],
         "pair": [(pair, LARGE) for pair in PAIRS],
@@ -66,19 +67,19 @@ def _decks(kinds: tuple[str, ...]) -> dict[str, list[tuple[str, float]]]:
             f"choose among {', '.join(sorted(CAUSES))}",
         )
     decks = {group: deck for group, deck in full.items() if group in kinds}
-    named = [(kind, size) for kind in kinds if kind not in full for size in (LARGE, SMALL)]
+    named = [(kind, size) for kind in kinds if kind not in full for size in sizes]
     return decks | ({"named": named} if named else {})
 
 
 def plan_cases(
-    count: int, rng: np.random.Generator, kinds: tuple[str, ...] = ()
+    count: int, rng: np.random.Generator, kinds: tuple[str, ...] = (), sizes: tuple[float, ...] = BOTH_SIZES
 ) -> list[tuple[str, float, str]]:
     """Kind, size and noise of `count` cases, in random order.
 
     Groups get their shares of the trial (equal ones with `kinds`) as evenly as whole numbers allow;
     within a group everything occurs once before anything occurs twice, and the noise kinds take turns.
     """
-    decks = _decks(kinds)
+    decks = _decks(kinds, sizes)
     weight = np.array([1.0 if kinds else SHARES[group] for group in decks])
     cumulated = np.round(np.concatenate([[0.0], np.cumsum(weight / weight.sum())]) * count).astype(int)
     plan = []
@@ -92,13 +93,18 @@ def plan_cases(
 
 
 def outlines(
-    count: int, seed: int, kinds: tuple[str, ...] = (), runs: int = 12, filmed: int = 0
+    count: int,
+    seed: int,
+    kinds: tuple[str, ...] = (),
+    runs: int = 12,
+    filmed: int = 0,
+    sizes: tuple[float, ...] = BOTH_SIZES,
 ) -> Iterator[Outline]:
     """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines.
     Each truth carries
     a salt so that
     its hash cannot be guessed from the few causes there are."""
-    plan = plan_cases(count, np.random.default_rng([seed, 0]), kinds)
+    plan = plan_cases(count, np.random.default_rng([seed, 0]), kinds, sizes)
     film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
     plan += [(FILMED[film[i % len(FILMED)]], LARGE, "image") for i in range(filmed)]
     for index, (kind, size, noise) in enumerate(plan):
@@ -140,13 +146,14 @@ def make_trial(
     progress: Callable[[str], None] = lambda _: None,
     filmed: int = 0,
     film: Callable[[Series, Outline, Path], None] | None = None,
+    sizes: tuple[float, ...] = BOTH_SIZES,
 ) -> None:
     """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks. The
     manifest with every hash stands before the first series is written."""
     if (folder / "manifest.json").exists():
         raise InputError(f"{folder} already holds a trial", "an empty or new folder", "choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = list(outlines(count, seed, kinds, runs, filmed))
+    drawn = list(outlines(count, seed, kinds, runs, filmed, sizes))
     cases = [{"case": outline.truth["case"], "truth_sha256": truth_hash(outline.truth)} for outline in drawn]
     manifest = {
         "format": 1,
@@ -155,6 +162,7 @@ def make_trial(
         "runs": runs,
         "filmed": filmed,
         "sealed": sealed,
+        "sizes": list(sizes),
     }
     temporary = folder / "manifest.json.part"
     temporary.write_text(json.dumps(manifest, indent=1))
@@ -188,9 +196,12 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict]:
         if seed is None:
             raise InputError("a sealed trial without its seed", "the seed it was made with", "give --seed")
         filmed = manifest["filmed"]
-        made = outlines(
-            len(manifest["cases"]) - filmed, seed, tuple(manifest["kinds"]), manifest["runs"], filmed
+        count, kinds, sizes = (
+            len(manifest["cases"]) - filmed,
+            tuple(manifest["kinds"]),
+            tuple(manifest["sizes"]),
         )
+        made = outlines(count, seed, kinds, manifest["runs"], filmed, sizes)
         truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
     else:
         truths = {

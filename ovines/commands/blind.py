@@ -28,6 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument(
         "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
     )
+    make.add_argument(
+        "--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)"
+    )
     make.add_argument("--runs", type=int, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
@@ -61,8 +64,25 @@ def _make(args: argparse.Namespace) -> int:
             f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers"
         )
     kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
+    try:
+        sizes = tuple(float(size) for size in args.sizes.split(","))
+    except ValueError:
+        sizes = ()
+    if not sizes or min(sizes) <= 0:
+        raise InputError(
+            f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35"
+        )
     trial.make_trial(
-        args.folder, args.cases, args.seed, kinds, args.seal, args.runs, _say, args.rendered, film_series
+        args.folder,
+        args.cases,
+        args.seed,
+        kinds,
+        args.seal,
+        args.runs,
+        _say,
+        args.rendered,
+        film_series,
+        sizes,
     )
     return 0
 

@@ -10,6 +10,7 @@ import pytest
 from analysis.blind import score, score_report, trial
 from analysis.blind.intervals import wilson
 from analysis.blind.listed_causes import LISTED
+from analysis.blind.score_parameters import missed_above_limit
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -21,6 +22,8 @@ def test_plan_covers_everything_once_before_twice():
     assert {(c.name, s) for c in LISTED for s in (1.0, 0.35)} <= set(kinds)
     assert {noise for kind, _, noise in plan if kind == "none"} == {"white", "ar1", "warp"}
     assert plan == trial.plan_cases(90, np.random.default_rng(0))
+    swept = trial.plan_cases(8, np.random.default_rng(0), ("table_tilt",), (1.0, 0.5, 0.2, 0.1))
+    assert sorted(size for _, size, _ in swept) == [0.1, 0.1, 0.2, 0.2, 0.5, 0.5, 1.0, 1.0]
 
 
 def test_plan_refuses_a_kind_nobody_knows():
@@ -90,7 +93,7 @@ def test_perfect_answers_meet_every_goal_but_the_coverage():
     assert unmet == ["90 % intervals holding the true size"]  # all of them hold it: intervals too wide
     assert figures["false alarms"].value == 0.0
     tilt = next(c for c in score.per_cause(rows, answers) if c["kind"] == "table_tilt")
-    assert tilt["large"][0] == tilt["large"][1] >= 1 and tilt["detectable"] == 4e-3
+    assert tilt["found"]["1"][0] == tilt["found"]["1"][1] >= 1 and tilt["detectable"] == 4e-3
 
 
 def test_answering_none_always_fails_where_it_should():
@@ -134,6 +137,22 @@ def test_angles_are_compared_on_the_circle():
         "parameters": {"wall_ellipticity": {"direction_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}
     }
     assert [c["inside"] for c in score.parameter_checks(truth, answer)] == [True]
+
+
+def test_a_miss_counts_against_the_stated_limit():
+    truth = {
+        "effects": ["table_tilt"],
+        "parameters": {"table_tilt": {"tilt_rad": 6e-3, "direction_rad": 1.0}},
+    }
+    answer = {"verdict": "none", "detectable": {"table_tilt": {"parameter": "tilt_rad", "size": 4e-3}}}
+    assert missed_above_limit(truth, answer) is True
+    answer["detectable"]["table_tilt"]["size"] = 8e-3
+    assert missed_above_limit(truth, answer) is False
+    assert missed_above_limit(truth, {"verdict": "effect", "detectable": {}}) is None
+    scale = {"effects": ["length_scale_error"], "parameters": {"length_scale_error": {"scale": 0.996}}}
+    for size in (0.003, 1.003, 0.997):
+        stated = {"length_scale_error": {"parameter": "scale", "size": size}}
+        assert missed_above_limit(scale, {"verdict": "none", "detectable": stated}) is True
 
 
 def test_wilson_interval_against_its_known_values():
