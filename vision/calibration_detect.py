@@ -35,6 +35,11 @@ class View:
     marker_px: float = float("nan")
     discs: Array | None = None
 
+    def only(self, chosen: NDArray[np.bool_]) -> View:
+        """The view with the chosen points."""
+        return View(self.name, self.points[chosen], self.uv_px[chosen], self.sd_px[chosen], self.marker_px,
+                    None if self.discs is None else self.discs[chosen])
+
 
 def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
     """Points of ``board`` in a grey image; a view without points when it is not there.  Never raises for content."""
