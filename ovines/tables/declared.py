@@ -150,6 +150,39 @@ TABLES: dict[str, Table] = {
             ),
             key=("parameter",),
         ),
+        Table(
+            "flights_ahead", "flight predicted from the impact before it",
+            (
+                number("start_s", "the impact before"), number("end_s", "the impact after"),
+                integer("frames", "frames compared"), number("rms_m", "RMS distance of measured from simulated places"),
+                number("end_m", "distance at the last frame"),
+                maybe("angle_rms_rad", "RMS difference of the angles"),
+            ),
+            key=("start_s",),
+        ),
+        Table(
+            "impacts_ahead", "impact predicted from what was measured before it",
+            (
+                integer("impact", "number of the impact, from 0"), number("time_s", "instant of the contact"),
+                *(
+                    maybe(f"{simulated}{name}", f"{name.replace('_', ' ')}, {'simulated' if simulated else 'measured'}")
+                    for simulated in ("", "simulated_")
+                    for name in ("normal_speed_after_m_per_s", "tangential_speed_after_m_per_s", "spin_after_rad_per_s")
+                ),
+            ),
+            key=("impact",),
+        ),
+        Table(
+            "run_statistics", "quantity of the whole run",
+            (
+                text("quantity", "name of the quantity"), number("measured", "median (the rate itself)"),
+                number("simulated", "median of the simulated runs' medians"),
+                number("low", "5 % of the simulated runs"), number("high", "95 % of the simulated runs"),
+                number("p", "share of simulated runs at least as far from their median"),
+                maybe("ks", "Kolmogorov-Smirnov distance of the values"),
+            ),
+            key=("quantity",),
+        ),
         Table("simulation", "time sample", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
         Table(
             "predictions", "held-out run, frame, quantity",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +15,9 @@ from analysis.host_motion import fit_host_motion
 from ovines.commands.simulate import impact_table, motion_table
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
+from ovines.provenance import provenance
 from ovines.recording import read_recording
+from ovines.tables import read_table, write_table
 
 TRUTH = {"restitution": 0.72, "wall_friction": 0.13, "tangential_restitution": 0.49, "floor_friction": 0.2}
 SCENARIO = Scenario(
@@ -133,3 +137,31 @@ def test_missing_speeds_stay_missing(tmp_path, run):
     assert found.impacts["simulated_tangential_speed_after_m_per_s"].isna().all()
     assert found.impacts["simulated_normal_speed_after_m_per_s"].notna().all()
     assert len(one_impact_ahead(impacts.iloc[:0], found.scenario)) == 0
+
+
+def test_the_command(tmp_path, run, browse):
+    motion, impacts, contacts = run
+    folder = tmp_path / "rec"
+    folder.mkdir()
+    recording(folder)
+    results = folder / "results"
+    spans = pd.DataFrame([(n, *span, "contact") for n, span in enumerate(contacts)], columns=["flight", "start_s", "end_s", "kind"])
+    for name, table in (("motion", motion), ("impacts", impacts), ("identification", identified()), ("flights", spans)):
+        write_table(table, name, results / f"{name}.parquet", provenance("test", {}, {}))
+    command = [sys.executable, "-m", "ovines", "compare", str(folder), "--runs", "10"]
+    done = subprocess.run([*command, "--figures"], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "one flight" in done.stdout
+    for name in ("flights_ahead", "impacts_ahead", "run_statistics"):
+        assert len(read_table(results / f"{name}.parquet", name)) > 0
+    assert {"flights_ahead.pdf", "run_distributions.svg"} <= {p.name for p in (results / "figures").iterdir()}
+    first = (results / "compare.html").read_text(encoding="utf-8")
+    seen = browse(first)
+    assert (seen.console, seen.fetched, seen.too_wide, len(seen.pictures)) == ([], [], 0, 3)
+    subprocess.run(command, capture_output=True, timeout=300, check=True)
+    assert (results / "compare.html").read_text(encoding="utf-8") == first  # the seed is an argument, the clock is not
+    (results / "impacts.parquet").unlink()
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert refused.returncode == 2
+    assert "no impacts.parquet" in refused.stderr
+    assert "Traceback" not in refused.stderr
