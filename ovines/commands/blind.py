@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.blind import score, score_report, trial
+from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.errors import InputError
 
@@ -47,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
+    marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -116,14 +118,20 @@ def _score(args: argparse.Namespace) -> int:
     for case, truth in truths.items():
         out = args.folder / "answers" / case
         if not (out / "diagnosis.json").exists():
+            if args.partial:
+                continue
             raise InputError(
-                f"{case} has no answer", "an answer to every case", "run `ovines blind answer` to the end"
+                f"{case} has no answer",
+                "an answer to every case",
+                "run `ovines blind answer` to the end, or score with --partial",
             )
         answers[case] = json.loads((out / "diagnosis.json").read_text())
         clock = out / "seconds.json"
         rows.append(
             score.mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None)
         )
+    if not rows:
+        raise InputError(f"no answers in {args.folder}", "at least one", "run `ovines blind answer` first")
     figures = score.figures_of(rows, np.random.default_rng(0))
     causes = score.per_cause(rows, answers)
     result = {
@@ -133,7 +141,10 @@ def _score(args: argparse.Namespace) -> int:
         "cases": [asdict(r) for r in rows],
     }
     (args.folder / "score.json").write_text(json.dumps(result, indent=1))
-    text = score_report.markdown(figures, causes, rows, f"ovines blind score {args.folder.name}")
+    told = (
+        f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
+    )
+    text = score_report.markdown(figures, causes, rows, told)
     (args.folder / "score.md").write_text(text)
     score_report.confusion_picture(rows, args.folder / "confusion.png")
     print(text)

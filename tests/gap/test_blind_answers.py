@@ -1,0 +1,60 @@
+"""Answering a trial: can be interrupted; the short version of the whole trial with the real diagnosis."""
+
+import argparse
+import json
+
+import pytest
+
+from ovines.commands import blind
+
+
+def _run(*arguments):
+    parser = argparse.ArgumentParser()
+    blind.add_arguments(parser)
+    return blind.run(parser.parse_args([str(a) for a in arguments]))
+
+
+def test_answering_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    _run("make", tmp_path / "t", "--cases", 2, "--seed", 3, "--runs", 1, "--kinds", "none")
+    asked = []
+
+    def answer(series, out):
+        asked.append(series.name)
+        assert (series / "run-01" / "tracks.parquet").exists()
+        if len(asked) == 2:
+            raise KeyboardInterrupt
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "diagnosis.json").write_text(
+            json.dumps({"verdict": "none", "effects": [], "equivalent": [], "stage": None})
+        )
+
+    monkeypatch.setattr(blind, "_diagnose", answer)
+    with pytest.raises(KeyboardInterrupt):
+        _run("answer", tmp_path / "t")
+    assert _run("score", tmp_path / "t", "--partial") == 0
+    assert _run("answer", tmp_path / "t") == 0
+    assert asked == ["case-001", "case-002", "case-002"]
+    assert _run("score", tmp_path / "t") == 0
+    figures = {f["name"]: f for f in json.loads((tmp_path / "t" / "score.json").read_text())["figures"]}
+    assert figures["false alarms"]["n"] == 2 and figures["false alarms"]["value"] == 0.0
+
+
+@pytest.mark.long
+def test_short_trial_with_the_real_diagnosis(tmp_path):
+    """Nine sealed cases of large size: four without effect, four listed causes, one unknown. One may go wrong."""
+    pytest.importorskip("ovines.commands.diagnose")
+    trial = tmp_path / "trial"
+    kinds = "none,table_tilt,speed_dependent_restitution,wall_ellipticity,camera_clock_offset,unknown_central"
+    assert _run("make", trial, "--cases", 9, "--seed", 17, "--kinds", kinds, "--sizes", "1", "--seal") == 0
+    assert _run("answer", trial) == 0
+    assert _run("score", trial, "--seed", 17) == 0
+    cases = json.loads((trial / "score.json").read_text())["cases"]
+    right = [
+        c["verdict"] == "none"
+        if c["group"] == "none"
+        else c["verdict"] == "unknown"
+        if c["group"] == "unknown"
+        else c["first_right"]
+        for c in cases
+    ]
+    assert len(right) == 9 and sum(right) >= 8
