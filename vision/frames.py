@@ -88,7 +88,7 @@ def _listed(numbers: list[int]) -> str:
 def _by_number(files: list[Path]) -> dict[int, Path]:
     digits = [re.findall(r"\d+", path.stem) for path in files]
     numbers = [int(found[-1]) if found else -1 for found in digits]
-    if min(numbers) < 0 or any(b <= a for a, b in zip(numbers, numbers[1:], strict=False)):
+    if min(numbers) < 0 or np.any(np.diff(numbers) <= 0):
         numbers = list(range(len(files)))
     elif len(files) > 1:  # names that count in steps (time stamps) say nothing about gaps
         step = int(np.median(np.diff(numbers)))

@@ -62,10 +62,8 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     sources, notes = open_sources(recording)
     total = len(set().union(*(source.numbers() for source in sources)))
     tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes)
-    done = 0
-    for frame, images in stream(sources, notes):
+    for done, (frame, images) in enumerate(stream(sources, notes), start=1):
         tracker.step(frame, images)
-        done += 1
         if progress:
             progress(done, total)
     return tracker.finish(recording)
@@ -81,11 +79,13 @@ class Tracker:
         self.host_radius_m = _host_radius(recording)
         self.kept: list[list[np.ndarray]] = [[] for _ in cameras]
         self.tried_ground = 0
+        self.first_frame: int | None = None
         self.pool = ThreadPoolExecutor(2)
 
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Follow all bodies into one more frame."""
         layout = self.layout
+        self.first_frame = frame if self.first_frame is None else self.first_frame
         self._discs: dict[tuple[int, tuple | None], np.ndarray] = {}
         working = []
         for eye, image in zip(self.eyes, images, strict=True):
@@ -134,8 +134,8 @@ class Tracker:
                 - eye.n_seen[body])
 
     def _due(self, eye: Eye, body: int, frame: int) -> bool:
-        lost = eye.lost(body, frame)
-        return lost < 8 or frame % _TRY_EVERY == 0
+        """Whether a lost body is worth a search now: at once, then from time to time."""
+        return min(eye.lost(body, frame), frame - self.first_frame) < 8 or frame % _TRY_EVERY == 0
 
     def _search_beside(self, body: int, frame: int, images: list, seen_by: int, i: int, good: list[int]) -> None:
         """One camera has the body: look near that pose in the other."""
