@@ -17,6 +17,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 import ovines
 import ovines.commands
 from ovines.errors import InputError
+from ovines.system_library import missing_library
 
 ORDER = (
     "run",
@@ -80,17 +81,6 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # `ovines check ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-
-
-def missing_library(error: ImportError) -> str | None:
-    """One line for a system library that OpenCV needs and the machine lacks; None for any other ImportError."""
-    text = str(error)
-    if ".so" not in text or "cannot open shared object" not in text:
-        return None
-    library = text.split(":")[0]
-    return (
-        f"OpenCV needs the system library {library}: install it, e.g. `apt-get install libgl1 libglib2.0-0`"
-    )
 
 
 if __name__ == "__main__":

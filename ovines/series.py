@@ -15,6 +15,7 @@ from tqdm import tqdm
 from ovines.errors import InputError
 from ovines.recording import read_recording, series_folders
 from ovines.running import Progress, locked, run_stages
+from ovines.system_library import missing_library
 
 Status = Literal["done", "refused", "failed"]
 
@@ -57,7 +58,7 @@ def is_recording(folder: Path) -> bool:
 
 
 def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) -> Outcome:
-    """Run one recording and say how it ended; no exception leaves here."""
+    """Run one recording and say how it ended; only a broken installation raises."""
     try:
         with _bar(folder.name, bars) as progress:
             done = run_stages(read_recording(folder), out, only, force, progress)
@@ -66,6 +67,10 @@ def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) 
         return Outcome(folder, out, "refused", message=str(error))
     except OSError as error:
         return _no_room(folder, out, error)
+    except ImportError as error:
+        if (line := missing_library(error)) is None:
+            raise
+        return Outcome(folder, out, "refused", message=line)
     except Exception:  # noqa: BLE001  our bug: kept with its traceback, for this recording alone
         return Outcome(folder, out, "failed", message=traceback.format_exc())
 

@@ -110,7 +110,10 @@ class Truth:
 
 
 def bouncing_motion(frames: int, rate_hz: float, restitution: float = 0.72) -> pd.DataFrame:
-    """A disk of 10 mm that bounces without friction in a ring of 50 mm at rest: straight flights, exact instants."""
+    """A disk of 10 mm that bounces without friction in a ring of 50 mm at rest: straight flights, exact instants.
+
+    Keep below 0.5 s: the normal speed falls by the restitution at each bounce, and the bounces crowd together.
+    """
     reach = 0.04
     position, velocity, now = np.array([0.0, 0.013]), np.array([1.9, 0.35]), 0.0
     legs = []
