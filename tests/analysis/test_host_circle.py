@@ -98,7 +98,7 @@ def test_least_squares_beats_the_mean_of_three_marker_circles():
     noisy = circle_points(np.zeros((5000, 3)), 0.05, 0.0, np.array([0.1, 0.9, 2.5, 4.0]), rng, 3e-5)
     from itertools import combinations
     mean = np.mean([circle_through(*(noisy[:, i] for i in triple))[0] for triple in combinations(range(4), 3)], axis=0)
-    fit, radius, residual = fit_circles(noisy)
+    fit, _, residual = fit_circles(noisy)
     for estimate in (mean, fit):
         error = estimate[:, :2].mean(0) / (estimate[:, :2].std(0) / np.sqrt(len(noisy)))
         assert np.abs(error).max() < 4

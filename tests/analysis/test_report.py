@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 
 from analysis.report import write_report
+from analysis.report.calibration_report import write_calibration_report
 from analysis.report.differences import compare_methods, host_acceleration, in_words
 from analysis.report.series_report import write_series_report
 from analysis.series_trend import weighted_trend
@@ -222,3 +224,32 @@ def test_a_report_takes_seconds(tmp_path):
     start = time.process_time()
     write_report(folder, rig)
     assert time.process_time() - start < 8
+
+
+CALIBRATION = {"format": 1, "world": "board", "cameras": [
+    {"name": "VW<1>", "sensor_size_px": [4096, 3072], "matrix": [[6300, 0, 2000], [0, 6300, 1500], [0, 0, 1]], "distortion": [0] * 5,
+     "rotation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "translation_m": [0, 0, 1.2], "rms_px": 0.2}]}
+
+
+def test_calibration_report(tmp_path, browse):
+    """An RMS of 0.2 px with fx known to 3 % is weak, and the page says so."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (folder / "calibration.json").write_text(json.dumps(CALIBRATION), encoding="utf-8")
+    views = pd.DataFrame({"camera": "VW<1>", "view": [f"v{n}.png" for n in range(12)], "points": 20, "used": [True] * 11 + [False], "rms_px": 0.2,
+                          "reason": [None] * 11 + ["board <blurred>"]})
+    for sd, answer in ((2.0, "Good"), (189.0, "Fair")):
+        parameters = pd.DataFrame({"camera": "VW<1>", "parameter": ["fx", "fy"], "value": 6300.0, "sd": sd})
+        write_table(views, "calibration_views", folder / "calibration_views.parquet", provenance("test", {}, {}))
+        write_table(parameters, "calibration_parameters", folder / "calibration_parameters.parquet", provenance("test", {}, {}))
+        page = write_calibration_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")
+        assert f"</span>{answer}" in page
+        assert "(6300.0 ± 2.0) px" in page if sd == 2.0 else "known to 3.0 % only" in page
+    seen = browse(page)
+    assert (seen.console, seen.fetched, seen.too_wide, len(seen.pictures)) == ([], [], 0, 1)
+    assert "VW<1>" not in page
+    assert "board &lt;blurred&gt;" in page
+    (folder / "calibration.json").unlink()
+    for table in folder.glob("*.parquet"):
+        table.unlink()
+    assert "No calibration" in write_calibration_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")

@@ -14,7 +14,6 @@ from analysis.thesis_impacts import (
     tangential_error,
     thesis_identification,
     thesis_impacts,
-    usable,
 )
 from ovines.recording import read_recording
 from ovines.tables import checked
@@ -81,7 +80,7 @@ def test_noise_alone_is_no_impact(tmp_path):
 
 def test_long_gaps_are_left_out_and_short_ones_bridged(tmp_path):
     motion, times = bouncing(0.9)
-    middle = int(round(times[2] * RATE_HZ))
+    middle = round(times[2] * RATE_HZ)
     holes = motion.copy()
     holes.loc[middle - 10:middle + 10, ["nes_x_m", "nes_y_m"]] = np.nan
     holes.loc[200, ["nes_x_m", "nes_y_m"]] = np.nan
