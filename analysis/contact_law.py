@@ -1,0 +1,177 @@
+"""Luding's law from measured impacts: restitution with its scatter, wall friction, tangential restitution.
+
+Three residuals per impact.  Normal: ``v_n' - eps v_n``.  Tangential, with the *measured* normal impulse: the tangential impulse per
+mass against ``min((1 + beta_0) |v_t| / (1 + 1/q), mu_c j_n)``.  Angular: ``q R d(omega) - j_t``, free of all parameters.
+(Thesis eqs 88-107, with ERRATA; a heavy Host, M_H >> M_N.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from analysis.impacts import QUANTITIES, Impacts
+
+Array = NDArray[np.float64]
+_AT = {name: i for i, name in enumerate(QUANTITIES)}
+# Velocity errors that the flights' covariance does not hold: neighbouring lens residual, wall normal; m/s.
+SPEED_FLOOR_M_PER_S = 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class LawData:
+    """The K usable impacts of a series: approach and leaving speeds, impulses per mass (m/s), sds, and what they may go with.
+
+    ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
+    ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.
+    """
+
+    before: Array
+    after: Array
+    slip: Array
+    normal_impulse: Array
+    tangential_impulse: Array
+    angular: Array
+    normal_sd: Array
+    tangential_sd: Array
+    angular_sd: Array
+    spin: Array
+    run: NDArray[np.int64]
+    time_s: Array
+    azimuth_rad: Array
+    host_angle_rad: Array
+    drive_rad: Array
+    index: NDArray[np.int64]
+    inertia_factor: float
+
+    def __len__(self) -> int:
+        return len(self.before)
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Fitted law: values, the log-likelihood pieces, and residuals (K,) of the three statements."""
+
+    restitution: float
+    scatter: float
+    wall_friction: float
+    tangential_restitution: float
+    normal_misfit: float
+    tangential_misfit: float
+    tangential_scatter: float
+
+
+def law_data(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia_factor: float) -> LawData:
+    """The contact law's view of measured impacts (``used`` selects them)."""
+    at = np.flatnonzero(used)
+    v, c = impacts.value[at], impacts.covariance[at]
+    share = 1 + 1 / inertia_factor
+    # Rows of the linear maps from the eight quantities to the impulses; their variances follow.
+    normal = _row({"normal_before": 1.0, "normal_after": 1.0})
+    tangential = _row({"tangential_after": 1 / share, "tangential_before": -1 / share})
+    angular = _row({"spin_after": inertia_factor * radius_m, "spin_before": -inertia_factor * radius_m}) - tangential
+
+    def sd(row: Array) -> Array:
+        return np.sqrt(np.einsum("i,kij,j->k", row, c, row) + SPEED_FLOOR_M_PER_S**2)
+
+    m = impacts.meetings
+    return LawData(v[:, 0], v[:, 1], v[:, 2], v @ normal, v @ tangential, v @ angular,
+                   np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + SPEED_FLOOR_M_PER_S**2), sd(tangential), sd(angular), v[:, 4], m.run[at],
+                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], at, inertia_factor)
+
+
+def _row(entries: dict[str, float]) -> Array:
+    row = np.zeros(len(QUANTITIES))
+    for name, value in entries.items():
+        row[_AT[name]] = value
+    return row
+
+
+def predicted_tangential(data: LawData, wall_friction: Array | float, tangential_restitution: Array | float) -> Array:
+    """Tangential impulse per mass (K,) of Luding's law with the measured normal impulse."""
+    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
+    slide = wall_friction * data.normal_impulse
+    return -np.sign(data.slip) * np.minimum(stick, slide)
+
+
+def sticks(data: LawData, wall_friction: float, tangential_restitution: float) -> NDArray[np.bool_]:
+    """Which impacts stick (inform tangential restitution); the others slide (inform wall friction)."""
+    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
+    return stick <= wall_friction * data.normal_impulse
+
+
+def fit_restitution(data: LawData, design: Array | None = None, prior: float = 0.0) -> tuple[Array, Array, float, float]:
+    """Restitution as a linear function of ``design`` (K, P; a column of ones by default), its scatter by maximum likelihood.
+
+    ``v_n' = (design . c) v_n`` with variance ``normal_sd^2 + (scatter v_n)^2``.  Returns coefficients, covariance, scatter and
+    -2 log L.  Gross outliers are clipped (5 sd).
+    """
+    x = np.ones((len(data), 1)) if design is None else design
+    scatter = 0.02
+    clip = np.ones(len(data))
+    value = np.inf
+    for _ in range(30):
+        variance = data.normal_sd**2 + (scatter * data.before) ** 2
+        a = x * data.before[:, None]
+        w = clip / variance
+        covariance = np.linalg.pinv((a * w[:, None]).T @ a + prior * np.eye(x.shape[1]), hermitian=True)
+        c = covariance @ ((a * w[:, None]).T @ data.after)
+        r = data.after - a @ c
+        z = np.abs(r) / np.sqrt(variance)
+        clip = np.minimum(1.0, 5.0 / np.maximum(z, 1e-9))
+        # Fixed point of the likelihood in the scatter (expectation-maximisation of a variance component).
+        b2 = data.before**2
+        posterior = scatter**2 * b2 / variance
+        second = (posterior * r) ** 2 * clip + posterior * data.normal_sd**2
+        new = float(np.sqrt(max(np.sum(second / b2 * (b2 / variance)) / np.sum(b2 / variance), 1e-12)))
+        value = float(np.sum(clip * r**2 / variance + np.log(variance)))
+        if abs(new - scatter) < 1e-7:
+            break
+        scatter = new
+    return c, covariance, scatter, value
+
+
+def fit_tangential(data: LawData, friction_design: Array | None = None, start: tuple[float, float] | None = None,
+                   ) -> tuple[Array, float, float, float]:
+    """Wall friction (linear in ``friction_design``) and tangential restitution by robust likelihood from several starts.
+
+    ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried.  Returns (friction coefficients, beta_0, scatter
+    (relative to the normal impulse), -2 log L)."""
+    x = np.ones((len(data), 1)) if friction_design is None else friction_design
+    p = x.shape[1]
+
+    def misfit(theta: Array) -> float:
+        predicted = predicted_tangential(data, x @ theta[:p], theta[p])
+        variance = data.tangential_sd**2 + (np.exp(theta[p + 1]) * data.normal_impulse) ** 2
+        z2 = (data.tangential_impulse - predicted) ** 2 / variance
+        return float(np.sum(np.where(z2 < 25, z2, 10 * np.sqrt(z2) - 25) + np.log(variance)))
+
+    starts = [start] if start else [(mu, beta) for mu in (0.08, 0.15, 0.25) for beta in (0.2, 0.5, 0.8)]
+    scored = sorted((misfit(np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(5e-3)]])), mu, beta) for mu, beta in starts)
+    best = None
+    for _, mu, beta in scored[:3]:
+        first = np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(5e-3)]])
+        simplex = np.vstack([first, first + np.diag(np.concatenate([[0.03], np.full(p - 1, 0.02), [0.15, 1.0]]))])
+        found = minimize(misfit, first, method="Nelder-Mead",
+                         options={"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-3, "maxiter": 400 * (p + 2)})
+        if best is None or found.fun < best.fun:
+            best = found
+    return best.x[:p], float(best.x[p]), float(np.exp(best.x[p + 1])), float(best.fun)
+
+
+def fit_law(data: LawData) -> Law:
+    """The nominal law: one restitution with scatter, wall friction, tangential restitution."""
+    (restitution,), _, scatter, normal = fit_restitution(data)
+    (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
+    return Law(float(restitution), scatter, float(friction), beta, normal, tangential, tangential_scatter)
+
+
+def restitution_gain(data: LawData, columns: Sequence[Array]) -> tuple[float, Array, Array]:
+    """Fall of -2 log L when restitution may follow ``columns`` (K,) besides a constant; coefficients and their sd."""
+    base = fit_restitution(data)[3]
+    c, covariance, _, value = fit_restitution(data, np.column_stack([np.ones(len(data)), *columns]))
+    return base - value, c[1:], np.sqrt(np.diag(covariance))[1:]

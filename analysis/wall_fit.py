@@ -1,0 +1,89 @@
+"""Fit of the wall to the contact distances: which terms, how far, and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.impacts import Impacts, Meetings, measure
+from analysis.wall import WALL_TERMS, Wall, moved, wall_design
+
+Array = NDArray[np.float64]
+
+# Model error of a contact distance beyond the cameras' noise (flight model, lens residual), m.
+DISTANCE_FLOOR_M = 2e-6
+#: impacts slower than this tell little of the wall and less of the law
+SLOWEST_M_PER_S = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class WallFit:
+    """``wall``, the ``impacts`` seen with it, ``residual_m`` of the contact distance, ``scatter_m`` (robust), ``used`` mask,
+    ``extra`` coefficients of further regressors, ``covariance`` of (terms, extra)."""
+
+    wall: Wall
+    impacts: Impacts
+    residual_m: Array
+    scatter_m: float
+    used: NDArray[np.bool_]
+    terms: tuple[str, ...]
+    estimate: Array
+    covariance: Array
+    chi_square: float
+
+
+def usable(impacts: Impacts) -> NDArray[np.bool_]:
+    """Impacts that approach faster than :data:`SLOWEST_M_PER_S`, leave, and are known better than their own size."""
+    before, after = impacts.of("normal_before"), impacts.of("normal_after")
+    return (before > SLOWEST_M_PER_S) & (after > 0) & (impacts.sd("normal_before") < 0.2 * before) & (impacts.sd("radius") < 5e-4)
+
+
+def fit_wall(meetings: Meetings, start: Wall, terms: Sequence[str], prior_sd: Mapping[str, float] | None = None,
+             extra: Array | None = None, rounds: int = 5) -> WallFit:
+    """Robust least squares of the contact distance in the given :data:`WALL_TERMS`.
+
+    ``prior_sd`` (m, or 1 for the ellipse) draws a term to ``start``; ``extra`` (K, E) are further regressors whose coefficients
+    are fitted along (for instance the approach speed, which a contact of finite duration adds).  The scatter found becomes the
+    weight, never below the cameras' noise.
+    """
+    at = [WALL_TERMS.index(t) for t in terms]
+    n_extra = 0 if extra is None else extra.shape[1]
+    wall, coefficients = start, np.zeros(n_extra)
+    start_vector = _vector(start)
+    prior = np.array([1 / (prior_sd or {}).get(t, np.inf) ** 2 for t in terms] + [0.0] * n_extra)
+    for _ in range(rounds):
+        impacts = measure(meetings, wall)
+        used = usable(impacts)
+        residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+        if n_extra:
+            residual = residual - extra @ coefficients
+        design = wall_design(impacts.azimuth_rad, meetings.host[:, 3], impacts.body_rad, wall.contact_radius_m)[:, at]
+        if n_extra:
+            design = np.column_stack([design, extra])
+        sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(residual[used] / sd[used])))) if used.any() else 1.0
+        z = residual / (sd * scale)
+        weight = np.where(used, 1 / (sd * scale * np.sqrt(1 + (z / 3) ** 2)), 0.0)
+        normal = (design * weight[:, None]).T @ (design * weight[:, None]) + np.diag(prior)
+        pull = prior * np.concatenate([(start_vector - _vector(wall))[at], -coefficients * 0.0])
+        covariance = np.linalg.pinv(normal, hermitian=True)
+        step = covariance @ ((design * weight[:, None]).T @ (residual * weight) + pull)
+        full = np.zeros(len(WALL_TERMS))
+        full[at] = step[:len(at)]
+        wall = moved(wall, full)
+        coefficients = coefficients + step[len(at):]
+    impacts = measure(meetings, wall)
+    residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad) - (extra @ coefficients if n_extra else 0.0)
+    used = usable(impacts)
+    scatter = 1.4826 * float(np.median(np.abs(residual[used]))) if used.any() else float("nan")
+    sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+    chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, 25.0))) if used.any() else 0.0
+    return WallFit(wall, impacts, residual, scatter, used, tuple(terms), np.concatenate([_vector(wall)[at], coefficients]),
+                   covariance, chi)
+
+
+def _vector(wall: Wall) -> Array:
+    return np.concatenate([[wall.contact_radius_m], wall.centre_m, wall.disk_m, wall.ellipse])
