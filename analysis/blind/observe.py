@@ -1,5 +1,4 @@
-"""How the plant is seen: two cameras with their errors, noise, gaps and outliers, down to `tracks.parquet`.
-How the plant is seen: two cameras with their errors, noise, gaps and outliers, down to `tracks.parquet`."""
+"""How the plant is seen: two cameras with their errors, noise, gaps and outliers, down to the tracks."""
 
 from dataclasses import dataclass
 

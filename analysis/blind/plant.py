@@ -30,8 +30,7 @@ __all__ = ["Outline", "Series", "make_series", "outline_series", "run_outline", 
 
 @dataclass(frozen=True)
 class Outline:
-    """Everything that is drawn before a run is simulated; `truth` is complete but for the count of impacts.
-    Everything that is drawn before a run is simulated; `truth` is complete but for the count of impacts."""
+    """All that is drawn before a run is simulated; `truth` is complete but for the count of impacts."""
 
     truth: dict
     draft: Draft

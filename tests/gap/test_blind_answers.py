@@ -41,7 +41,7 @@ def test_answering_goes_on_where_it_stopped(tmp_path, monkeypatch):
 
 @pytest.mark.long
 def test_short_trial_with_the_real_diagnosis(tmp_path):
-    """Nine sealed cases of large size: four without effect, four listed causes, one unknown. One may go wrong."""
+    """Nine sealed cases, large sizes: four without effect, four listed, one unknown. One may go wrong."""
     pytest.importorskip("ovines.commands.diagnose")
     trial = tmp_path / "trial"
     kinds = "none,table_tilt,speed_dependent_restitution,wall_ellipticity,camera_clock_offset,unknown_central"
