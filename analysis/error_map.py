@@ -66,7 +66,7 @@ def error_map(impacts: pd.DataFrame, restitution: float, inertia_factor: float, 
               tangential_restitution: ArrayLike | None = None, default_sd_m_per_s: float = 0.02) -> ErrorMap | None:
     """Joint likelihood map of the impacts with tangential speeds on both sides; None where there is none.
 
-    Each residual is v_theta measured minus predicted (Luding law) over its sd: the measured sd after, the sd before
+    ``restitution`` stands in where an impact's own is missing.  Each residual is v_theta measured minus predicted (Luding law) over its sd: the measured sd after, the sd before
     carried through the effective restitution, and a common scatter.  ``default_sd_m_per_s`` stands in for missing sd.  Residuals beyond four sd
     count as four (one wrong impact must not move the map).
     """
@@ -77,7 +77,11 @@ def error_map(impacts: pd.DataFrame, restitution: float, inertia_factor: float, 
         return None
     mu = np.linspace(0, 0.4, 121) if wall_friction is None else np.asarray(wall_friction, float)
     beta = np.linspace(-1, 1, 121) if tangential_restitution is None else np.asarray(tangential_restitution, float)
-    model = predicted_tangential_speed(table, mu[:, None], beta[None, :], restitution, inertia_factor)
+    # The tangential impulse of a sliding impact goes with the normal impulse it had, not with the mean one.
+    after, before = (table[f"normal_speed_{when}_m_per_s"].to_numpy(float) if f"normal_speed_{when}_m_per_s" in table else
+                     np.full(len(table), np.nan) for when in ("after", "before"))
+    measured = np.where(np.isfinite(after), np.clip(after / before, 0.0, 1.5), restitution)
+    model = predicted_tangential_speed(table, mu[:, None], beta[None, :], measured, inertia_factor)
     residual = table["tangential_speed_after_m_per_s"].to_numpy(float)[:, None, None] - model
     sd = np.hypot(_sd(table, "after", default_sd_m_per_s), 0.5 * _sd(table, "before", default_sd_m_per_s))[:, None, None]
     scatter = 0.0

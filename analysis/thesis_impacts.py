@@ -158,17 +158,19 @@ def _levers(recording: Recording) -> tuple[float, float]:
 
 
 def predicted_tangential_speed(table: pd.DataFrame, wall_friction: ArrayLike, tangential_restitution: ArrayLike,
-                               restitution: float, inertia_factor: float) -> Array:
+                               restitution: ArrayLike, inertia_factor: float) -> Array:
     """v_theta after an impact by the Luding law, eqs (91)-(95) with a heavy Host: shape (n_impacts, *grid).
 
-    ``wall_friction`` and ``tangential_restitution`` broadcast against each other to the grid.
+    ``wall_friction`` and ``tangential_restitution`` broadcast against each other to the grid; ``restitution`` is one number or one per
+    impact (the measured one: then the normal impulse is the measured one too).
     """
     mu, beta_0 = np.broadcast_arrays(np.asarray(wall_friction, float), np.asarray(tangential_restitution, float))
     shape = (len(table),) + (1,) * mu.ndim
     v_t = table["tangential_speed_before_m_per_s"].to_numpy(float).reshape(shape)
     v_n = table["normal_speed_before_m_per_s"].to_numpy(float).reshape(shape)
     with np.errstate(divide="ignore", invalid="ignore"):
-        beta_1 = -1 + mu * (1 + restitution) * (1 + 1 / inertia_factor) * np.abs(v_n) / np.abs(v_t)
+        impulse = 1 + np.broadcast_to(np.asarray(restitution, float), len(table)).reshape(shape)
+        beta_1 = -1 + mu * impulse * (1 + 1 / inertia_factor) * np.abs(v_n) / np.abs(v_t)
     return -np.minimum(beta_0, beta_1) * v_t
 
 
