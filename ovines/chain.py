@@ -76,7 +76,7 @@ STAGES: tuple[Stage, ...] = (
         "report", "everything above -> one self-contained page",
         reads=("motion.parquet",),
         may_read=(
-            "calibration.json", "calibration_views.parquet", "calibration_parameters.parquet", "frames",
+            "calibration.json", "calibration_views.parquet", "calibration_parameters.parquet", "first frames",
             "tracks.parquet", "points.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet",
             "impacts.parquet", "flights.parquet", "identification.parquet",
         ),
@@ -110,6 +110,8 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
     match artifact:
         case "frames":
             return [path for camera in cameras for path in recording.frame_files(camera)]
+        case "first frames":
+            return [path for camera in cameras for path in recording.frame_files(camera)[:1]]
         case "intrinsic images" | "extrinsic images":
             which = artifact.split()[0]
             return [path for camera in cameras for path in recording.calibration_images(camera, which)]
@@ -125,8 +127,12 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
         case "names.csv":
             candidates = [out / artifact, recording.folder / artifact]
         case _:
-            entry = recording.entry()  # a motion that was brought is handed on by `analyse`, and read from there
-            brought = [recording.folder / artifact] if artifact == f"{entry}.parquet" != "motion.parquet" else []
+            entry = (
+                recording.entry()
+            )  # a motion that was brought is handed on by `analyse`, and read from there
+            brought = (
+                [recording.folder / artifact] if artifact == f"{entry}.parquet" != "motion.parquet" else []
+            )
             candidates = [*brought, out / artifact]
     return [path for path in candidates if path.is_file()][:1]
 
@@ -150,10 +156,10 @@ def inputs_of(one: Stage, recording: Recording, out: Path) -> dict[str, list[Pat
 
 
 def _remedy(artifact: str) -> str:
-    maker = next((one.name for one in STAGES if artifact in one.writes), None)
     if artifact == "calibration.json":
-        return "name it in [calibration] file, or run `ovines calibrate` first"
-    return f"run `ovines {maker}` (or `ovines run`) first" if maker else "check the paths in recording.toml"
+        return "name it in [calibration] file, or give the board images to solve it from"
+    made = any(name in artifact for one in STAGES for name in one.writes)
+    return "run `ovines run` first" if made else "check the paths in recording.toml"
 
 
 def parameters_of(one: Stage, recording: Recording) -> dict[str, Any]:

@@ -63,10 +63,10 @@ def run_stages(
     force: bool = False,
     progress: Callable[[str], Progress] = lambda stage: no_progress,
 ) -> Done:
-    """Bring ``out`` up to date: every stage that the recording needs, or the stage ``only``.
+    """Bring ``out`` up to date: every stage that the recording needs, or those up to the stage ``only``.
 
     A stage runs when an output is missing or the hash of what it reads, of its own parameters or of its code has
-    changed; ``force`` runs it anyway.  Before a stage runs, its outputs and those of the stages after it are
+    changed; ``force`` runs it anyway (with ``only``: that one). Before a stage runs, its outputs and those of the stages after it are
     removed: what stands in a results folder was made from what stands there.
     """
     if out.resolve() == recording.folder.resolve():
@@ -75,14 +75,7 @@ def run_stages(
             "a folder for results",
             "leave --out away, or name another",
         )
-    chosen = [one for one in stages_of(recording) if only in (None, one.name)]
-    if not chosen:
-        raise InputError(
-            f"'{only}' has nothing to do: {recording.folder} enters the chain at {recording.entry()}"
-            + ("" if recording.calibration_file is None else " with a solved calibration"),
-            "a stage after the entry: " + ", ".join(one.name for one in stages_of(recording)),
-            "run one of these",
-        )
+    chosen = _up_to(only, recording)
     done = Done()
     with locked(out):
         remove_unfinished(out)
@@ -91,7 +84,8 @@ def run_stages(
         for one in chosen:
             inputs = inputs_of(one, recording, out)
             state = state_of(one, recording, hash_inputs(inputs, recording.folder))
-            if not force and is_fresh(one, out, state["key"]):
+            forced = force and only in (None, one.name)
+            if not forced and is_fresh(one, out, state["key"]):
                 done.stages[one.name] = "up to date"
                 continue
             _remove_outputs(one, out)
@@ -103,6 +97,23 @@ def run_stages(
             done.notes += work.notes
             done.stages[one.name] = "run"
     return done
+
+
+def _up_to(only: str | None, recording: Recording) -> list[Stage]:
+    """The stages to look at: all, or those up to ``only``; a report is written from what is there."""
+    needed = stages_of(recording)
+    if only is None:
+        return list(needed)
+    names = [one.name for one in needed]
+    if only not in names:
+        raise InputError(
+            f"'{only}' has nothing to do: {recording.folder} enters the chain at {recording.entry()}"
+            + ("" if recording.calibration_file is None else " with a solved calibration"),
+            "a stage after the entry: " + ", ".join(names),
+            "run one of these",
+        )
+    last = names.index(only)
+    return list(needed[last if only == "report" else 0 : last + 1])
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ovines.camera import read_calibration
+from ovines.errors import InputError
 from ovines.first_frame_names import read_names
 from ovines.running import Work
 from ovines.tables import checked, read_table
@@ -44,12 +45,18 @@ def triangulate(work: Work) -> dict[str, Any]:
 
 
 def analyse(work: Work) -> dict[str, Any]:
-    from analysis.motion import motion_from_points
-
     from analysis.host_circle import host_circle
+    from analysis.motion import motion_from_points
     from analysis.rotation import rotation
     from analysis.thesis_impacts import thesis_impacts
 
+    for body in ("host", "nes"):
+        if body not in work.recording.bodies:
+            raise InputError(
+                f"{work.recording.folder}/recording.toml: no [bodies.{body}]",
+                "the Host's wall (inner_radius_m or polygon_m) and the NES' radius_m",
+                "add the section",
+            )
     path = work.path("points.parquet or motion.parquet")
     results: dict[str, Any] = {}
     if path.name == "motion.parquet":
@@ -88,7 +95,7 @@ def report(work: Work) -> dict[str, Any]:
 
 def _first_frames(work: Work) -> dict[str, Any] | None:
     """One grey image per camera to draw the tracks on, where the recording brings frames."""
-    if "frames" not in work.inputs:
+    if "first frames" not in work.inputs:
         return None
     from vision.frames import open_sources, stream
 

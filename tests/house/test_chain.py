@@ -208,6 +208,7 @@ def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
         "intrinsic images",
         "extrinsic images",
         "frames",
+        "first frames",
         "names.csv",
         "trigger.csv",
         "points.parquet or motion.parquet",

@@ -15,7 +15,7 @@ from ovines.__main__ import main
 from ovines.series import run_one, run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
-from tests.conftest import refused, write_small_recording
+from tests.conftest import bouncing_motion, refused, write_small_recording
 
 
 def change_toml(folder, old, new):
@@ -173,6 +173,34 @@ def test_names_with_spaces_and_umlauts(tmp_path, ovines):
     result = ovines("triangulate", folder, "--out", tmp_path / "Ergebnis für ö")
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "Ergebnis für ö" / "points.parquet").is_file()
+
+
+def write_motion_entry(folder, frame, bodies):
+    folder.mkdir(parents=True)
+    pq.write_table(pa.Table.from_pandas(frame), folder / "motion.parquet")
+    (folder / "recording.toml").write_text(
+        f'format = 1\nname = "puck"\n[time]\nframe_rate_hz = 800.0\n{bodies}'
+    )
+
+
+PUCK = "[bodies.host]\npolygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]\n[bodies.nes]\nradius_m = 0.01\n"
+
+
+def test_an_entry_at_motion_needs_no_cameras(tmp_path, ovines):
+    """A puck on its table: no angle, no sd, no markers; null angles and no column at all."""
+    motion = bouncing_motion(150, 800.0).drop(columns="host_angle_rad").assign(nes_angle_rad=None)
+    write_motion_entry(tmp_path / "puck", motion, PUCK)
+    result = ovines("analyse", tmp_path / "puck", "--out", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert read_table(tmp_path / "out" / "motion.parquet", "motion")["nes_x_m"].to_numpy() == pytest.approx(
+        motion["nes_x_m"]
+    )
+    assert ovines("check", tmp_path / "puck").returncode == 0
+
+
+def test_an_entry_at_motion_without_bodies_is_refused(tmp_path, ovines):
+    write_motion_entry(tmp_path / "puck", bouncing_motion(50, 800.0), "")
+    refused(ovines("run", tmp_path / "puck", "--out", tmp_path / "out"), "no [bodies.host]")
 
 
 def test_track_names_are_kept_or_refused(small_recording, tmp_path, ovines):
