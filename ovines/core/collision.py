@@ -114,14 +114,16 @@ def press(t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work
     """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
 
     Spring and damper are those of a half period T with the given restitution (d = -ln(eps)/T); the tangential
-    spring would give beta_0 after T (cos(w T) = -beta_0) and is cut at the Coulomb limit.  Ends when the disk
-    leaves the wall.
+    spring would give beta_0 (cos(w s) = -beta_0) at the time s after which the damper pulls instead of pushing, and
+    is cut at the Coulomb limit.  Ends when the disk leaves the wall.
     """
     span = p[P.CONTACT_DURATION]
     rate = -math.log(max(restitution, 1e-6)) / span
     stiffness = ((math.pi / span) ** 2 + rate * rate) / k_nn
     damping = 2.0 * rate / k_nn
-    tangent = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / span) ** 2 / k_tt
+    omega = math.pi / span
+    pushing = (math.pi - math.atan2(2.0 * rate * omega, omega * omega - rate * rate)) / omega
+    tangent = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / pushing) ** 2 / k_tt
     n = k[P.STATE_SIZE]
     h = span / 250.0
     stretch, stuck, passed = 0.0, True, 0.0

@@ -8,3 +8,7 @@ Division by zero gives inf or nan as in numpy: checks for an exception would cos
 from numba import njit
 
 compiled = njit(cache=True, nogil=True, error_model="numpy")
+
+# For small functions on the hot path: a call hands eight arrays over and counts references on each, which costs more
+# than the work itself (measured: 0.4 us of 0.65 us per right-hand side).
+inlined = njit(nogil=True, error_model="numpy", inline="always")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import compiled, inlined
 from ovines.core.friction import floor_friction
 from ovines.core.host import ROTATION, base_motion, vertical_acceleration
 from ovines.core.walls import contact_frame
@@ -17,7 +17,7 @@ PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force t
 N_SCRATCH = 13
 
 
-@compiled
+@inlined
 def place(t: float, y, p, k, drive, table, scratch, out) -> None:
     """Disk's geometric centre and the Host in the world at state ``y``.
 
@@ -48,7 +48,7 @@ def place(t: float, y, p, k, drive, table, scratch, out) -> None:
         out[10], out[11] = dx, dy
 
 
-@compiled
+@inlined
 def in_host(at, k) -> tuple[float, float, float, float]:
     """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
     x, y = at[0] - at[4], at[1] - at[5]
@@ -102,7 +102,7 @@ def contact_velocity(nx: float, ny: float, spin: float, at, p) -> tuple[float, f
     return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
 
 
-@compiled
+@inlined
 def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None:
     """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
     for i in range(k[P.STATE_SIZE]):
@@ -127,7 +127,7 @@ def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None
         floor(t, y, at, p, k, drive, table, moving, dy)
 
 
-@compiled
+@inlined
 def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
     """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
     mass = p[P.MASS]
@@ -225,8 +225,7 @@ def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) 
         dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
 
 
-@compiled
-def derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
+def _derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
     """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
     place(t, y, p, k, drive, table, scratch, at)
     free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
@@ -248,6 +247,10 @@ def derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, tab
             dy[P.LOST_FRICTION] -= force_t * slip
     push(y, at, nx, ny, force_n, force_t, p, k, dy)
     scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
+
+
+derivatives = compiled(_derivatives)
+derivatives_inlined = inlined(_derivatives)  # for the stepper's inner loop only: each use costs seconds of compiling
 
 
 def empty_scratch() -> tuple[np.ndarray, np.ndarray]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import compiled, inlined
 
 X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
 
 
-@compiled
+@inlined
 def base_motion(t: float, k, drive, table, out) -> None:
     """Driven motion at ``t``: ``out`` = x, y, angle, their rates, their second rates (9 values).
 
@@ -53,7 +53,7 @@ def table_piece(t: float, table) -> int:
     return low
 
 
-@compiled
+@inlined
 def vertical_acceleration(t: float, k, drive, table) -> float:
     """Host's acceleration along z (m/s^2); it modulates the load on the Host's floor."""
     total = 0.0

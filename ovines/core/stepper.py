@@ -7,7 +7,7 @@ import math
 from ovines.core import parameters as P
 from ovines.core.compiled import compiled
 from ovines.core.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from ovines.core.dynamics import derivatives
+from ovines.core.dynamics import derivatives_inlined
 
 
 @compiled
@@ -25,7 +25,9 @@ def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> f
             for m in range(i):
                 total += STAGES[i, m] * work[m, j]
             trial[j] = y[j] + h * total
-        derivatives(t + NODES[i] * h, trial, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[i])
+        derivatives_inlined(
+            t + NODES[i] * h, trial, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[i]
+        )
     for j in range(n):
         total = 0.0
         for m in range(12):

@@ -1,0 +1,69 @@
+"""Farkas' functions against mpmath's elliptic integrals, and the floor's friction in its limits."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from ovines.core.friction import farkas, floor_friction
+
+
+def reference(ratio):
+    """(48), (49) as printed, in 60 digits, with the modulus."""
+    mp.mp.dps = 60
+    e = mp.mpf(ratio)
+    if e <= 1:
+        big_e, big_k = mp.ellipe(e * e), mp.ellipk(e * e)
+        force = mp.mpf(4) / 3 * ((e * e + 1) * big_e + (e * e - 1) * big_k) / (e * mp.pi)
+        return force, mp.mpf(4) / 9 * ((4 - 2 * e * e) * big_e + (e * e - 1) * big_k) / mp.pi
+    big_e, big_k = mp.ellipe(1 / e**2), mp.ellipk(1 / e**2)
+    force = mp.mpf(4) / 3 * ((e * e + 1) * big_e - (e * e - 1) * big_k) / mp.pi
+    return force, 4 * e / 9 * ((4 - 2 * e * e) * big_e + (2 * e * e - 5 + 3 / e**2) * big_k) / mp.pi
+
+
+@pytest.mark.parametrize("power", np.linspace(-8, 8, 81))
+def test_farkas_over_sixteen_decades(power):
+    ratio = 10.0**power * 1.0000123
+    for ours, true in zip(farkas(ratio), reference(ratio), strict=True):
+        assert abs(ours / float(true) - 1) < 3e-15
+
+
+@pytest.mark.parametrize("ratio", [1 - 1e-12, 1 - 1e-6, 1 + 1e-9, 0.9999])
+def test_farkas_next_to_one(ratio):
+    for ours, true in zip(farkas(ratio), reference(ratio), strict=True):
+        assert abs(ours / float(true) - 1) < 5e-15
+
+
+def test_values_limits_and_slopes_of_78_and_79():
+    assert farkas(0.0) == (0.0, pytest.approx(2 / 3, rel=1e-15))
+    assert farkas(math.inf) == (1.0, 0.0)
+    assert farkas(1.0) == (pytest.approx(8 / (3 * math.pi), rel=1e-15), pytest.approx(8 / (9 * math.pi), rel=1e-15))
+    h = 1e-6
+    slope = [(a - b) / (2 * h) for a, b in zip(farkas(1 + h), farkas(1 - h), strict=True)]
+    # the second derivative has a logarithm at 1: the difference converges as h ln h
+    assert slope == [pytest.approx(4 / (3 * math.pi), abs=1e-5), pytest.approx(-4 / (3 * math.pi), abs=1e-5)]
+
+
+def test_direct_integral_over_the_disk():
+    """Force and torque of a uniformly loaded disk, integrated over its area: no elliptic integral involved."""
+    speed, rim = 0.7, 1.3
+    r, w = np.polynomial.legendre.leggauss(200)
+    r, w = 0.5 * (r + 1), 0.5 * w
+    angle = (np.arange(2000) + 0.5) * 2 * np.pi / 2000
+    x, y = r[:, None] * np.cos(angle), r[:, None] * np.sin(angle)
+    vx, vy = speed - rim * y, rim * x
+    size = np.hypot(vx, vy)
+    area = (w * r)[:, None] * (2 * np.pi / 2000) / np.pi
+    force = np.sum(area * vx / size)
+    torque = np.sum(area * (x * vy - y * vx) / size)
+    assert farkas(speed / rim) == (pytest.approx(force, rel=1e-5), pytest.approx(torque, rel=1e-5))
+
+
+def test_floor_friction_limits():
+    ax, ay, torque = floor_friction(3.0, 4.0, 0.0, 0.01, 2.0, 1e-6, 1.0)
+    assert (ax, ay, torque) == (pytest.approx(-1.2), pytest.approx(-1.6), 0.0)
+    ax, ay, torque = floor_friction(0.0, 0.0, 50.0, 0.01, 2.0, 1e-6, 1.0)
+    assert (ax, ay, torque) == (0.0, 0.0, pytest.approx(-2.0 * 0.01 * 2 / 3))
+    assert floor_friction(3.0, 4.0, 50.0, 0.01, 2.0, 1e-6, 0.0) == (pytest.approx(-1.2), pytest.approx(-1.6), 0.0)
+    assert floor_friction(0.0, 0.0, 0.0, 0.01, 2.0, 1e-6, 1.0) == (0.0, 0.0, 0.0)
