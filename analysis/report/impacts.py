@@ -19,7 +19,8 @@ def add_parameters(page: Page, results: Results) -> None:
     section = page.add_section("Parameters", "parameters")
     identification = results.get("identification")
     if identification is None:
-        section.add_missing("identified parameters", "There is no identification.parquet among the results.")
+        section.add_missing("identified parameters", "They take impacts, and none was found." if "impacts" in results.tables else
+                            "There is no identification.parquet among the results.")
         return
     section.add_text(paragraph(identification))
     thesis = results.thesis_parameters if results.get("motion") is not None else None

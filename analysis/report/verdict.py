@@ -47,6 +47,8 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
     if share < 0.8:
         status = "caution"
         actions.append("The NES is lost in many frames: check lighting, exposure and shadows of the wall on the markers.")
+    if "impacts" not in results.tables:
+        return "caution", "Motion only", [*details, "Impacts and parameters were not looked for."], [*actions, "Run `ovines identify`."]
     if impacts is None:
         details.append("No impact was found.")
         return "caution", "Motion, no impacts", details, [*actions, "Parameters of the wall need impacts: record longer or drive harder."]

@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.report import write_report
+from analysis.report import recording_page, write_report
 from analysis.report.calibration_report import write_calibration_report
 from analysis.report.differences import compare_methods, host_acceleration, in_words
+from analysis.report.results import read_results
 from analysis.report.series_report import write_series_report
 from analysis.series_trend import weighted_trend
 from analysis.thesis_impacts import ThesisSettings
@@ -99,11 +100,28 @@ def write(folder, chosen, seed=0):
 ALL = ("motion", "points", "impacts", "identification", "flights", "tracks")
 
 
-def test_full_report_in_a_browser(tmp_path, browse):
-    folder = write(tmp_path / "results", ALL)
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    """The results folder of one full report, and the seconds of processor time it took."""
+    base = tmp_path_factory.mktemp("full")
+    folder, rig = write(base / "results", ALL), recording(base / "rec")
     frames = {"VW1": np.random.default_rng(1).integers(0, 255, (688, 4096), np.uint8)}
-    path = write_report(folder, recording(tmp_path / "rec"), frames, save_figures=True)
-    page = path.read_text(encoding="utf-8")
+    recording_page(read_results(write(base / "warm", ("motion",)), rig))  # imports and fonts are loaded once per process
+    start = time.process_time()
+    write_report(folder, rig, frames)
+    return folder, time.process_time() - start
+
+
+def test_figures_are_saved_too(tmp_path):
+    folder = write(tmp_path / "results", ("motion", "impacts", "identification"))
+    write_report(folder, recording(tmp_path / "rec"), save_figures=True)
+    saved = {p.name for p in (folder / "figures").iterdir()}
+    assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg"} <= saved
+    assert len(saved) == 2 * 7
+
+
+def test_full_report_in_a_browser(full, browse):
+    page = (full[0] / "report.html").read_text(encoding="utf-8")
     for width_px in (1200, 500):
         seen = browse(page, width_px)
         assert seen.console == []
@@ -114,13 +132,10 @@ def test_full_report_in_a_browser(tmp_path, browse):
     assert "<b>5<b>" not in page
     assert "H<4>" not in page
     assert len(page) < 6e6
-    saved = {p.name for p in (folder / "figures").iterdir()}
-    assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg"} <= saved
-    assert len(saved) == 24
 
 
-def test_the_page_says_what_was_found(tmp_path):
-    page = write_report(write(tmp_path / "results", ALL), recording(tmp_path / "rec")).read_text(encoding="utf-8")
+def test_the_page_says_what_was_found(full):
+    page = (full[0] / "report.html").read_text(encoding="utf-8")
     assert "Restitution ε = 0.750 ± 0.004 is determined to better than 1 %" in page
     assert "Tangential restitution β₀ is only bounded, ≥ 0.410" in page
     assert "Yes, with gaps" in page  # one parameter is only a bound
@@ -129,13 +144,22 @@ def test_the_page_says_what_was_found(tmp_path):
 
 
 @pytest.mark.parametrize(("chosen", "answer"), [
-    (("motion", "points", "impacts", "tracks"), "Motion and impacts, no parameters"), (("motion", "points"), "Motion, no impacts"),
-    (("motion",), "Motion, no impacts"), (("points", "tracks"), "No motion"), ((), "No motion"),
+    (("motion", "points", "impacts", "tracks"), "Motion and impacts, no parameters"), (("motion", "points"), "Motion only"),
+    (("motion",), "Motion only"), (("points", "tracks"), "No motion"), ((), "No motion"),
 ])
 def test_missing_tables_are_named_gaps(tmp_path, chosen, answer):
     page = write_report(write(tmp_path / "results", chosen), recording(tmp_path / "rec")).read_text(encoding="utf-8")
     assert answer in page
     assert "Not here:" in page
+
+
+def test_no_impact_is_a_value(tmp_path):
+    folder = write(tmp_path / "results", ALL)
+    empty = tables()["impacts"].iloc[:0]
+    write_table(empty, "impacts", folder / "impacts.parquet", provenance("test", {}, {}))
+    page = write_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")
+    assert "Motion, no impacts" in page
+    assert "record longer or drive harder" in page
 
 
 def test_a_bare_motion_is_a_recording_too(tmp_path):
@@ -217,13 +241,9 @@ def test_host_acceleration_of_a_known_drive():
     assert np.isnan(host_acceleration(motion.assign(host_x_m=np.nan)))
 
 
-def test_a_report_takes_seconds(tmp_path):
-    """Below 4 s on an idle core; measured 2.9 s with other work on the machine. Twice that fails."""
-    folder, rig = write(tmp_path / "results", ALL), recording(tmp_path / "rec")
-    write_report(folder, rig)
-    start = time.process_time()
-    write_report(folder, rig)
-    assert time.process_time() - start < 8
+def test_a_report_takes_seconds(full):
+    """Below 4 s on an idle core; 2.5 to 3.4 s seen with other work on the machine, which stretches processor time too: twice the goal fails."""
+    assert full[1] < 8
 
 
 CALIBRATION = {"format": 1, "world": "board", "cameras": [
