@@ -157,7 +157,7 @@ def write_output(
     if isinstance(content, pd.DataFrame):
         write_table(content, path.stem, path, provenance)
     elif isinstance(content, str):
-        mark = json.dumps(provenance, sort_keys=True).replace("-", "\\u002d")  # "--" would end the comment
+        mark = json.dumps(provenance, sort_keys=True).replace("--", "-\\u002d")  # it would end the comment
         write_text_whole(f"{content}\n{HTML_MARK}{mark} -->\n", path)
     else:
         write_calibration(content, path, provenance=dict(provenance))

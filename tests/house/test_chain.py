@@ -222,7 +222,7 @@ def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
 
 @pytest.mark.parametrize("name", ["calibration.json", "report.html", "identification.parquet"])
 def test_the_state_stands_in_every_kind_of_output(name, tmp_path):
-    state = {"key": "abc", "parameters": {"name": "Prüfstand --> <b>--"}, "outputs": [name]}
+    state = {"key": "abc", "parameters": {"name": "Prüfstand ---> <b>--", "x_m": -0.5}, "outputs": [name]}
     content = {
         "calibration.json": two_cameras(),
         "report.html": "<html><!-- a comment --></html>",
