@@ -194,7 +194,7 @@ def read_calibration(path: Path) -> list[Camera]:
     except FileNotFoundError:
         raise InputError(f"no file {path}", "a calibration.json", "check [calibration] file in recording.toml, or run "
                          "`ovines calibrate`") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: {error}", "a JSON file with format = 1", "write the calibration again") from None
     if not isinstance(content, dict) or content.get("format") != 1 or not isinstance(content.get("cameras"), list):
         raise InputError(f"{path}: no `format: 1` with a list of cameras", '{"format": 1, "world": "board", "cameras": [...]}',
@@ -213,7 +213,7 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
     def numbers(key: str, shape: tuple[int, ...]) -> Array:
         try:
             value = np.asarray(entry.get(key), float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             value = np.empty(0)
         if value.shape != shape or not np.isfinite(value).all():
             raise InputError(f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
@@ -228,10 +228,10 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
     if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
         raise InputError(f"{where} ({entry['name']}): focal lengths {matrix[0, 0]}, {matrix[1, 1]}", "positive numbers of pixels",
                          "check the intrinsic matrix")
-    rms = entry.get("rms_px")
+    rms_px = float("nan") if entry.get("rms_px") is None else float(numbers("rms_px", ()))
     width, height = numbers("sensor_size_px", (2,))
     return Camera(entry["name"], (int(width), int(height)), matrix, numbers("distortion", (5,)), rotation,
-                  numbers("translation_m", (3,)), float(rms) if isinstance(rms, int | float) else float("nan"))
+                  numbers("translation_m", (3,)), rms_px)
 
 
 def write_calibration(cameras: Sequence[Camera], path: Path, world: str = "board", **extra: Any) -> None:

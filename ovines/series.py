@@ -58,7 +58,7 @@ def is_recording(folder: Path) -> bool:
 
 
 def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) -> Outcome:
-    """Run one recording and say how it ended; only a broken installation raises."""
+    """Run one recording and say how it ended; no exception leaves here."""
     try:
         with _bar(folder.name, bars) as progress:
             done = run_stages(read_recording(folder), out, only, force, progress)
@@ -67,12 +67,9 @@ def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) 
         return Outcome(folder, out, "refused", message=str(error))
     except OSError as error:
         return _no_room(folder, out, error)
-    except ImportError as error:
-        if (line := missing_library(error)) is None:
-            raise
-        return Outcome(folder, out, "refused", message=line)
-    except Exception:  # noqa: BLE001  our bug: kept with its traceback, for this recording alone
-        return Outcome(folder, out, "failed", message=traceback.format_exc())
+    except Exception as error:  # noqa: BLE001  our bug: kept with its traceback, for this recording alone
+        line = missing_library(error) if isinstance(error, ImportError) else None
+        return Outcome(folder, out, "refused" if line else "failed", message=line or traceback.format_exc())
 
 
 ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO)
