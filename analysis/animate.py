@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
@@ -79,7 +80,7 @@ def _pictures(motion: pd.DataFrame, simulation: pd.DataFrame | None, recording: 
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def _dress(rig: matplotlib.axes.Axes, curves: list, motion: pd.DataFrame, simulation: pd.DataFrame | None, times: Array) -> None:
+def _dress(rig: Axes, curves: list[Axes], motion: pd.DataFrame, simulation: pd.DataFrame | None, times: Array) -> None:
     for ax, axis in zip(curves, "xy", strict=True):
         for table, colour, name in ((motion, NES_COLOUR, "NES"), (simulation, ORANGE, "simulated")):
             if table is not None:
@@ -98,21 +99,22 @@ def _dress(rig: matplotlib.axes.Axes, curves: list, motion: pd.DataFrame, simula
 class _Actor:
     """One motion as artists that move: the Host's wall, the disk with a radius drawn on it, the trail of its centre."""
 
-    def __init__(self, rig: matplotlib.axes.Axes, table: pd.DataFrame, recording: Recording, colour: str, with_host: bool) -> None:
-        host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    def __init__(self, rig: Axes, table: pd.DataFrame, recording: Recording, colour: str, with_host: bool) -> None:
+        host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
         self._clock = table["time_s"].to_numpy(float)
         self._values = {name: column(table, name) for name in ("nes_x_m", "nes_y_m", "nes_angle_rad", "host_x_m", "host_y_m", "host_angle_rad")}
         self._radius_mm = MM * (nes.radius_m if nes is not None else 0.0)
         self._corners = None if host is None or host.polygon_m is None else MM * np.asarray(host.polygon_m, float)
-        self._wall = None
+        self._wall: Circle | Polygon | None = None
         if with_host and host is not None:
-            shape = {"fill": False, "ec": HOST_COLOUR, "lw": 2, "animated": True}
-            self._wall = Circle((0, 0), MM * host.inner_radius_m, **shape) if self._corners is None else Polygon(self._corners, **shape)
+            reach = MM * (host.inner_radius_m or 0.0) if self._corners is None else float(np.abs(self._corners).max())
+            self._wall = Circle((0, 0), reach) if self._corners is None else Polygon(self._corners)
+            self._wall.set(fill=False, edgecolor=HOST_COLOUR, linewidth=2, animated=True)
             rig.add_patch(self._wall)
-            reach = MM * host.inner_radius_m if self._corners is None else float(np.abs(self._corners).max())
         else:
             reach = self._radius_mm
-        self._disk = rig.add_patch(Circle((0, 0), self._radius_mm, fc=colour, ec=BLACK, lw=0.8, alpha=0.55, animated=True))
+        self._disk = Circle((0, 0), self._radius_mm, fc=colour, ec=BLACK, lw=0.8, alpha=0.55, animated=True)
+        rig.add_patch(self._disk)
         (self._mark,) = rig.plot([], [], color=BLACK, lw=1.4, animated=True)
         (self._trail,) = rig.plot([], [], color=colour, lw=1.0, animated=True)
         if with_host:
@@ -123,15 +125,15 @@ class _Actor:
                 low, high = (middle.min(), middle.max()) if len(middle) else (0.0, 0.0)
                 limits(low - 1.05 * reach, high + 1.05 * reach)
 
-    def at(self, time_s: float) -> list:
+    def at(self, time_s: float) -> list[Artist]:
         """Artists to draw at ``time_s``; those that were not seen then are left out."""
         now = {name: _nearby(self._clock, values, time_s) for name, values in self._values.items()}
-        shown = []
+        shown: list[Artist] = []
         if self._wall is not None and np.isfinite(now["host_x_m"] + now["host_y_m"]):
             middle, turn = MM * np.array([now["host_x_m"], now["host_y_m"]]), np.nan_to_num(now["host_angle_rad"])
-            if self._corners is None:
-                self._wall.center = tuple(middle)
-            else:
+            if isinstance(self._wall, Circle):
+                self._wall.center = (middle[0], middle[1])
+            elif self._corners is not None:
                 rotate = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
                 self._wall.set_xy(self._corners @ rotate + middle)
             shown.append(self._wall)
@@ -169,7 +171,7 @@ def _write_mp4(pictures: Iterator[NDArray[np.uint8]], path: Path, rate_hz: float
     with written_whole(path) as temporary:
         film = temporary.with_suffix(".film.mp4")  # the writer chooses the container by the name's end
         try:
-            writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"mp4v"), rate_hz, (int(SIZE_IN[0] * DPI), int(SIZE_IN[1] * DPI)))
+            writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"mp4v"), rate_hz, (int(SIZE_IN[0] * DPI), int(SIZE_IN[1] * DPI)))
             if not writer.isOpened():
                 raise InputError("an OpenCV that cannot write MP4 here", "one with its video back end", "write a .gif")
             for picture in pictures:

@@ -54,7 +54,7 @@ def compare(motion: pd.DataFrame, impacts: pd.DataFrame, identification: pd.Data
     """
     host_motion = _host_motion(motion, recording)
     scenario = nominal_scenario(identification, recording, host_motion, float(motion["time_s"].max() - motion["time_s"].min()))
-    states = states_after(impacts, host_motion, recording)
+    states = states_after(impacts, host_motion, scenario.nes.radius_m, scenario.host.radius_m or 0.0)
     flights = one_flight_ahead(motion, impacts, states, scenario, host_motion, contacts_s)
     after = one_impact_ahead(impacts, scenario)
     statistics, samples = run_statistics(motion, impacts, states, scenario, host_motion, rng, runs, contacts_s)
@@ -63,23 +63,26 @@ def compare(motion: pd.DataFrame, impacts: pd.DataFrame, identification: pd.Data
 
 def nominal_scenario(identification: pd.DataFrame | None, recording: Recording, host_motion: HostMotion, duration_s: float) -> Scenario:
     """The simulator's nominal model of this rig; `InputError` where neither data nor ``[model]`` give a parameter of the wall."""
-    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     if host is None or nes is None:
         raise InputError("no [bodies.host] or no [bodies.nes] in recording.toml", "both, with the wall and radius_m", "add them")
-    known = {name: _value(name, identification, recording) for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction")}
-    for name in ("restitution", "wall_friction", "tangential_restitution"):
-        if known[name] is None:
-            raise InputError(f"no {name}, neither identified nor in [model]", "a value", f"give {name} in [model], or record impacts that inform it")
+    law = ImpactLaw(*(_needed(name, identification, recording) for name in ("restitution", "wall_friction", "tangential_restitution")))
     effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
-    floor = known["floor_friction"]
+    floor = _value("floor_friction", identification, recording)
     friction = None if not floor else FloorFriction(floor, "farkas" if "spin_coupling" in effects or "floor_friction" not in effects else "coulomb")
     radius = _contact_radius(identification, nes.radius_m, host.inner_radius_m)
     return Scenario(
         recording.name, Nes(nes.radius_m, nes.mass_kg or 1.0, nes.inertia_factor or 0.5),
         Host(radius_m=radius, polygon_m=host.polygon_m, obstacle_radius_m=host.obstacle_radius_m, motion="driven",
              drive=harmonics_from(host_motion, 0.0)),
-        ImpactLaw(*(known[name] for name in ("restitution", "wall_friction", "tangential_restitution"))), max(duration_s, 1e-3), friction,
-        sample_rate_hz=0.0)
+        law, max(duration_s, 1e-3), friction, sample_rate_hz=0.0)
+
+
+def _needed(name: str, identification: pd.DataFrame | None, recording: Recording) -> float:
+    value = _value(name, identification, recording)
+    if value is None:
+        raise InputError(f"no {name}, neither identified nor in [model]", "a value", f"give {name} in [model], or record impacts that inform it")
+    return value
 
 
 def _value(name: str, identification: pd.DataFrame | None, recording: Recording) -> float | None:
@@ -125,21 +128,20 @@ def harmonics_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, .
     return tuple(found)
 
 
-def states_after(impacts: pd.DataFrame, host_motion: HostMotion, recording: Recording) -> dict[str, Array]:
+def states_after(impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: float, host_radius_m: float) -> dict[str, Array]:
     """Measured NES velocity and spin after (and before) each impact in the world frame, from the contact's speeds: (n, 3) each.
 
-    The inverse of thesis eq. (88): v_N = v_H + v_n e_r + (v_t - R_N omega_N + R_H omega_H) e_theta; NaN where a speed is missing.
+    The inverse of thesis eq. (88): v_N = v_H + v_n e_r + (v_t - R_N omega_N + R_H omega_H) e_theta; ``host_radius_m`` is 0 for a polygon; NaN where a speed is missing.
     """
     time_s, azimuth = impacts["time_s"].to_numpy(float), impacts["azimuth_rad"].to_numpy(float)
     wall, normal = host_motion.at(time_s, 1), np.column_stack([np.cos(azimuth), np.sin(azimuth)])
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    host, nes = recording.bodies["host"], recording.bodies["nes"]
     found = {}
     for when, sign in (("before", 1.0), ("after", -1.0)):
         v_n = sign * impacts[f"normal_speed_{when}_m_per_s"].to_numpy(float)
         v_t = impacts[f"tangential_speed_{when}_m_per_s"].to_numpy(float)
         spin = impacts[f"spin_{when}_rad_per_s"].to_numpy(float)
-        slide = v_t - nes.radius_m * spin + (host.inner_radius_m or 0.0) * wall[:, 3]
+        slide = v_t - nes_radius_m * spin + host_radius_m * wall[:, 3]
         found[when] = np.column_stack([wall[:, :2] + v_n[:, None] * normal + slide[:, None] * tangent, spin])
     return found
 

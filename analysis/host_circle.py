@@ -27,7 +27,7 @@ def host_circle(points: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     a circle through three points leaves nothing over).  A circle whose markers are not all seen, or lie on one
     line, is null.
     """
-    host = recording.bodies.get("host")
+    host = recording.settings.bodies.host
     if host is None or len(host.markers) < 3:
         raise InputError(f"{0 if host is None else len(host.markers)} Host markers in recording.toml", "three or more",
                          "name them in [bodies.host] markers, or leave the Host's circle to inner_radius_m")
@@ -117,7 +117,7 @@ def _least_squares(design: Array, right: Array) -> Array:
     scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
         scaled = normal / (scale[..., :, None] * scale[..., None, :])
-    good = np.isfinite(scaled).all((-1, -2))
+    good: NDArray[np.bool_] = np.asarray(np.isfinite(scaled).all((-1, -2)), bool)
     good[good] = np.abs(np.linalg.det(scaled[good])) > 1e-12
     solution = np.full_like(projected, np.nan)
     solution[good] = np.linalg.solve(scaled[good], (projected[good] / scale[good])[..., None])[..., 0] / scale[good]

@@ -48,7 +48,7 @@ def triplet_angles(points: pd.DataFrame, recording: Recording) -> tuple[NDArray[
     direction, and falls with its length.  A triplet flatter than a tenth of its base is left out: noise could turn its
     side over, and the angle by pi.  The name puts the apex B second, as the thesis' Fig. 40.
     """
-    nes = recording.bodies.get("nes")
+    nes = recording.settings.bodies.nes
     if nes is None or len(nes.markers) < 3:
         raise InputError(f"{0 if nes is None else len(nes.markers)} NES markers in recording.toml", "three or more",
                          "an angle from triplets needs three markers on the NES")

@@ -28,12 +28,12 @@ class Trend:
     p_scatter: float
 
 
-def weighted_trend(x: ArrayLike, value: ArrayLike, sd: ArrayLike) -> Trend | None:
+def weighted_trend(number: ArrayLike, values: ArrayLike, sds: ArrayLike) -> Trend | None:
     """Weighted mean and straight trend of the tests that have both value and sd; None where fewer than two have.
 
     With two tests there is a mean and no trend: slope and its p-value are NaN.
     """
-    x, value, sd = (np.asarray(a, float) for a in (x, value, sd))
+    x, value, sd = np.asarray(number, float), np.asarray(values, float), np.asarray(sds, float)
     good = np.isfinite(value) & np.isfinite(sd) & (sd > 0)
     n = int(good.sum())
     if n < 2:

@@ -116,8 +116,9 @@ def _one_impact(time_s: Array, values: Array, around: tuple[int, int, int], reco
         speeds.append((relative @ normal, relative @ tangent + lever_nes * slope[2] - lever_host * slope[5]))
     normal_before, normal_after = speeds[0][0], -speeds[1][0]
     restitution = normal_after / normal_before if normal_before > 0 else np.nan
-    return (float(np.arctan2(normal[1], normal[0])), normal_before, normal_after, speeds[0][1], speeds[1][1],
-            slope_before[2], slope_after[2], restitution)
+    found = (np.arctan2(normal[1], normal[0]), normal_before, normal_after, speeds[0][1], speeds[1][1], slope_before[2],
+             slope_after[2], restitution)
+    return tuple(float(value) for value in found)
 
 
 def _straight_lines(time_s: Array, values: Array) -> tuple[Array, Array]:
@@ -132,7 +133,7 @@ def _straight_lines(time_s: Array, values: Array) -> tuple[Array, Array]:
 
 def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recording) -> Array:
     """Unit normal (2,) from the NES towards the wall it is nearest to: circle (eq. 118), polygon side, or inner obstacle."""
-    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     distance = float(np.hypot(*relative_m))
     outward = relative_m / distance if distance > 0 else np.full(2, np.nan)
     if host is None:
@@ -145,7 +146,7 @@ def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recordin
         clearance = np.sum((corners - relative_m) * normals, axis=1)  # counter-clockwise: these normals point out
         outward, to_wall = normals[int(np.argmin(clearance))], float(np.min(clearance))
     else:
-        to_wall = host.inner_radius_m - distance
+        to_wall = (host.inner_radius_m or np.inf) - distance
     if host.obstacle_radius_m is not None and nes is not None and distance - host.obstacle_radius_m < to_wall:
         return -relative_m / distance
     return outward
@@ -153,7 +154,7 @@ def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recordin
 
 def _levers(recording: Recording) -> tuple[float, float]:
     """R_N and R_H of eq. (88).  A Host polygon turns about its centre too; its spin is small and its lever left out."""
-    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     return 0.0 if nes is None else nes.radius_m, 0.0 if host is None or host.inner_radius_m is None else host.inner_radius_m
 
 

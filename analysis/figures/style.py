@@ -36,7 +36,7 @@ MM = 1e3
 
 def new_figure(rows: int = 1, columns: int = 1, height_in: float = 2.8, *,
                margins_in: tuple[float, float, float, float] = (0.62, 0.12, 0.46, 0.28), gap_in: tuple[float, float] = (0.5, 0.36),
-               **options: Any) -> tuple[Figure, NDArray[np.object_]]:
+               **options: Any) -> tuple[Figure, NDArray[Any]]:
     """A figure of the page's width with (rows, columns) styled axes; ``options`` go to ``Figure.subplots``.
 
     ``margins_in`` (left, right, bottom, top) and ``gap_in`` (between columns, between rows) are inches.  Fixed, because

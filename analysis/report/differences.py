@@ -43,7 +43,7 @@ def compare_methods(motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.Data
     step_s = float(np.median(np.diff(motion["time_s"]))) if len(motion) > 1 else np.nan
     ours, theirs = impacts["time_s"].to_numpy(float), thesis["time_s"].to_numpy(float)
     distance = np.abs(ours[:, None] - theirs[None, :])
-    pairs = []
+    pairs: list[tuple[int, int]] = []
     for flat in np.argsort(distance, axis=None, kind="stable"):
         i, j = np.unravel_index(flat, distance.shape)
         if distance[i, j] > MATCH_FRAMES * step_s:

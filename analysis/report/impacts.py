@@ -87,7 +87,8 @@ def add_impacts(page: Page, results: Results) -> None:
 
 def _table_16(impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     columns = ("time (ms)", "normal speed (m/s)", "regime", "ε, flight model", "ε, straight lines")
-    rows, chosen = [], usable(thesis)
+    rows: list[tuple[str, ...]] = []
+    chosen = usable(thesis)
     chosen_numbers = set(chosen["impact"].astype(int))
     partner = {} if pairs is None else dict(zip(pairs["thesis"], pairs["flight"], strict=True))
     careful = impacts if impacts is not None else thesis.iloc[:0]
@@ -98,8 +99,9 @@ def _table_16(impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.Data
     for time, ours, line in sorted(events, key=lambda event: event[0]):
         mine = careful.loc[ours] if ours is not None else None
         other = thesis.loc[line] if line is not None else None
-        speed = (mine if mine is not None else other)["normal_speed_before_m_per_s"]
-        rows.append((f"{1e3 * time:.1f}", with_unit(speed, digits=3),
+        event = mine if mine is not None else other
+        speed = MISSING if event is None else with_unit(event["normal_speed_before_m_per_s"], digits=3)
+        rows.append((f"{1e3 * time:.1f}", speed,
                      MISSING if mine is None or pd.isna(mine["regime"]) else str(mine["regime"]),
                      MISSING if mine is None else value_with_sd(mine["restitution"], mine["restitution_sd"]),
                      MISSING if other is None else with_unit(other["restitution"], digits=2) + ("" if line in chosen_numbers else " *")))

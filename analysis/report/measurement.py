@@ -35,8 +35,8 @@ def add_calibration(page: Page, results: Results) -> None:
         section.add_table(("camera", "sensor (px)", "fx (px)", "fy (px)", "centre (px)", "distance", "RMS"), rows,
                           "RMS alone hides a weak calibration: look at the standard deviations too.")
     if parameters is not None:
-        rows = [(str(row["camera"]), str(row["parameter"]), value_with_sd(row["value"], row["sd"])) for _, row in parameters.iterrows()]
-        section.add_table(("camera", "parameter", "value ± sd"), rows, "Intrinsic parameters, sd from the full covariance.", (0, 1))
+        section.add_table(("camera", "parameter", "value ± sd"),
+                          [(str(row["camera"]), str(row["parameter"]), value_with_sd(row["value"], row["sd"])) for _, row in parameters.iterrows()], "Intrinsic parameters, sd from the full covariance.", (0, 1))
     if views is not None:
         used = int(views["used"].sum())
         section.add_figure("calibration_views", view_errors(views),
@@ -115,6 +115,6 @@ def add_host_geometry(page: Page, results: Results) -> None:
         if len(radius):
             rows.append((title, value_with_sd(float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"), str(len(radius))))
     section.add_table(("circle", "radius, median ± sd of one frame", "frames"), rows)
-    host = results.recording.bodies.get("host")
+    host = results.recording.settings.bodies.host
     if host is not None and host.layout_m is not None:
         section.add_note("The Host's motion uses the design layout of its markers, not these circles: the markers need not lie on the wall.")

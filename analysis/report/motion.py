@@ -16,7 +16,7 @@ def add_motion(page: Page, results: Results) -> None:
     if motion is None:
         section.add_missing("motion", "There is no motion.parquet among the results.")
         return
-    host, nes = results.recording.bodies.get("host"), results.recording.bodies.get("nes")
+    host, nes = results.recording.settings.bodies.host, results.recording.settings.bodies.nes
     contact = results.parameter("contact_radius_m")[0]
     caption = "Path of the NES centre in the Host's frame, with the wall and the contact edge the centre cannot pass (Figs 57, 61)."
     if np.isfinite(contact):

@@ -68,7 +68,7 @@ def parameter_rows(identification: pd.DataFrame, thesis: pd.DataFrame | None) ->
     order = {name: n for n, name in enumerate(PRINCIPAL)}
     table = identification.assign(rank=[order.get(name, len(order)) for name in identification["parameter"]])
     theirs = {} if thesis is None else {row["parameter"]: row for _, row in thesis.iterrows()}
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for _, row in table.sort_values("rank", kind="stable").iterrows():
         what = quantity(row["parameter"])
         other = theirs.get(row["parameter"])

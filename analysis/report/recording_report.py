@@ -53,7 +53,7 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     pairs.append(("Frame rate", with_unit(recording.frame_rate_hz, "Hz", 4)))
     if recording.cameras:
         pairs.append(("Cameras", ", ".join(camera.name for camera in recording.cameras)))
-    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     if host is not None and host.inner_radius_m is not None:
         pairs.append(("Wall radius", with_unit(1e3 * host.inner_radius_m, "mm")))
     if nes is not None and nes.radius_m is not None:

@@ -111,7 +111,7 @@ class Results:
 
     @property
     def inertia_factor(self) -> float:
-        nes = self.recording.bodies.get("nes")
+        nes = self.recording.settings.bodies.nes
         return float(nes.inertia_factor) if nes is not None and nes.inertia_factor is not None else 0.5
 
     def markers(self, body: str) -> tuple[str, ...]:

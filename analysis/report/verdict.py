@@ -109,7 +109,7 @@ def _host_is_rigid(results: Results, details: list[str], actions: list[str]) -> 
 
 
 def _wall_fits(results: Results, details: list[str], actions: list[str]) -> int:
-    host = results.recording.bodies.get("host")
+    host = results.recording.settings.bodies.host
     if host is None or host.inner_radius_m is None or results.circles is None or host.layout_m is not None:
         return 0  # with a layout the markers need not lie on the wall's circle
     radius = float(np.nanmedian(results.circles["mean_radius_m"])) if results.circles["mean_radius_m"].notna().any() else np.nan
