@@ -15,6 +15,8 @@ from vision.identity import Match, match_layout, place, wrapped
 
 _JUMP_M, _JUMP_RAD = 0.006, 0.8  # a body does not move further from its prediction, impacts included
 _NEAR_M = 0.0004  # a single marker is believed this near to its prediction only
+_SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
+_LEARN_EVERY = 16
 _SETTLED = 30  # frames after which a body's own scatter sets the gate
 
 
@@ -56,6 +58,7 @@ class Eye:
         self.starts, self.fits = empty_fits(n), empty_fits(n)
         self.xy, self.use = np.zeros((n, 2)), np.zeros(n, np.int64)
         self.n_seen, self.rms_m = np.zeros(bodies, np.int64), np.zeros(bodies)
+        self.hold_shape = False
         self.expected, self.found = np.zeros((bodies, 3)), np.zeros((bodies, 3))
 
     def lost(self, body: int, frame: int) -> int:
@@ -67,6 +70,8 @@ class Eye:
         return np.where(self.seen_times > _SETTLED, tight, self.layout.tolerance_m)
 
     def predict(self, frame: int) -> None:
+        """Expect every body where its last motion carries it."""
+        self.hold_shape = frame % _SHAPE_EVERY != 0
         ahead = np.minimum(frame - self.last, 4)
         self.expected = np.where((ahead > 0)[:, None], self.pose + self.velocity * ahead[:, None], self.pose)
 
@@ -85,7 +90,7 @@ class Eye:
 
     def _follow(self, image: np.ndarray, active: np.ndarray) -> None:
         follow(image, self.packed, self.place_m, self.layout.first, active, self.found, self.gate_m(), self.starts,
-               saturation_of(image), self.fits, self.xy, self.use, self.n_seen, self.rms_m)
+               saturation_of(image), self.hold_shape, self.fits, self.xy, self.use, self.n_seen, self.rms_m)
 
     def good(self, body: int, frame: int) -> bool:
         """Whether what was found is the body, where it can be."""
@@ -152,7 +157,8 @@ class Eye:
         self.pose[body], self.last[body] = pose, frame
         use = self.use[part] > 0
         self.starts[part][use] = self.fits[part][use]
-        if self.n_seen[body] >= min(3, part.stop - part.start):
+        enough = self.n_seen[body] >= min(3, part.stop - part.start)
+        if enough and (self.seen_times[body] < 100 or frame % _LEARN_EVERY == 0):
             self._learn(body, part, use)
 
     def _learn(self, body: int, part: slice, use: np.ndarray) -> None:

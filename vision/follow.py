@@ -15,6 +15,7 @@ from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, fit_disc
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
 _MAX_MISFIT = 0.15
+_STALE_SHAPE = 1.25  # edge residual over noise from which shape and blur of an earlier frame no longer serve
 
 
 def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
@@ -128,7 +129,7 @@ def _robust_pose(layout, xy, use, n, gate, pose):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, fits, xy, use, n_seen, rms_m):
+def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, hold_shape, fits, xy, use, n_seen, rms_m):
     """Look for every marker of the active bodies where `pose` puts it.
 
     Parameters
@@ -136,6 +137,7 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
     image : (h, w);  cam : `packed`;  layout : (n, 3) body frames;  first : (bodies + 1,) first marker of each body
     active : (bodies,) 0/1;  pose : (bodies, 3) expected x, y, angle: replaced by what is found
     gate_m : (bodies,) how far a marker may lie from its place in the body
+    hold_shape : keep each marker's shape and blur of the frame before, where they still serve
     starts : (n, 20) fit of each marker when last seen, for its shape, blur and levels (radius 0: never seen)
     fits (n, 20), xy (n, 2) world [m] on z = marker height, use (n,) 0/1 accepted, n_seen (bodies,), rms_m (bodies,): out
     """
@@ -156,7 +158,11 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
                 continue
             fits[i] = starts[i]
             fits[i, 0], fits[i, 1] = at[0], at[1]
-            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.004, saturation)
+            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, hold_shape)
+            if hold_shape and (fits[i, OK] == 0.0 or fits[i, MISFIT] > _STALE_SHAPE * fits[i, NOISE] + 0.3):
+                fits[i] = starts[i]
+                fits[i, 0], fits[i, 1] = at[0], at[1]
+                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, False)
             if fits[i, OK] == 0.0 or fits[i, COVERAGE] < 0.9:
                 continue
             change = ((starts[i, 2] * starts[i, 4] - starts[i, 3] ** 2) / (fits[i, 2] * fits[i, 4] - fits[i, 3] ** 2)) ** 0.25

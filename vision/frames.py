@@ -9,8 +9,9 @@ from __future__ import annotations
 import mmap
 import os
 import re
+import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +24,7 @@ from ovines.recording import CameraSettings, Recording
 from vision.image_header import BadImage, read_header
 
 VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
-_AHEAD = 6  # decoded frames kept ready per camera: memory stays flat
+_CHUNK = 4  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
 
 
 @dataclass(frozen=True)
@@ -152,13 +153,13 @@ def _check_size(where: object, found: tuple[int, ...], expected: tuple[int, int]
                          "correct window_size_px (and window_offset_px) in recording.toml, or remove that file")
 
 
-def _video_frames(source: Source, wanted: int) -> Iterator[np.ndarray | None]:
+def _video_frames(source: Source) -> Iterator[np.ndarray]:
     capture = cv2.VideoCapture(str(source.video))
     try:
         if not capture.isOpened():
             raise InputError(f"{source.video} cannot be opened as a video", "a video that OpenCV reads",
                              "convert it, or give image files")
-        for _ in range(wanted):
+        while True:
             good, image = capture.read()
             if not good:
                 return
@@ -169,48 +170,68 @@ def _video_frames(source: Source, wanted: int) -> Iterator[np.ndarray | None]:
         capture.release()
 
 
-def stream(sources: list[Source], notes: list[str], workers: int = 2,
-           read: Callable[[Path, tuple[int, int]], np.ndarray] = read_image,
-           ) -> Iterator[tuple[int, list[np.ndarray | None]]]:
+def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterator[tuple[int, list[np.ndarray | None]]]:
     """Frame number and one picture per camera (None: missing or unreadable, said in `notes`), in order.
 
-    At most a few frames per camera are held, however long the recording.
+    At most 2 `_CHUNK` frames per camera and worker are held, however long the recording.
     """
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
-    videos = [_video_frames(source, len(numbers)) if source.video else None for source in sources]
-    ended = [False] * len(sources)
-    bad = [0] * len(sources)
+    readers = [_Reader(source, notes) for source in sources]
+    chunks = iter([numbers[i:i + _CHUNK] for i in range(0, len(numbers), _CHUNK)])
     with ThreadPoolExecutor(workers) as pool:
-        waiting: deque[tuple[int, list[Future | None]]] = deque()
-        upcoming = iter(numbers)
+        waiting: deque[tuple[list[int], list[Future]]] = deque()
         while True:
-            while len(waiting) < _AHEAD and (number := next(upcoming, None)) is not None:
-                waiting.append((number, [
-                    pool.submit(read, source.files[number], source.camera.window_px)
-                    if number in source.files else None for source in sources]))
+            while len(waiting) < 2 and (chunk := next(chunks, None)) is not None:
+                waiting.append((chunk, [pool.submit(reader.read, chunk) for reader in readers]))
             if not waiting:
                 break
-            number, futures = waiting.popleft()
-            images: list[np.ndarray | None] = []
-            for i, (source, future) in enumerate(zip(sources, futures, strict=True)):
-                image = None
-                if videos[i] is not None and not ended[i]:
-                    image = next(videos[i], None)
-                    if image is None:
-                        ended[i] = True
-                        notes.append(f"{source.camera.name}: the video ends before frame {number}")
-                elif future is not None:
-                    try:
-                        image = future.result()
-                    except BadImage as error:
-                        bad[i] += 1
-                        if bad[i] <= 5:
-                            notes.append(f"{source.camera.name} frame {number} ({source.files[number].name}): {error}; left out")
-                images.append(image)
-            yield number, images
-    for source, count in zip(sources, bad, strict=True):
-        if count > 5:
-            notes.append(f"{source.camera.name}: {count} pictures could not be read")
-        if source.video is None and count == len(source.files):
-            raise InputError(f"none of the {count} pictures of camera {source.camera.name!r} can be read",
+            chunk, futures = waiting.popleft()
+            pictures = [future.result() for future in futures]
+            for k, number in enumerate(chunk):
+                yield number, [each[k] for each in pictures]
+            del pictures
+    for reader in readers:
+        reader.finish()
+
+
+class _Reader:
+    """Pictures of one camera, and what was wrong with them."""
+
+    def __init__(self, source: Source, notes: list[str]) -> None:
+        self.source, self.notes = source, notes
+        self.bad = 0
+        self.video = _video_frames(source) if source.video else None
+        self.lock = threading.Lock()  # a video is read in order
+
+    def read(self, numbers: list[int]) -> list[np.ndarray | None]:
+        if self.video is not None:
+            with self.lock:
+                return [self._next(number) for number in numbers]
+        return [self._file(number) for number in numbers]
+
+    def _next(self, number: int) -> np.ndarray | None:
+        image = next(self.video, None)
+        if image is None and self.bad == 0:
+            self.bad = 1
+            self.notes.append(f"{self.source.camera.name}: the video ends before frame {number}")
+        return image
+
+    def _file(self, number: int) -> np.ndarray | None:
+        path = self.source.files.get(number)
+        if path is None:
+            return None
+        try:
+            return read_image(path, self.source.camera.window_px)
+        except BadImage as error:
+            self.bad += 1
+            if self.bad <= 5:
+                self.notes.append(f"{self.source.camera.name} frame {number} ({path.name}): {error}; left out")
+            return None
+
+    def finish(self) -> None:
+        name = self.source.camera.name
+        if self.video is None and self.bad == len(self.source.files):
+            raise InputError(f"none of the {self.bad} pictures of camera {name!r} can be read",
                              "PNG, TIFF, BMP or JPEG files", "check the files that 'frames' names")
+        if self.video is None and self.bad > 5:
+            self.notes.append(f"{name}: {self.bad} pictures could not be read")

@@ -71,14 +71,21 @@ def match_layout(seen_xy_m: np.ndarray, layout_xy_m: np.ndarray, tolerance_m: fl
         return []
     costs = np.concatenate([_costs(part, seen_xy_m, layout_xy_m, tolerance_m)[0]
                             for part in np.array_split(poses, len(poses) // 2000 + 1)])
-    order = np.argsort(costs)[:200]
+    poses = poses[np.argsort(costs)]
+    extent = np.ptp(layout_xy_m, axis=0).max()
     matches: list[Match] = []
-    for pose in poses[order]:
+    while len(poses) and len(matches) < _KEEP:
+        pose = poses[0]
+        same = ((np.hypot(*(poses[:, :2] - pose[:2]).T) < 2 * tolerance_m)
+                & (np.abs(wrapped(poses[:, 2] - pose[2])) < 3 * tolerance_m / extent))
+        same[0] = True
+        poses = poses[~same]
         match = _settle(pose, seen_xy_m, layout_xy_m, tolerance_m, prior, prior_sd)
-        if match and not any((match.disc == other.disc).all() for other in matches):
+        if match is None:
+            if len(matches) >= 2:
+                break
+        elif not any((match.disc == other.disc).all() for other in matches):
             matches.append(match)
-        if len(matches) >= _KEEP:
-            break
     return sorted(matches, key=lambda match: match.cost)
 
 

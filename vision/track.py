@@ -80,23 +80,16 @@ class Tracker:
         self.kept: list[list[np.ndarray]] = [[] for _ in cameras]
         self.tried_ground = 0
         self.first_frame: int | None = None
-        self.pool = ThreadPoolExecutor(2)
+        self.pool = ThreadPoolExecutor(1)
 
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Follow all bodies into one more frame."""
         layout = self.layout
         self.first_frame = frame if self.first_frame is None else self.first_frame
         self._discs: dict[tuple[int, tuple | None], np.ndarray] = {}
-        working = []
-        for eye, image in zip(self.eyes, images, strict=True):
-            eye.predict(frame)
-            eye.use[:] = 0
-            eye.n_seen[:] = 0
-            if image is not None:
-                active = (layout.known & (eye.last >= 0)).astype(np.int64)
-                working.append(self.pool.submit(eye.look, image, active))
-        for future in working:
-            future.result()
+        other = self.pool.submit(self._look, 1, frame, images[1])
+        self._look(0, frame, images[0])
+        other.result()
         for body in range(len(layout.bodies)):
             if layout.known[body]:
                 self._resolve(body, frame, images)
@@ -104,6 +97,14 @@ class Tracker:
         if len(unknown) and all(image is not None for image in images):
             self._name_ground(int(unknown[0]), frame, images)
         self._keep(frame)
+
+    def _look(self, i: int, frame: int, image: np.ndarray | None) -> None:
+        eye = self.eyes[i]
+        eye.predict(frame)
+        eye.use[:] = 0
+        eye.n_seen[:] = 0
+        if image is not None:
+            eye.look(image, (self.layout.known & (eye.last >= 0)).astype(np.int64))
 
     def _resolve(self, body: int, frame: int, images: list[np.ndarray | None]) -> None:
         eyes = self.eyes
