@@ -1,0 +1,110 @@
+"""A series on its way to a diagnosis: recordings, points, motion, fitted runs; measured again when a correction asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
+from analysis.runs import Run, prepare
+from ovines.camera import Camera
+from ovines.recording import Recording
+
+Array = NDArray[np.float64]
+#: (tracks, cameras, recording, window shift of the second camera (u, v)) -> table points
+Triangulate = Callable[[pd.DataFrame, Sequence[Camera], Recording, tuple[float, float]], pd.DataFrame]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Recordings with whatever tables they brought; ``motions`` and ``runs`` follow from them.
+
+    ``tracks`` and ``points`` are None where the series enters later; ``cameras`` None without a calibration; ``layouts`` the markers' real
+    places, ``corrections`` what the measurement tests found and took out.
+    """
+
+    recordings: tuple[Recording, ...]
+    motions: tuple[pd.DataFrame, ...]
+    runs: tuple[Run, ...]
+    points: tuple[pd.DataFrame, ...] | None = None
+    tracks: tuple[pd.DataFrame, ...] | None = None
+    cameras: tuple[Camera, ...] | None = None
+    layouts: dict[str, Array] | None = None
+    triangulate: Triangulate | None = None
+
+    @property
+    def names(self) -> list[str]:
+        return [run.data.name for run in self.runs]
+
+
+def from_motions(recordings: Sequence[Recording], motions: Sequence[pd.DataFrame]) -> Series:
+    """A series that enters at ``motion``."""
+    return Series(tuple(recordings), tuple(motions), tuple(_named(prepare(motions, recordings), recordings)))
+
+
+def from_points(recordings: Sequence[Recording], points: Sequence[pd.DataFrame], cameras: Sequence[Camera] | None = None,
+                tracks: Sequence[pd.DataFrame] | None = None, triangulate: Triangulate | None = None) -> Series:
+    """A series that enters at ``points`` (or earlier): marker layouts are learnt from all its recordings together."""
+    clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
+    layouts = layouts_from_points({body: [c[body] for c in clouds] for body in ("host", "nes")}, recordings[0])
+    motions = [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
+    series = from_motions(recordings, motions)
+    return replace(series, points=tuple(points), layouts=layouts, cameras=None if cameras is None else tuple(cameras),
+                   tracks=None if tracks is None else tuple(tracks), triangulate=triangulate)
+
+
+def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:
+    """Runs carry their folder's name: what tables and figures call them."""
+    return [replace(run, data=replace(run.data, name=recording.folder.resolve().name))
+            for run, recording in zip(runs, recordings, strict=True)]
+
+
+def with_points(series: Series, points: Sequence[pd.DataFrame]) -> Series:
+    """The same series measured again: new points, everything after them anew."""
+    return from_points(series.recordings, points, series.cameras, series.tracks, series.triangulate)
+
+
+def with_window_shift(series: Series, shift_px: tuple[float, float]) -> Series:
+    """Second camera's window moved by ``shift_px`` (u, v) and all points triangulated again."""
+    if series.tracks is None or series.cameras is None or series.triangulate is None:
+        return series
+    points = [series.triangulate(t, series.cameras, r, shift_px) for t, r in zip(series.tracks, series.recordings, strict=True)]
+    return with_points(series, points)
+
+
+def scaled(series: Series, factor: float) -> Series:
+    """Every length times ``factor``."""
+    if series.points is not None:
+        columns = [c for c in ("x_m", "y_m", "z_m", "x_sd_m", "y_sd_m", "z_sd_m")]
+        return with_points(series, [p.assign(**{c: p[c] * factor for c in columns}) for p in series.points])
+    columns = [c for c in series.motions[0] if c.endswith("_m") or c.endswith("_m_per_s")]
+    return from_motions(series.recordings, [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions])
+
+
+def retimed(series: Series, factor: float) -> Series:
+    """Every time times ``factor``."""
+    if series.points is not None:
+        return with_points(series, [p.assign(time_s=p["time_s"] * factor) for p in series.points])
+    return from_motions(series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions])
+
+
+def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
+    """World turned so that a plane z = slope_x x + slope_y y becomes z = 0."""
+    if series.points is None:
+        return series
+    normal = np.array([-slope_x, -slope_y, 1.0])
+    normal /= np.linalg.norm(normal)
+    axis = np.cross(normal, [0.0, 0.0, 1.0])
+    sine, cosine = np.linalg.norm(axis), normal[2]
+    k = axis / sine if sine > 0 else axis
+    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    turn = np.eye(3) + sine * cross + (1 - cosine) * cross @ cross
+    out = []
+    for p in series.points:
+        xyz = p[["x_m", "y_m", "z_m"]].to_numpy(float) @ turn.T
+        out.append(p.assign(x_m=xyz[:, 0], y_m=xyz[:, 1], z_m=xyz[:, 2]))
+    return with_points(series, out)
