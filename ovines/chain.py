@@ -102,19 +102,20 @@ def stages_of(recording: Recording) -> tuple[Stage, ...]:
 
 def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
     """Where the files of an artifact that a stage reads lie; [] when there are none."""
-    cameras = [camera.name for camera in recording.cameras]
     if artifact == "points.parquet or motion.parquet":
         artifact = "motion.parquet" if recording.entry() == "motion" else "points.parquet"
         if recording.entry() == "motion":
             return [recording.folder / artifact]
     match artifact:
         case "frames":
-            return [path for camera in cameras for path in recording.frame_files(camera)]
+            return [path for one in recording.cameras for path in _matching(recording, one.name, one.frames)]
         case "first frames":
-            return [path for camera in cameras for path in recording.frame_files(camera)[:1]]
+            return [
+                path for one in recording.cameras for path in _matching(recording, one.name, one.frames)[:1]
+            ]
         case "intrinsic images" | "extrinsic images":
-            which = artifact.split()[0]
-            return [path for camera in cameras for path in recording.calibration_images(camera, which)]
+            pattern = getattr(recording.settings.calibration, artifact.split()[0], None)
+            return [path for one in recording.cameras for path in _matching(recording, one.name, pattern)]
         case "board":
             from vision.boards import board_file  # only this one path is vision's to know
 
@@ -137,16 +138,25 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
     return [path for path in candidates if path.is_file()][:1]
 
 
+def _matching(recording: Recording, camera: str, pattern: str | None) -> list[Path]:
+    """The files of a camera, or the pattern itself where nothing matches: its path is then said to be missing."""
+    if pattern is None:
+        return []
+    pattern = pattern.replace("{camera}", camera)
+    return recording.matching(pattern) or [recording.path(pattern)]
+
+
 def inputs_of(one: Stage, recording: Recording, out: Path) -> dict[str, list[Path]]:
     """Per artifact the files that ``one`` reads; `InputError` for a missing one."""
     found = {}
     for artifact in (*one.reads, *one.may_read):
         paths = location(artifact, recording, out)
-        missing = not paths or not all(path.is_file() for path in paths)
+        absent = [path for path in paths if not path.is_file()]
+        missing = bool(absent) or not paths
         if missing and artifact in one.reads:
             raise InputError(
                 f"{one.name}: no {artifact} for {recording.folder}"
-                + (f" ({paths[0]} is not there)" if paths else ""),
+                + (f" ({absent[0]} is not there)" if absent else ""),
                 f"{artifact} to read",
                 _remedy(artifact),
             )

@@ -108,7 +108,7 @@ class Recording:
     def frame_files(self, camera: str) -> list[Path]:
         """Image files (or the one video file) of ``camera``, in natural order; [] when there are none."""
         pattern = self.camera(camera).frames
-        return self.matching(pattern) if pattern else []
+        return self.matching(pattern.replace("{camera}", camera)) if pattern else []
 
     def path(self, text: str) -> Path:
         """A path of recording.toml, relative to its folder."""

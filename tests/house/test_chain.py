@@ -9,7 +9,7 @@ from filelock import FileLock
 
 import ovines.chain
 from ovines.camera import read_calibration
-from ovines.chain import STAGES, location, stage, stages_of, stored_state
+from ovines.chain import STAGES, inputs_of, location, stage, stages_of, stored_state
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.running import LOCK, run_stages, write_output
@@ -200,6 +200,24 @@ def test_stages_by_entry(small_recording):
     (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images))
     (folder / "points.parquet").unlink()
     assert [one.name for one in stages_of(read_recording(folder))][:2] == ["calibrate", "triangulate"]
+
+
+def test_images_of_one_camera_that_are_missing_are_named(small_recording, tmp_path):
+    folder = small_recording.folder
+    text = (folder / "recording.toml").read_text()
+    images = 'board = "charuco_5x7_8mm"\nintrinsic = "{camera}_*.png"\nextrinsic = "x_{camera}.png"'
+    (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images))
+    for name in ("VW1_1.png", "VW2_1.png", "x_VW1.png"):
+        (folder / name).touch()
+    with pytest.raises(InputError, match=r"no extrinsic images .*x_VW2\.png is not there"):
+        inputs_of(stage("calibrate"), read_recording(folder), tmp_path)
+    (folder / "x_VW2.png").touch()
+    found = inputs_of(stage("calibrate"), read_recording(folder), tmp_path)
+    assert {name: [path.name for path in paths] for name, paths in found.items()} == {
+        "board": ["charuco_5x7_8mm.toml"],
+        "intrinsic images": ["VW1_1.png", "VW2_1.png"],
+        "extrinsic images": ["x_VW1.png", "x_VW2.png"],
+    }
 
 
 def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
