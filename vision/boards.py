@@ -33,7 +33,7 @@ class Board:
 
     ``squares``: (columns, rows) of squares, or of dots; ``square_size_m``: edge of a square, or the dots' pitch.
     ``marker_size_m``, ``dictionary``, ``legacy_pattern``: ChArUco only.  ``inverted``: printed white for black.
-    ``rings``: dots only, the three ring-shaped dots as (column, row): origin, along x, along y.
+    ``rings``: dots only, the three ring-shaped dots as (column, row), rows counted downwards, in any order.
     """
 
     name: str
@@ -126,7 +126,7 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
     if kind == "dots":
         on_grid = isinstance(rings, list) and len(rings) == 3 and all(
             isinstance(r, list) and len(r) == 2 and 0 <= r[0] < squares[0] and 0 <= r[1] < squares[1] for r in rings)
-        check(on_grid, "rings", "three [column, row] of the ring-shaped dots: origin, along x, along y")
+        check(on_grid, "rings", "[column, row] of the three ring-shaped dots, rows counted downwards")
     return Board(str(content.get("name", name)), tuple(squares), float(square), float(content.get("marker_size_m", 0.0)),
                  content.get("dictionary", ""), content.get("legacy_pattern", False), content.get("inverted", False), kind,
                  tuple(tuple(r) for r in rings))

@@ -73,6 +73,7 @@ class Adjusted:
     state: State
     sigma_px: Array
     residuals_px: list[Array]
+    camera_of: list[int]
     covariance: Array
     chi2: float
     labels: list[tuple[int, str]]
@@ -82,10 +83,14 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     """Minimise the robust weighted reprojection error; the pixel sd of each camera is estimated along the way."""
     cameras, state = len(start.intrinsics), start.copy()
     sigma = np.ones(cameras)
-    for _ in range(3):  # sd and weights settle in two rounds
+    if len(setting.sigma_px) == cameras:
+        sigma = setting.sigma_px
+    for _ in range(4):  # sd and weights settle in two rounds
         setting.sigma_px = sigma
         state = _descend(sightings, state, setting, iterations)
         sigma = _spread(sightings, state, setting)
+        if np.allclose(sigma, setting.sigma_px, rtol=0.05):
+            break
     setting.sigma_px = sigma
     cost, normal, _ = _normal(sightings, state, setting)
     used = np.flatnonzero(np.diag(normal) > 0)
@@ -94,7 +99,8 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     covariance[np.ix_(used, used)] = np.linalg.pinv(normal[np.ix_(used, used)] * np.outer(scale, scale)) * np.outer(scale, scale)
     kept = cameras * 15
     labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, "rx", "ry", "rz", "tx", "ty", "tz")]
-    return Adjusted(state, sigma, [s.uv_px - project(s, state, setting)[0] for s in sightings], covariance[:kept, :kept], cost, labels)
+    return Adjusted(state, sigma, [s.uv_px - project(s, state, setting)[0] for s in sightings],
+                    [s.camera for s in sightings], covariance[:kept, :kept], cost, labels)
 
 
 def project(sighting: Sighting, state: State, setting: Setting, derivatives: bool = False) -> tuple[Array, Array, Array, Array]:
@@ -207,7 +213,7 @@ def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iter
             gain, state = cost - new[0], trial
             cost, normal, right = new
             damping = max(1e-9, 0.2 * damping)
-            if gain < 1e-7 * max(cost, 1.0):
+            if gain < 1e-6 * max(cost, 1.0):
                 break
         else:
             damping *= 8

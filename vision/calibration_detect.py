@@ -83,7 +83,8 @@ def _chessboard(image: NDArray[np.uint8], board: Board, name: str) -> View:
     if not found:
         return _empty(name)
     grid = corners.reshape(rows, columns, 2).astype(float)
-    if np.cross(grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]) < 0:  # mirrored numbering: a chessboard has no markers
+    (ax, ay), (bx, by) = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    if ax * by - ay * bx < 0:  # numbered as if seen from behind: a chessboard has no markers to tell
         grid = grid[:, ::-1]
     spacing = min(np.linalg.norm(np.diff(grid, axis=0), axis=-1).min(), np.linalg.norm(np.diff(grid, axis=1), axis=-1).min())
     uv = grid.reshape(-1, 2)

@@ -7,9 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.boards import Board
-from vision.centre import N_FIT, OK, disc_start, fit_discs
+from vision.centre import CONTRAST, MISFIT, N_FIT, SD, U, V, disc_start, fit_discs
 
 Array = NDArray[np.float64]
+# rms at the edge over contrast: 0.12 on the aliased, simulated dots of stereo_dots, whose centres are still good
+# to 0.005 px; a dot cut by the image border or with a scratch has more
+WORST_MISFIT = 0.25
 NOTHING = (np.empty(0, np.int64), np.empty((0, N_FIT)))
 
 
@@ -30,7 +33,9 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
         level, middle = _levels(image, u, v, radius)
         starts.append(disc_start(u, v, radius, level, middle - level))
     fits = fit_discs(np.ascontiguousarray(image), np.asarray(starts))
-    good = fits[:, OK] > 0
+    # A print is no marker in the dark: what counts is a fit that ended (it has an sd) near its start with good contrast.
+    moved = np.hypot(*(fits[:, [U, V]] - np.asarray(starts)[:, [U, V]]).T)
+    good = (fits[:, SD] > 0) & (fits[:, MISFIT] < WORST_MISFIT * np.abs(fits[:, CONTRAST])) & (moved < 1.5)
     return np.array([number for number, _ in chosen])[good], fits[good]
 
 
@@ -62,8 +67,7 @@ def _number(dots_px: Array, rings_px: Array, board: Board) -> NDArray[np.int64] 
     best, best_seen = None, 0
     for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
         picked = rings_px[list(order)]
-        along, down = picked[1] - picked[0], picked[2] - picked[0]
-        if along[0] * down[1] - along[1] * down[0] <= 0:  # a face seen from the front is not mirrored
+        if _turn(picked) * _turn(rings) <= 0:  # a face seen from the front is not mirrored
             continue
         affine = cv2.getAffineTransform(rings.astype(np.float32), picked.astype(np.float32))
         mapping = np.vstack([affine, [0, 0, 1]])
@@ -83,6 +87,11 @@ def _number(dots_px: Array, rings_px: Array, board: Board) -> NDArray[np.int64] 
         if (numbers >= 0).sum() > best_seen:
             best, best_seen = numbers, int((numbers >= 0).sum())
     return best if best_seen >= 0.6 * (len(grid) - 3) else None
+
+
+def _turn(triangle: Array) -> float:
+    (ax, ay), (bx, by) = triangle[1] - triangle[0], triangle[2] - triangle[0]
+    return float(ax * by - ay * bx)
 
 
 def _levels(image: NDArray[np.uint8], u: float, v: float, radius: float) -> tuple[float, float]:

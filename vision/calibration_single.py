@@ -105,6 +105,7 @@ def _with_worthy_terms(sightings: list[Sighting], state: State, setting: Setting
     the focal length and the principal point with them.
     """
     setting.free[0, [K2, P1, P2, K3]] = False
+    state.intrinsics[0, [K2, P1, P2, K3]] = 0.0
     best = adjust(sightings, state, setting)
     for terms in ([K2], [P1, P2], [K3]):
         if terms == [K3] and not setting.free[0, K2]:

@@ -1,0 +1,132 @@
+"""Board images of a recording: read, found, in full-sensor pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.errors import InputError
+from ovines.recording import CameraSettings, Recording
+from vision.boards import Board, find_board
+from vision.calibration_detect import View, alternatives, detect
+
+TRIED = 6  # images in which another print of the board is looked for
+VIDEO_VIEWS = 40
+VIDEOS = {".mp4", ".avi", ".mov", ".mkv", ".m4v"}
+Image = NDArray[np.uint8]
+
+
+def read_views(recording: Recording, progress: Callable[[int, int], None] | None = None,
+               ) -> tuple[Board, dict[str, list[View]], dict[str, View], list[str]]:
+    """Board (as it fits), intrinsic views and the extrinsic view per camera, and notes on what differs from its TOML."""
+    board = find_board(recording.board, recording.folder)
+    files = {(camera.name, which): _files(recording, camera.name, which)
+             for camera in recording.cameras for which in ("intrinsic", "extrinsic")}
+    jobs = [(camera, which, path) for camera in recording.cameras for which in ("intrinsic", "extrinsic")
+            for path in files[camera.name, which]]
+    board, notes = _board_that_fits(board, [(path, camera) for camera, which, path in jobs if which == "intrinsic"])
+    views: dict[str, list[View]] = {camera.name: [] for camera in recording.cameras}
+    extrinsic: dict[str, View] = {}
+    with ThreadPoolExecutor(2) as pool:  # OpenCV lets go of the interpreter while it looks for markers
+        found = pool.map(lambda job: _views_of(job[2], job[0], board), jobs)
+        for done, ((camera, which, _), seen) in enumerate(zip(jobs, found, strict=True), 1):
+            if which == "intrinsic":
+                views[camera.name] += seen
+            elif seen:
+                extrinsic[camera.name] = max(seen, key=lambda view: len(view.points))
+            if progress:
+                progress(done, len(jobs))
+    for camera in recording.cameras:
+        if camera.name not in extrinsic or not len(extrinsic[camera.name].points):
+            raise InputError(f"{camera.name}: board {board.name} not found in its extrinsic view "
+                             f"{', '.join(p.name for p in files[camera.name, 'extrinsic'])}",
+                             "the whole board, in the world position", "take that view again, or name another image")
+    return board, views, extrinsic, notes
+
+
+def _files(recording: Recording, camera: str, which: str) -> list[Path]:
+    paths = recording.calibration_images(camera, which)
+    if not paths:
+        pattern = getattr(recording.settings.calibration, which)
+        raise InputError(f"{camera}: no file {pattern.replace('{camera}', camera)}", f"{which} images of the board",
+                         f"correct [calibration] {which} in {recording.folder / 'recording.toml'}")
+    return paths
+
+
+def _board_that_fits(board: Board, images: list[tuple[Path, CameraSettings]]) -> tuple[Board, list[str]]:
+    """The board itself if some image shows it, else the print that does; refused by name where nothing helps."""
+    chosen = images[::max(1, len(images) // TRIED)][:TRIED]
+    seen = [image for path, camera in chosen for _, image in _read(path, camera, few=True)]
+    if not seen:
+        raise InputError("none of the board images can be read", "PNG, TIFF, BMP or JPEG images, or a video", "check the files")
+    if any(len(detect(image, board).points) for image in seen):
+        return board, []
+    changed, note = alternatives(seen, board)
+    return changed, [note]
+
+
+def _views_of(path: Path, camera: CameraSettings, board: Board) -> list[View]:
+    views = []
+    try:
+        for name, image in _read(path, camera):
+            view = detect(image, board, name)
+            if image.shape[::-1] != tuple(camera.sensor_size_px):  # a window, then
+                view = View(view.name, view.points, view.uv_px + camera.window_offset_px, view.sd_px, view.marker_px,
+                            _shifted(view.discs, camera.window_offset_px))
+            views.append(view)
+    except OSError:
+        views.append(View(path.name, np.empty(0, np.int64), np.empty((0, 2)), np.empty(0)))
+    return views
+
+
+def _shifted(discs, offset_px):
+    if discs is None:
+        return None
+    moved = discs.copy()
+    moved[:, :2] += offset_px
+    return moved
+
+
+def _read(path: Path, camera: CameraSettings, few: bool = False) -> Iterable[tuple[str, Image]]:
+    if path.suffix.lower() in VIDEOS:
+        for name, image in video_frames(path, 6 if few else VIDEO_VIEWS):
+            _check_size(image, path, camera)
+            yield name, image
+        return
+    image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION) if path.stat().st_size else None
+    if image is None:
+        if not few:
+            raise OSError(f"{path} cannot be decoded")
+        return
+    _check_size(image, path, camera)
+    yield path.name, image
+
+
+def _check_size(image: Image, path: Path, camera: CameraSettings) -> None:
+    size, sensor, window = image.shape[::-1], tuple(camera.sensor_size_px), camera.window_size_px
+    if size != sensor and (window is None or size != tuple(window)):
+        raise InputError(f"{path}: {size[0]} x {size[1]} px", f"the sensor's {sensor[0]} x {sensor[1]} px"
+                         + (f" or the window's {window[0]} x {window[1]} px" if window else ""),
+                         f"check sensor_size_px of {camera.name}, or use images as the camera took them")
+
+
+def video_frames(path: Path, count: int | None = None, numbers: Iterable[int] | None = None) -> Iterable[tuple[str, Image]]:
+    """Grey frames of a video: ``count`` at equal steps, or those with the given numbers; named "frame_N"."""
+    video = cv2.VideoCapture(str(path))
+    total = int(video.get(cv2.CAP_PROP_FRAME_COUNT))
+    if not video.isOpened() or total < 1:
+        raise InputError(f"{path} cannot be read as a video", "a video file", "check the file")
+    wanted = set(numbers) if numbers is not None else set(np.linspace(0, total - 1, min(total, count or total)).astype(int).tolist())
+    for number in range(max(wanted) + 1):
+        if not video.grab():
+            break
+        if number in wanted:
+            good, frame = video.retrieve()
+            if good:
+                yield f"frame_{number:05d}", cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+    video.release()
