@@ -28,6 +28,10 @@ GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
 def stand_on(t, y, mode, wall, p, k, drive, table, polygon, work) -> None:
     """Remove what rounding and the step left: distance from the wall, normal speed, and slip when rolling."""
     scratch, at = work[13], work[14]
+    if wall >= P.PAIR:
+        for turn in range(16):  # a corner of 60 degrees leaves a quarter of the rest per pair
+            stand_on(t, y, P.SLIDE, wall % P.PAIR if turn % 2 == 0 else wall // P.PAIR, p, k, drive, table, polygon, work)
+        return
     place(t, y, p, k, drive, table, scratch, at)
     onto_wall(y, at, wall, p, k, polygon)
     place(t, y, p, k, drive, table, scratch, at)
@@ -50,7 +54,9 @@ def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tupl
     derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[15])
     scratch = work[13]
     if scratch[PUSH] < 0.0:
-        return RELEASED, wall
+        return RELEASED, (int(scratch[NEED]) if mode == P.CORNER else wall)
+    if mode == P.CORNER:
+        return (STICKS if scratch[SLIP] * side < 0.0 else GOES_ON), wall
     friction = p[P.WALL_FRICTION]
     if mode == P.SLIDE and friction > 0.0 and scratch[SLIP] * side <= 0.0:
         return STICKS, wall
@@ -67,8 +73,12 @@ def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tupl
 @compiled
 def start_mode(t, y, wall, p, k, drive, table, polygon, work) -> tuple[int, float]:
     """Rolling if the slip is nothing and friction can hold it, else sliding and the side it slides to."""
-    derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
     scratch = work[13]
+    if wall >= P.PAIR:
+        derivatives(t, y, P.CORNER, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+        slip = scratch[SLIP]
+        return P.CORNER, (0.0 if abs(slip) <= 1e-9 * p[P.SPEED] else (1.0 if slip > 0.0 else -1.0))
+    derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
     slip, need, pushed = scratch[SLIP], scratch[NEED], scratch[PUSH]
     if abs(slip) > 1e-11 * p[P.SPEED]:
         return P.SLIDE, (1.0 if slip > 0.0 else -1.0)
@@ -89,7 +99,7 @@ def follow_wall(
     while t < end:
         derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[0])
         if work[13][PUSH] < 0.0:
-            return t, RELEASED, wall, next_sample
+            return t, RELEASED, (int(work[13][NEED]) if mode == P.CORNER else wall), next_sample
         h = min(h, p[P.MAX_STEP])
         s = min(h, end - t)
         error = step(t, y, s, mode, wall, side, p, k, drive, table, polygon, work, trial)
@@ -141,7 +151,28 @@ def work_need(t, y, wall, p, k, drive, table, polygon, work) -> float:
 @compiled
 def turn_over(t, y, wall, side, p, k, drive, table, polygon, work) -> tuple[int, float]:
     """After the slip came to nothing: roll if friction holds, else slide on the way the free slip turns."""
+    if wall >= P.PAIR:
+        return P.CORNER, 0.0
     need = work_need(t, y, wall, p, k, drive, table, polygon, work)
     if abs(need) <= p[P.WALL_FRICTION] * work[13][PUSH]:
         return P.ROLL, 0.0
     return P.SLIDE, (-1.0 if need > 0.0 else 1.0)
+
+
+@compiled
+def corner_partner(t, y, wall, p, k, drive, table, polygon, work) -> int:
+    """An edge that the disk, resting on ``wall``, rests on too (-1: none): touching, not moving, pressed by both."""
+    place(t, y, p, k, drive, table, work[13], work[14])
+    for other in range(P.EDGES, k[P.N_WALLS]):
+        if other == wall:
+            continue
+        nx, ny, gap, _curvature = normal_here(other, work[14], p, k, polygon)
+        normal = contact_velocity(nx, ny, y[5], work[14], p)[0]
+        if gap > 1e-10 * p[P.LENGTH] or abs(normal) > 1e-5 * p[P.SPEED]:
+            continue
+        pair = wall + P.PAIR * other
+        derivatives(t, y, P.CORNER, pair, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+        if work[13][PUSH] > 0.0:
+            return other
+        place(t, y, p, k, drive, table, work[13], work[14])
+    return -1

@@ -78,6 +78,8 @@ def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
     radius = p[P.RADIUS]
     host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
     host_t = -(at[0] - at[4]) * ny + (at[1] - at[5]) * nx
+    if abs(host_t) < 1e-15 * host_n:  # a round wall's normal goes through the Host's centre: no torque, not a rounded one
+        host_t = 0.0
     return radius - at[10] * nx - at[11] * ny, at[10] * ny - at[11] * nx, host_n, host_t
 
 
@@ -225,11 +227,49 @@ def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) 
         dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
 
 
+@compiled
+def corner_forces(y, pair: int, side: float, p, k, polygon, scratch, at, dy) -> None:
+    """Add the forces of two walls at once: both normal accelerations vanish, both contacts slip to ``side``.
+
+    The 2 x 2 system is built by trying a unit force at each wall, so it holds for every kind of Host.
+    """
+    walls = (pair % P.PAIR, pair // P.PAIR)
+    tried = dy.copy()
+    friction = p[P.WALL_FRICTION] * side
+    system, bias = np.zeros((2, 2)), np.zeros(2)
+    for j in range(2):
+        nx, ny, _gap, curvature = normal_here(walls[j], at, p, k, polygon)
+        bias[j] = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
+    for j in range(2):
+        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
+        tried[:] = dy
+        push(y, at, nx, ny, -1.0, -friction, p, k, tried)
+        for i in range(2):
+            mx, my, _gap, curvature = normal_here(walls[i], at, p, k, polygon)
+            system[i, j] = contact_bias(y, at, mx, my, curvature, tried, p, k, scratch)[0] - bias[i]
+    determinant = system[0, 0] * system[1, 1] - system[0, 1] * system[1, 0]
+    first = (-bias[0] * system[1, 1] + bias[1] * system[0, 1]) / determinant
+    second = (-bias[1] * system[0, 0] + bias[0] * system[1, 0]) / determinant
+    slip = 0.0
+    for j in range(2):
+        force = first if j == 0 else second
+        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
+        slip = contact_velocity(nx, ny, y[5], at, p)[1]
+        push(y, at, nx, ny, -force, -friction * force, p, k, dy)
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_FRICTION] += friction * force * slip
+    scratch[PUSH], scratch[RUB], scratch[SLIP] = min(first, second), 0.0, slip
+    scratch[NEED] = walls[0] if first > second else walls[1]  # the wall that holds longer
+
+
 def _derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
     """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
     place(t, y, p, k, drive, table, scratch, at)
     free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
     if mode == P.FLIGHT:
+        return
+    if mode == P.CORNER:
+        corner_forces(y, wall, side, p, k, polygon, scratch, at, dy)
         return
     nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
     bias_n, bias_t = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)

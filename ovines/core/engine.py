@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.along_wall import GOES_ON, HITS, follow_wall
+from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.collision import resolve
 from ovines.core.compiled import compiled
 from ovines.core.dynamics import derivatives
@@ -143,7 +143,7 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
             if wall < 0:
                 continue
         else:
-            start = t
+            start, held = t, wall
             t, event, wall, next_sample = follow_wall(
                 t, y, wall, end, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
             )
@@ -153,6 +153,9 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
             in_contact += t - start
             if event == GOES_ON:
                 break
+            if event != HITS and held >= P.PAIR:  # out of a corner, along the wall that still presses
+                mode = P.SLIDE
+                continue
             if event != HITS:
                 mode = P.FLIGHT
                 grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
@@ -165,7 +168,11 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
             n_impacts += 1
             if n_impacts >= k[P.MAX_IMPACTS]:
                 break
-        elif mode == P.FLIGHT:
+        if mode == P.SLIDE and k[P.N_WALLS] > P.EDGES + 1:
+            other = corner_partner(t, y, wall, p, k, drive, table, polygon, work)
+            if other >= 0:
+                wall += P.PAIR * other
+        elif mode == P.FLIGHT and not counted:
             grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
     while next_sample < sample_times.shape[0] and sample_times[next_sample] <= t:
         take_sample(t, y, p, k, drive, table, work, samples[next_sample])

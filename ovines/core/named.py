@@ -48,6 +48,18 @@ def _coulomb_stop() -> Scenario:
                     (0.0, 0.0, math.sqrt(10.0), 0.0, 0.0, 0.0), sample_rate_hz=1000.0)  # fmt: skip
 
 
+def _rabinowicz() -> Scenario:
+    """Eq. 32-35: a block of 20 kg on a spring of 10 N/m, dragged by a belt at 0.5 m/s, mu = 0.5, v_d = 5 cm/s.
+
+    The block is the sprung Host; the belt is a NES so heavy (1e9 kg) that nothing slows it, whose load on the Host's floor
+    is the block's 20 kg times 9.81 m/s^2.
+    """
+    host = Host(100.0, motion="sprung", mass_kg=20.0, suspension=Suspension((10.0, 10.0, 10.0), (0.0, 0.0, 0.0)))
+    friction = FloorFriction(0.5, "coulomb", "host", 0.05, 20.0 * 9.81 / 1e9)
+    return Scenario("rabinowicz", Nes(1.0, 1e9), host, SMOOTH, 60.0, friction, (0.0, 0.0, 0.5, 0.0, 0.0, 0.0),
+                    (0.0, 0.0, 0.5, 0.0, 0.0, 0.0), sample_rate_hz=20.0)  # fmt: skip
+
+
 def _farkas_stop() -> Scenario:
     """Eq. 80-84 with mu g = 10 m/s^2, v0 = 1 m/s, R = 1 m (gamma = 0.1), Omega_0 = 1/T_0 (ERRATA): omega(0) = 10 rad/s."""
     friction = FloorFriction(1.0, "farkas", "ground", 1e-4, 10.0)
@@ -117,6 +129,7 @@ _ALL = (
                   lambda: _heavy("table-11", ImpactLaw(0.9, 0.9, -0.5), (0, 9.0 - 1e-2, 1000.0, 0, 0, 0), 5.0)),
     NamedScenario("table-12", "The case that left the container in the thesis: nearly tangential contacts.", _exits),
     NamedScenario("coulomb-stop", "Sliding stop under Coulomb friction: v^2/(2 mu g) = 1 m.", _coulomb_stop),
+    NamedScenario("rabinowicz", "A block on a spring, dragged by a belt: sticks, then oscillates.", _rabinowicz),
     NamedScenario("farkas-stop", "Sliding and spinning stop at the same instant (Farkas).", _farkas_stop),
     NamedScenario("table-13", "Host on springs and dampers over a shaken ground.", _table_13),
     NamedScenario("table-15-case-1", "Shaken Host, rough wall, hardly any floor friction.",

@@ -20,7 +20,7 @@ N_FLOATS = 44
 N_INTS = 9
 
 FIXED, FREE, DRIVEN, SPRUNG = range(4)  # host kinds
-FLIGHT, SLIDE, ROLL, PRESS = range(4)  # modes of motion; PRESS is a finite contact time
+FLIGHT, SLIDE, ROLL, CORNER = range(4)  # modes of motion; CORNER rests on two walls at once
 
 # state vector: NES (x, y, vx, vy, angle, spin) of its centre of mass, three energies, Host (same six)
 LOST_FRICTION, WORK, LOST_DRAG = 6, 7, 8  # J: rubbed away, done by driver or ground, drag and dampers
@@ -29,6 +29,7 @@ N_STATE = 15
 
 # walls: the round wall, the obstacle, then the polygon's edges
 ROUND, OBSTACLE, EDGES = 0, 1, 2
+PAIR = 1000  # two walls in one number: first + PAIR * second
 
 # columns of the impact record
 (TIME, AZIMUTH, NORMAL_BEFORE, NORMAL_AFTER, TANGENTIAL_BEFORE, TANGENTIAL_AFTER, SPIN_BEFORE, SPIN_AFTER,
