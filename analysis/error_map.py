@@ -1,8 +1,8 @@
 """What the impacts together say about wall friction and tangential restitution: a joint likelihood over both.
 
-One impact gives one number, min(beta_0, beta_1): its zero set in the plane of the two parameters is an L (thesis
-Fig. 64, ERRATA).  Summed over impacts on both sides of the critical angle the L's close on a point; on one side only they leave
-one parameter with a bound.
+One impact gives one number, min(beta_0, beta_1): its zero set in the plane of the two parameters is an L
+(thesis Fig. 64, ERRATA).  Summed over impacts on both sides of the critical angle the L's close on a point;
+on one side only they leave one parameter with a bound.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ REGION_90 = 4.605
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """``deviance`` (F, B) over ``wall_friction`` (F,) and ``tangential_restitution`` (B,): -2 ln likelihood, minimum 0.
+    """``deviance`` (F, B) over ``wall_friction`` (F,) and ``tangential_restitution`` (B,): -2 ln likelihood,
+    minimum 0.
 
-    ``scatter_m_per_s`` is the extra sd of the tangential speed after an impact that makes the misfit at the minimum what its
-    standard deviations say; ``n_impacts`` informed the map.
+    ``scatter_m_per_s`` is the extra sd of the tangential speed after an impact that makes the misfit at the
+    minimum what its standard deviations say; ``n_impacts`` informed the map.
     """
 
     wall_friction: Array
@@ -40,12 +41,17 @@ class ErrorMap:
         return float(self.wall_friction[i]), float(self.tangential_restitution[j])
 
     def close_up(self) -> tuple[Array, Array] | None:
-        """Grids (81,) for a second map of the neighbourhood of the 90 % region; None where the region is large or open."""
+        """Grids (81,) for a second map of the neighbourhood of the 90 % region; None where the region is
+        large or open.
+        """
         if self.open_ends():
             return None
         inside = self.deviance <= 10 * REGION_90
         grids = []
-        for values, hit in ((self.wall_friction, inside.any(1)), (self.tangential_restitution, inside.any(0))):
+        for values, hit in (
+            (self.wall_friction, inside.any(1)),
+            (self.tangential_restitution, inside.any(0)),
+        ):
             step, span = values[1] - values[0], values[-1] - values[0]
             low, high = values[hit].min() - 2 * step, values[hit].max() + 2 * step
             if high - low > 0.4 * span:
@@ -56,34 +62,58 @@ class ErrorMap:
     def open_ends(self) -> list[str]:
         """Ends of the map that the 90 % region runs into: what these impacts do not bound."""
         inside = self.deviance <= REGION_90
-        edges = {"wall friction from below": inside[0].any(), "wall friction from above": inside[-1].any(),
-                 "tangential restitution from below": inside[:, 0].any(),
-                 "tangential restitution from above": inside[:, -1].any()}
+        edges = {
+            "wall friction from below": inside[0].any(),
+            "wall friction from above": inside[-1].any(),
+            "tangential restitution from below": inside[:, 0].any(),
+            "tangential restitution from above": inside[:, -1].any(),
+        }
         return [name for name, is_open in edges.items() if is_open]
 
 
-def error_map(impacts: pd.DataFrame, restitution: float, inertia_factor: float, wall_friction: ArrayLike | None = None,
-              tangential_restitution: ArrayLike | None = None, default_sd_m_per_s: float = 0.02) -> ErrorMap | None:
+def error_map(
+    impacts: pd.DataFrame,
+    restitution: float,
+    inertia_factor: float,
+    wall_friction: ArrayLike | None = None,
+    tangential_restitution: ArrayLike | None = None,
+    default_sd_m_per_s: float = 0.02,
+) -> ErrorMap | None:
     """Joint likelihood map of the impacts with tangential speeds on both sides; None where there is none.
 
-    ``restitution`` stands in where an impact's own is missing.  Each residual is v_theta measured minus predicted (Luding law) over its sd: the measured sd after, the sd before
-    carried through the effective restitution, and a common scatter.  ``default_sd_m_per_s`` stands in for missing sd.  Residuals beyond four sd
-    count as four (one wrong impact must not move the map).
+    ``restitution`` stands in where an impact's own is missing.  Each residual is v_theta measured minus
+    predicted (Luding law) over its sd: the measured sd after, the sd before carried through the effective
+    restitution, and a common scatter.  ``default_sd_m_per_s`` stands in for missing sd.  Residuals beyond
+    four sd count as four (one wrong impact must not move the map).
     """
-    needed = ["normal_speed_before_m_per_s", "tangential_speed_before_m_per_s", "tangential_speed_after_m_per_s"]
+    needed = [
+        "normal_speed_before_m_per_s",
+        "tangential_speed_before_m_per_s",
+        "tangential_speed_after_m_per_s",
+    ]
     table = impacts[np.isfinite(impacts[needed].to_numpy(float)).all(1)]
     table = table[table["normal_speed_before_m_per_s"] > 0]
     if not len(table):
         return None
     mu = np.linspace(0, 0.4, 121) if wall_friction is None else np.asarray(wall_friction, float)
-    beta = np.linspace(-1, 1, 121) if tangential_restitution is None else np.asarray(tangential_restitution, float)
+    beta = (
+        np.linspace(-1, 1, 121)
+        if tangential_restitution is None
+        else np.asarray(tangential_restitution, float)
+    )
     # The tangential impulse of a sliding impact goes with the normal impulse it had, not with the mean one.
-    after, before = (table[f"normal_speed_{when}_m_per_s"].to_numpy(float) if f"normal_speed_{when}_m_per_s" in table else
-                     np.full(len(table), np.nan) for when in ("after", "before"))
+    after, before = (
+        table[f"normal_speed_{when}_m_per_s"].to_numpy(float)
+        if f"normal_speed_{when}_m_per_s" in table
+        else np.full(len(table), np.nan)
+        for when in ("after", "before")
+    )
     measured = np.where(np.isfinite(after), np.clip(after / before, 0.0, 1.5), restitution)
     model = predicted_tangential_speed(table, mu[:, None], beta[None, :], measured, inertia_factor)
     residual = table["tangential_speed_after_m_per_s"].to_numpy(float)[:, None, None] - model
-    sd = np.hypot(_sd(table, "after", default_sd_m_per_s), 0.5 * _sd(table, "before", default_sd_m_per_s))[:, None, None]
+    sd = np.hypot(_sd(table, "after", default_sd_m_per_s), 0.5 * _sd(table, "before", default_sd_m_per_s))[
+        :, None, None
+    ]
     scatter = 0.0
     for _ in range(3):
         scaled = np.minimum(residual**2 / (sd**2 + scatter**2), 16.0)
@@ -102,7 +132,9 @@ def _sd(table: pd.DataFrame, when: str, default: float) -> Array:
 
 
 def _extra_scatter(residual: Array, sd: Array) -> float:
-    """Scatter that brings the median squared residual to that of a normal law (0.455); 0 where none is needed."""
+    """Scatter that brings the median squared residual to that of a normal law (0.455); 0 where none is
+    needed.
+    """
     low, high = 0.0, float(np.max(np.abs(residual))) + 1e-12
     if np.median(residual**2 / sd**2) <= 0.455 or len(residual) < 3:
         return 0.0

@@ -1,4 +1,6 @@
-"""Does a parameter drift over a series (wear, heating)?  A weighted straight line with the tests' own scatter allowed for."""
+"""Does a parameter drift over a series (wear, heating)?  A weighted straight line with the tests' own scatter
+allowed for.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +15,10 @@ from scipy.stats import chi2, t
 class Trend:
     """A weighted mean and slope over ``n`` tests.
 
-    ``mean`` and ``mean_sd`` hold at ``centre`` (weighted mean number of the test); ``slope`` is per test; their sd are
-    enlarged by the scatter where the tests scatter more than their own sd (Birge's ratio); ``p_slope`` is the two-sided p-value of
-    no trend (Student's t, n - 2 degrees); ``p_scatter`` the p-value of the tests agreeing with one value within their sd.
+    ``mean`` and ``mean_sd`` hold at ``centre`` (weighted mean number of the test); ``slope`` is per test;
+    their sd are enlarged by the scatter where the tests scatter more than their own sd (Birge's ratio);
+    ``p_slope`` is the two-sided p-value of no trend (Student's t, n - 2 degrees); ``p_scatter`` the p-value
+    of the tests agreeing with one value within their sd.
     """
 
     n: int
@@ -29,7 +32,8 @@ class Trend:
 
 
 def weighted_trend(number: ArrayLike, values: ArrayLike, sds: ArrayLike) -> Trend | None:
-    """Weighted mean and straight trend of the tests that have both value and sd; None where fewer than two have.
+    """Weighted mean and straight trend of the tests that have both value and sd; None where fewer than two
+    have.
 
     With two tests there is a mean and no trend: slope and its p-value are NaN.
     """

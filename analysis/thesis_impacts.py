@@ -1,9 +1,11 @@
-"""The thesis' own way to impacts and parameters (Secs 7.3.3 and 7.4), kept beside the careful one for comparison.
+"""The thesis' own way to impacts and parameters (Secs 7.3.3 and 7.4), kept beside the careful one for
+comparison.
 
-Impacts are maxima of the smoothed acceleration norm, velocities are slopes of straight lines through a few points on
-either side, and parameters minimise relative errors on a grid.  The straight lines are biased: the Host accelerates
-at 60-90 m/s^2, so its velocity at the contact is not that of the points beside it, and a floor brakes the NES on the way.
-``analysis.impacts`` and ``analysis.identify`` do it with a model of both motions.
+Impacts are maxima of the smoothed acceleration norm, velocities are slopes of straight lines through a few
+points on either side, and parameters minimise relative errors on a grid.  The straight lines are biased: the
+Host accelerates at 60-90 m/s^2, so its velocity at the contact is not that of the points beside it, and a
+floor brakes the NES on the way. ``analysis.impacts`` and ``analysis.identify`` do it with a model of both
+motions.
 """
 
 from __future__ import annotations
@@ -25,8 +27,9 @@ STATE = ("nes_x_m", "nes_y_m", "nes_angle_rad", "host_x_m", "host_y_m", "host_an
 class ThesisSettings:
     """The choices that the thesis names without giving numbers.
 
-    On ``practice-01`` (800 frames/s, 225 impacts) a 7-frame cubic and 60 m/s^2 find the impacts above about 0.4 m/s;
-    noise alone stays below 40 m/s^2.  Five points a side, the nearest left out, is the reading of "a few points".
+    On ``practice-01`` (800 frames/s, 225 impacts) a 7-frame cubic and 60 m/s^2 find the impacts above about
+    0.4 m/s; noise alone stays below 40 m/s^2.  Five points a side, the nearest left out, is the reading of "a
+    few points".
     """
 
     smoothing_frames: int = 7
@@ -38,10 +41,12 @@ class ThesisSettings:
 
 
 def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisSettings = ThesisSettings()) -> pd.DataFrame:
-    """``frame, time_s, nes_vx_m_per_s, nes_vy_m_per_s, acceleration_m_per_s2`` on every frame from first to last.
+    """``frame, time_s, nes_vx_m_per_s, nes_vy_m_per_s, acceleration_m_per_s2`` on every frame from first to
+    last.
 
-    Savitzky-Golay smoothing of the NES centre, then central differences, as Sec. 7.3.3.  Missing frames are bridged by
-    straight lines for the filter only; whatever its window or the differences touch of them is null in the result.
+    Savitzky-Golay smoothing of the NES centre, then central differences, as Sec. 7.3.3.  Missing frames are
+    bridged by straight lines for the filter only; whatever its window or the differences touch of them is
+    null in the result.
     """
     frames = np.arange(motion["frame"].min(), motion["frame"].max() + 1)
     full = motion.set_index("frame")[["time_s", "nes_x_m", "nes_y_m"]].reindex(frames)
@@ -51,33 +56,48 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisSettings = Thesi
     out = pd.DataFrame({"frame": frames, "time_s": time_s})
     if seen.sum() <= settings.smoothing_frames + 4:
         return out.assign(nes_vx_m_per_s=np.nan, nes_vy_m_per_s=np.nan, acceleration_m_per_s2=np.nan)
-    smooth = np.column_stack([savgol_filter(_bridged(frames, column), settings.smoothing_frames, settings.polynomial_order)
-                              for column in position.T])
+    smooth = np.column_stack(
+        [
+            savgol_filter(_bridged(frames, column), settings.smoothing_frames, settings.polynomial_order)
+            for column in position.T
+        ]
+    )
     velocity = np.gradient(smooth, time_s, axis=0)
     acceleration = np.linalg.norm(np.gradient(velocity, time_s, axis=0), axis=1)
     # A gap of one frame is ordinary and bridged; inside a longer one the filter sees straight lines only.
     run = np.convolve(~seen, [1, 1], "same").astype(int)
-    reach = settings.smoothing_frames // 2 + 2  # the window's half, and one frame for each of the two differences
+    reach = (
+        settings.smoothing_frames // 2 + 2
+    )  # the window's half, and one frame for each of the two differences
     spoilt = np.convolve((run > 1).astype(float), np.ones(2 * reach + 1), "same") > 0.5
     velocity[spoilt], acceleration[spoilt] = np.nan, np.nan
-    return out.assign(nes_vx_m_per_s=velocity[:, 0], nes_vy_m_per_s=velocity[:, 1], acceleration_m_per_s2=acceleration)
+    return out.assign(
+        nes_vx_m_per_s=velocity[:, 0], nes_vy_m_per_s=velocity[:, 1], acceleration_m_per_s2=acceleration
+    )
 
 
-def thesis_impacts(motion: pd.DataFrame, recording: Recording, settings: ThesisSettings = ThesisSettings()) -> pd.DataFrame:
+def thesis_impacts(
+    motion: pd.DataFrame, recording: Recording, settings: ThesisSettings = ThesisSettings()
+) -> pd.DataFrame:
     """Table ``thesis_impacts``: one row per maximum of the acceleration norm, with straight-line velocities.
 
-    Normal speeds are positive towards the wall before and away from it after; tangential ones (contact point, relative
-    to the wall, eq. (88)) are signed along e_theta.  With no angle in ``motion`` the spins, and with them the
-    tangential speeds, are null.  A side with fewer than three points, or one that reaches over a neighbouring impact,
-    is null: that impact has a time and no parameters.
+    Normal speeds are positive towards the wall before and away from it after; tangential ones (contact point,
+    relative to the wall, eq. (88)) are signed along e_theta.  With no angle in ``motion`` the spins, and with
+    them the tangential speeds, are null.  A side with fewer than three points, or one that reaches over a
+    neighbouring impact, is null: that impact has a time and no parameters.
     """
     smooth = smoothed_acceleration(motion, settings)
     signal = smooth["acceleration_m_per_s2"].to_numpy(float)
     step_s = float(np.median(np.diff(smooth["time_s"]))) if len(smooth) > 1 else 1.0
-    peaks, properties = find_peaks(np.nan_to_num(signal, nan=0.0), prominence=settings.prominence_m_per_s2,
-                                   distance=max(1, round(settings.minimum_distance_s / step_s)))
+    peaks, properties = find_peaks(
+        np.nan_to_num(signal, nan=0.0),
+        prominence=settings.prominence_m_per_s2,
+        distance=max(1, round(settings.minimum_distance_s / step_s)),
+    )
     state = motion.set_index("frame").reindex(smooth["frame"])
-    values = np.column_stack([state[name].to_numpy(float) if name in state else np.full(len(state), np.nan) for name in STATE])
+    values = np.column_stack(
+        [state[name].to_numpy(float) if name in state else np.full(len(state), np.nan) for name in STATE]
+    )
     if np.isnan(values[:, 5]).all():
         values[:, 5] = 0.0  # a Host whose angle nobody measured is taken not to turn
     time_s = smooth["time_s"].to_numpy(float)
@@ -87,19 +107,34 @@ def thesis_impacts(motion: pd.DataFrame, recording: Recording, settings: ThesisS
         upper = peaks[i + 1] if i + 1 < len(peaks) else len(time_s)
         rows.append(_one_impact(time_s, values, (lower, peak, upper), recording, settings))
     table = pd.DataFrame(rows, columns=list(_one_impact_columns()))
-    head = pd.DataFrame({
-        "impact": np.arange(len(peaks)), "frame": smooth["frame"].to_numpy()[peaks], "time_s": time_s[peaks],
-        "acceleration_m_per_s2": signal[peaks], "prominence_m_per_s2": properties["prominences"]})
+    head = pd.DataFrame(
+        {
+            "impact": np.arange(len(peaks)),
+            "frame": smooth["frame"].to_numpy()[peaks],
+            "time_s": time_s[peaks],
+            "acceleration_m_per_s2": signal[peaks],
+            "prominence_m_per_s2": properties["prominences"],
+        }
+    )
     return pd.concat([head, table.astype(float)], axis=1)
 
 
 def _one_impact_columns() -> tuple[str, ...]:
-    return ("azimuth_rad", "normal_speed_before_m_per_s", "normal_speed_after_m_per_s", "tangential_speed_before_m_per_s",
-            "tangential_speed_after_m_per_s", "spin_before_rad_per_s", "spin_after_rad_per_s", "restitution")
+    return (
+        "azimuth_rad",
+        "normal_speed_before_m_per_s",
+        "normal_speed_after_m_per_s",
+        "tangential_speed_before_m_per_s",
+        "tangential_speed_after_m_per_s",
+        "spin_before_rad_per_s",
+        "spin_after_rad_per_s",
+        "restitution",
+    )
 
 
-def _one_impact(time_s: Array, values: Array, around: tuple[int, int, int], recording: Recording,
-                settings: ThesisSettings) -> tuple[float, ...]:
+def _one_impact(
+    time_s: Array, values: Array, around: tuple[int, int, int], recording: Recording, settings: ThesisSettings
+) -> tuple[float, ...]:
     lower, peak, upper = around
     skip, count = settings.points_left_out, settings.points_each_side
     before = slice(max(peak - skip - count, lower + skip + 1, 0), max(peak - skip, 0))
@@ -116,8 +151,16 @@ def _one_impact(time_s: Array, values: Array, around: tuple[int, int, int], reco
         speeds.append((relative @ normal, relative @ tangent + lever_nes * slope[2] - lever_host * slope[5]))
     normal_before, normal_after = speeds[0][0], -speeds[1][0]
     restitution = normal_after / normal_before if normal_before > 0 else np.nan
-    found = (np.arctan2(normal[1], normal[0]), normal_before, normal_after, speeds[0][1], speeds[1][1], slope_before[2],
-             slope_after[2], restitution)
+    found = (
+        np.arctan2(normal[1], normal[0]),
+        normal_before,
+        normal_after,
+        speeds[0][1],
+        speeds[1][1],
+        slope_before[2],
+        slope_after[2],
+        restitution,
+    )
     return tuple(float(value) for value in found)
 
 
@@ -132,18 +175,27 @@ def _straight_lines(time_s: Array, values: Array) -> tuple[Array, Array]:
 
 
 def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recording) -> Array:
-    """Unit normal (2,) from the NES towards the wall it is nearest to: circle (eq. 118), polygon side, or inner obstacle."""
+    """Unit normal (2,) from the NES towards the wall it is nearest to: circle (eq. 118), polygon side, or
+    inner obstacle.
+    """
     host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     distance = float(np.hypot(*relative_m))
     outward = relative_m / distance if distance > 0 else np.full(2, np.nan)
     if host is None:
         return outward
     if host.polygon_m is not None:
-        turn = np.array([[np.cos(host_angle_rad), -np.sin(host_angle_rad)], [np.sin(host_angle_rad), np.cos(host_angle_rad)]])
+        turn = np.array(
+            [
+                [np.cos(host_angle_rad), -np.sin(host_angle_rad)],
+                [np.sin(host_angle_rad), np.cos(host_angle_rad)],
+            ]
+        )
         corners = np.asarray(host.polygon_m, float) @ turn.T
         side = np.roll(corners, -1, axis=0) - corners
         normals = np.column_stack([side[:, 1], -side[:, 0]]) / np.linalg.norm(side, axis=1, keepdims=True)
-        clearance = np.sum((corners - relative_m) * normals, axis=1)  # counter-clockwise: these normals point out
+        clearance = np.sum(
+            (corners - relative_m) * normals, axis=1
+        )  # counter-clockwise: these normals point out
         outward, to_wall = normals[int(np.argmin(clearance))], float(np.min(clearance))
     else:
         to_wall = (host.inner_radius_m or np.inf) - distance
@@ -153,19 +205,31 @@ def contact_normal(relative_m: Array, host_angle_rad: float, recording: Recordin
 
 
 def _levers(recording: Recording) -> tuple[float, float]:
-    """R_N and R_H of eq. (88).  A Host polygon turns about its centre too; its spin is small and its lever left out."""
+    """R_N and R_H of eq. (88).  A Host polygon turns about its centre too; its spin is small and its lever
+    left out.
+    """
     host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
-    return 0.0 if nes is None else nes.radius_m, 0.0 if host is None or host.inner_radius_m is None else host.inner_radius_m
+    return (
+        0.0 if nes is None else nes.radius_m,
+        0.0 if host is None or host.inner_radius_m is None else host.inner_radius_m,
+    )
 
 
-def predicted_tangential_speed(table: pd.DataFrame, wall_friction: ArrayLike, tangential_restitution: ArrayLike,
-                               restitution: ArrayLike, inertia_factor: float) -> Array:
+def predicted_tangential_speed(
+    table: pd.DataFrame,
+    wall_friction: ArrayLike,
+    tangential_restitution: ArrayLike,
+    restitution: ArrayLike,
+    inertia_factor: float,
+) -> Array:
     """v_theta after an impact by the Luding law, eqs (91)-(95) with a heavy Host: shape (n_impacts, *grid).
 
-    ``wall_friction`` and ``tangential_restitution`` broadcast against each other to the grid; ``restitution`` is one number or one per
-    impact (the measured one: then the normal impulse is the measured one too).
+    ``wall_friction`` and ``tangential_restitution`` broadcast against each other to the grid; ``restitution``
+    is one number or one per impact (the measured one: then the normal impulse is the measured one too).
     """
-    mu, beta_0 = np.broadcast_arrays(np.asarray(wall_friction, float), np.asarray(tangential_restitution, float))
+    mu, beta_0 = np.broadcast_arrays(
+        np.asarray(wall_friction, float), np.asarray(tangential_restitution, float)
+    )
     shape = (len(table),) + (1,) * mu.ndim
     v_t = table["tangential_speed_before_m_per_s"].to_numpy(float).reshape(shape)
     v_n = table["normal_speed_before_m_per_s"].to_numpy(float).reshape(shape)
@@ -178,16 +242,25 @@ def predicted_tangential_speed(table: pd.DataFrame, wall_friction: ArrayLike, ta
 def normal_error(table: pd.DataFrame, restitution: ArrayLike) -> Array:
     """J_n of eq. (122) for each impact and each tried restitution: shape (n_impacts, n_values)."""
     after = table["normal_speed_after_m_per_s"].to_numpy(float)[:, None]
-    model = np.asarray(restitution, float)[None, :] * table["normal_speed_before_m_per_s"].to_numpy(float)[:, None]
+    model = (
+        np.asarray(restitution, float)[None, :]
+        * table["normal_speed_before_m_per_s"].to_numpy(float)[:, None]
+    )
     return np.abs((model - after) / after)
 
 
-def tangential_error(table: pd.DataFrame, wall_friction: ArrayLike, tangential_restitution: ArrayLike,
-                     restitution: float, inertia_factor: float) -> Array:
+def tangential_error(
+    table: pd.DataFrame,
+    wall_friction: ArrayLike,
+    tangential_restitution: ArrayLike,
+    restitution: float,
+    inertia_factor: float,
+) -> Array:
     """J_t of eq. (123) for each impact over the grid: shape (n_impacts, n_friction, n_tangential).
 
-    One impact gives one number, min(beta_0, beta_1): its zeros form an L, and the two legs are only lower bounds of the
-    two parameters.  Only impacts on either side of the critical angle together close on a point.
+    One impact gives one number, min(beta_0, beta_1): its zeros form an L, and the two legs are only lower
+    bounds of the two parameters.  Only impacts on either side of the critical angle together close on a
+    point.
     """
     mu = np.asarray(wall_friction, float)[:, None]
     beta_0 = np.asarray(tangential_restitution, float)[None, :]
@@ -197,17 +270,23 @@ def tangential_error(table: pd.DataFrame, wall_friction: ArrayLike, tangential_r
 
 
 def usable(table: pd.DataFrame, minimum_speed_m_per_s: float = 0.3) -> pd.DataFrame:
-    """The impacts whose straight lines exist and which are fast enough to stand out of the noise (the thesis picked by hand)."""
-    fine = (table["normal_speed_before_m_per_s"] > minimum_speed_m_per_s) & (table["normal_speed_after_m_per_s"] > 0)
+    """The impacts whose straight lines exist and which are fast enough to stand out of the noise (the thesis
+    picked by hand).
+    """
+    fine = (table["normal_speed_before_m_per_s"] > minimum_speed_m_per_s) & (
+        table["normal_speed_after_m_per_s"] > 0
+    )
     return table[fine].reset_index(drop=True)
 
 
 def thesis_identification(table: pd.DataFrame, inertia_factor: float) -> pd.DataFrame:
-    """Table ``identification`` by the thesis' recipe: mean and sd of the restitutions, minimum of the summed J_t.
+    """Table ``identification`` by the thesis' recipe: mean and sd of the restitutions, minimum of the summed
+    J_t.
 
-    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the mean; ``low`` and
-    ``high`` are null: the recipe gives no interval.  Wall friction and tangential restitution are null with fewer than two
-    impacts.  J_t is capped at 1 per impact: v_theta near zero after an impact makes its relative error arbitrarily large.
+    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the
+    mean; ``low`` and ``high`` are null: the recipe gives no interval.  Wall friction and tangential
+    restitution are null with fewer than two impacts.  J_t is capped at 1 per impact: v_theta near zero after
+    an impact makes its relative error arbitrarily large.
     """
     chosen = usable(table)
     eps = chosen["restitution"].to_numpy(float)
@@ -215,14 +294,22 @@ def thesis_identification(table: pd.DataFrame, inertia_factor: float) -> pd.Data
     tangential = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]
     if len(tangential) >= 2:
         grid_mu, grid_beta = np.linspace(0.0, 0.5, 126), np.linspace(-1.0, 1.0, 101)
-        error = np.minimum(tangential_error(tangential, grid_mu, grid_beta, float(np.mean(eps)), inertia_factor), 1.0).sum(0)
+        error = np.minimum(
+            tangential_error(tangential, grid_mu, grid_beta, float(np.mean(eps)), inertia_factor), 1.0
+        ).sum(0)
         i, j = np.unravel_index(np.argmin(error), error.shape)
         mu, beta_0 = float(grid_mu[i]), float(grid_beta[j])
     spread = float(np.std(eps, ddof=1)) if len(eps) > 1 else np.nan
-    return pd.DataFrame({
-        "parameter": ["restitution", "wall_friction", "tangential_restitution"],
-        "value": [float(np.mean(eps)) if len(eps) else np.nan, mu, beta_0], "sd": [spread, np.nan, np.nan],
-        "low": np.nan, "high": np.nan, "n_impacts": [len(eps), len(tangential), len(tangential)]})
+    return pd.DataFrame(
+        {
+            "parameter": ["restitution", "wall_friction", "tangential_restitution"],
+            "value": [float(np.mean(eps)) if len(eps) else np.nan, mu, beta_0],
+            "sd": [spread, np.nan, np.nan],
+            "low": np.nan,
+            "high": np.nan,
+            "n_impacts": [len(eps), len(tangential), len(tangential)],
+        }
+    )
 
 
 def _bridged(frames: Array, values: Array) -> Array:

@@ -39,7 +39,9 @@ def reprojection(points: pd.DataFrame) -> Figure:
             low, middle, high = np.quantile(error, [0.05, 0.5, 0.95])
             axes[0, 1].plot([n, n], [low, high], color=GREY, lw=2)
             axes[0, 1].plot(n, middle, "o", color=CYCLE[0], ms=3.5)
-    axes[0, 1].set_xticks(range(len(markers)), markers, fontsize=7, rotation=90 if len(markers) > 8 else 0, parse_math=False)
+    axes[0, 1].set_xticks(
+        range(len(markers)), markers, fontsize=7, rotation=90 if len(markers) > 8 else 0, parse_math=False
+    )
     label(axes[0, 1], y="px, 5 to 95 %")
     limits = robust_limits(points["reprojection_px"], share=0.01)
     if limits:

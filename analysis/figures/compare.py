@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from analysis.figures.style import BLACK, BLUE, GREY, MM, RED, label, legend, new_figure
 
 QUANTITIES = {
-    "impact_rate_hz": ("impacts per second", 1.0), "normal_speed_m_per_s": ("normal speed before an impact (m/s)", 1.0),
-    "energy_j": ("kinetic energy (mJ)", 1e3), "azimuth_rad": ("azimuth of the impacts (rad)", 1.0),
+    "impact_rate_hz": ("impacts per second", 1.0),
+    "normal_speed_m_per_s": ("normal speed before an impact (m/s)", 1.0),
+    "energy_j": ("kinetic energy (mJ)", 1e3),
+    "azimuth_rad": ("azimuth of the impacts (rad)", 1.0),
 }
 
 
@@ -29,8 +31,11 @@ def flights_ahead(flights: pd.DataFrame) -> Figure:
 
 def impacts_ahead(impacts: pd.DataFrame) -> Figure:
     """Simulated against measured values after each impact; the line is perfect agreement."""
-    shown = (("normal_speed_after_m_per_s", "normal speed (m/s)"), ("tangential_speed_after_m_per_s", "tangential speed (m/s)"),
-             ("spin_after_rad_per_s", "spin (rad/s)"))
+    shown = (
+        ("normal_speed_after_m_per_s", "normal speed (m/s)"),
+        ("tangential_speed_after_m_per_s", "tangential speed (m/s)"),
+        ("spin_after_rad_per_s", "spin (rad/s)"),
+    )
     figure, axes = new_figure(1, 3, height_in=2.7, gap_in=(0.55, 0.3))
     for ax, (name, title) in zip(axes[0], shown, strict=True):
         measured, simulated = impacts[name].to_numpy(float), impacts[f"simulated_{name}"].to_numpy(float)
@@ -55,7 +60,9 @@ def run_distributions(samples: dict[str, tuple[NDArray[np.float64], NDArray[np.f
         if len(measured) == 1:
             ax.axvline(measured[0], color=BLUE, lw=1.4, label="measured")
         else:
-            ax.step(measured, np.linspace(0, 1, len(measured)), color=BLUE, lw=1.4, label="measured", where="post")
+            ax.step(
+                measured, np.linspace(0, 1, len(measured)), color=BLUE, lw=1.4, label="measured", where="post"
+            )
         ax.axhline(0.5, color=GREY, lw=0.5)
         ax.locator_params(axis="x", nbins=4)
         ax.set_xlabel(title, fontsize=8)

@@ -1,4 +1,4 @@
-"""Markers: tracks over a frame, coordinates (thesis Figs 54, 60), Host distances (55), circle centres (56)."""
+"""Markers: tracks over a frame, coordinates (thesis Figs 54, 60), Host distances (55), circles (56)."""
 
 from __future__ import annotations
 
@@ -31,17 +31,27 @@ from analysis.host_circle import marker_positions
 BODY_COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN}
 
 
-def tracks_over_frame(tracks: pd.DataFrame, bodies: Mapping[str, Sequence[str]], window_px: Mapping[str, Sequence[int]],
-                      frames: Mapping[str, NDArray] | None = None) -> Figure:
+def tracks_over_frame(
+    tracks: pd.DataFrame,
+    bodies: Mapping[str, Sequence[str]],
+    window_px: Mapping[str, Sequence[int]],
+    frames: Mapping[str, NDArray] | None = None,
+) -> Figure:
     """Every marker's path in each camera's window, over a frame of it where there is one.
 
-    ``bodies``: markers by body name, for the colours; ``window_px``: (width, height) per camera; ``frames``: grey image
-    (height, width) per camera.
+    ``bodies``: markers by body name, for the colours; ``window_px``: (width, height) per camera; ``frames``:
+    grey image (height, width) per camera.
     """
     cameras = sorted(tracks["camera"].unique())
-    sizes = [tuple(window_px[camera]) if camera in window_px else
-             tuple(tracks.loc[tracks["camera"] == camera, ["u_px", "v_px"]].max() + 20) for camera in cameras]
-    views = [_around(tracks[tracks["camera"] == camera], size) for camera, size in zip(cameras, sizes, strict=True)]
+    sizes = [
+        tuple(window_px[camera])
+        if camera in window_px
+        else tuple(tracks.loc[tracks["camera"] == camera, ["u_px", "v_px"]].max() + 20)
+        for camera in cameras
+    ]
+    views = [
+        _around(tracks[tracks["camera"] == camera], size) for camera, size in zip(cameras, sizes, strict=True)
+    ]
     height = min(sum(6.8 * (v[3] - v[2]) / (v[1] - v[0]) + 0.8 for v in views), 9.0)
     figure, axes = new_figure(len(cameras), 1, height_in=height, gap_in=(0.5, 0.7))
     body_of = {marker: body for body, markers in bodies.items() for marker in markers}
@@ -49,7 +59,12 @@ def tracks_over_frame(tracks: pd.DataFrame, bodies: Mapping[str, Sequence[str]],
         image = (frames or {}).get(camera)
         if image is not None:
             step = max(1, image.shape[1] // 1400)
-            ax.imshow(image[::step, ::step], cmap="gray", extent=(-0.5, width - 0.5, tall - 0.5, -0.5), aspect="equal")
+            ax.imshow(
+                image[::step, ::step],
+                cmap="gray",
+                extent=(-0.5, width - 0.5, tall - 0.5, -0.5),
+                aspect="equal",
+            )
         ax.grid(False)
         for marker, path in tracks[tracks["camera"] == camera].groupby("marker", sort=True):
             path = path.sort_values("frame")
@@ -59,8 +74,15 @@ def tracks_over_frame(tracks: pd.DataFrame, bodies: Mapping[str, Sequence[str]],
             colour = BODY_COLOURS.get(body_of.get(str(marker), ""), GREY)
             ax.plot(u, v, color=colour, lw=0.6, alpha=0.8)
             ax.plot(u[:1], v[:1], "o", ms=3.5, mfc="none", mec=colour, mew=1.0)
-            ax.annotate(str(marker), (u[0], v[0]), xytext=(4, 4), textcoords="offset points", fontsize=FONT_PT - 1.5,
-                        color="white" if image is not None else "#222222", parse_math=False)
+            ax.annotate(
+                str(marker),
+                (u[0], v[0]),
+                xytext=(4, 4),
+                textcoords="offset points",
+                fontsize=FONT_PT - 1.5,
+                color="white" if image is not None else "#222222",
+                parse_math=False,
+            )
         ax.set(xlim=view[:2], ylim=(view[3], view[2]), aspect="equal")
         label(ax, "u (px)", "v (px)")
         ax.set_title(camera, fontsize=FONT_PT, loc="left", fontweight="bold", parse_math=False)
@@ -71,15 +93,26 @@ def _around(path: pd.DataFrame, size: Sequence[float]) -> tuple[float, float, fl
     """The part of the window (left, right, top, bottom) that the markers of one camera use, with a margin."""
     u, v = path["u_px"].to_numpy(float), path["v_px"].to_numpy(float)
     margin = 0.06 * max(np.ptp(u), np.ptp(v)) + 20
-    return (max(u.min() - margin, -0.5), min(u.max() + margin, size[0] - 0.5),
-            max(v.min() - margin, -0.5), min(v.max() + margin, size[1] - 0.5))
+    return (
+        max(u.min() - margin, -0.5),
+        min(u.max() + margin, size[0] - 0.5),
+        max(v.min() - margin, -0.5),
+        min(v.max() + margin, size[1] - 0.5),
+    )
 
 
 def coordinates(points: pd.DataFrame, markers: Sequence[str], columns: int = 3) -> Figure:
     """x, y, z of each marker against time, each from its own median, in mm: counterpart of Figs 54 and 60."""
     columns = min(columns, len(markers))
     rows = -(-len(markers) // columns)
-    figure, axes = new_figure(rows, columns, height_in=0.8 + 1.35 * rows, margins_in=(0.55, 0.1, 0.46, 0.34), gap_in=(0.42, 0.3), sharex=True)
+    figure, axes = new_figure(
+        rows,
+        columns,
+        height_in=0.8 + 1.35 * rows,
+        margins_in=(0.55, 0.1, 0.46, 0.34),
+        gap_in=(0.42, 0.3),
+        sharex=True,
+    )
     _, time_s, position_m = marker_positions(points, tuple(markers))
     for i, (ax, marker) in enumerate(zip(axes.flat, markers, strict=False)):
         for k, (axis, colour) in enumerate(AXIS_COLOURS.items()):
@@ -91,16 +124,18 @@ def coordinates(points: pd.DataFrame, markers: Sequence[str], columns: int = 3) 
         label(ax, x="time (s)" if i + columns >= len(markers) else "", y="mm" if i % columns == 0 else "")
         ax.set_title(marker, fontsize=FONT_PT, loc="left", fontweight="bold", parse_math=False)
         ax.locator_params(axis="both", nbins=4)
-    for ax in axes.flat[len(markers):]:
+    for ax in axes.flat[len(markers) :]:
         ax.set_visible(False)
     legend(axes[0, -1] if len(markers) >= columns else axes.flat[0])
     return figure
 
 
 def distance_scatter(points: pd.DataFrame, markers: Sequence[str]) -> pd.DataFrame:
-    """``pair, mean_m, sd_m, frames`` of the distances between markers of one body, which a rigid body keeps constant.
+    """``pair, mean_m, sd_m, frames`` of the distances between markers of one body, which a rigid body keeps
+    constant.
 
-    The sd is robust (1.4826 times the median deviation): one lost track must not speak for the whole recording.
+    The sd is robust (1.4826 times the median deviation): one lost track must not speak for the whole
+    recording.
     """
     _, _, position_m = marker_positions(points, tuple(markers))
     rows = []
@@ -109,7 +144,14 @@ def distance_scatter(points: pd.DataFrame, markers: Sequence[str]) -> pd.DataFra
         distance = distance[np.isfinite(distance)]
         if len(distance):
             middle = float(np.median(distance))
-            rows.append((f"{markers[i]}–{markers[j]}", middle, 1.4826 * float(np.median(np.abs(distance - middle))), len(distance)))
+            rows.append(
+                (
+                    f"{markers[i]}–{markers[j]}",
+                    middle,
+                    1.4826 * float(np.median(np.abs(distance - middle))),
+                    len(distance),
+                )
+            )
     return pd.DataFrame(rows, columns=["pair", "mean_m", "sd_m", "frames"])
 
 
@@ -119,8 +161,15 @@ def host_distances(points: pd.DataFrame, markers: Sequence[str]) -> Figure:
     pairs = list(combinations(range(len(markers)), 2))[:12]
     columns = min(3, len(pairs))
     rows = -(-len(pairs) // columns)
-    figure, axes = new_figure(rows, columns, height_in=0.75 + 1.3 * rows, margins_in=(0.75, 0.12, 0.46, 0.28), gap_in=(0.2, 0.3), sharex=True,
-                              sharey=True)
+    figure, axes = new_figure(
+        rows,
+        columns,
+        height_in=0.75 + 1.3 * rows,
+        margins_in=(0.75, 0.12, 0.46, 0.28),
+        gap_in=(0.2, 0.3),
+        sharex=True,
+        sharey=True,
+    )
     everything = []
     for n, (ax, (i, j)) in enumerate(zip(axes.flat, pairs, strict=False)):
         distance = MM * np.linalg.norm(position_m[:, i] - position_m[:, j], axis=1)
@@ -130,19 +179,29 @@ def host_distances(points: pd.DataFrame, markers: Sequence[str]) -> Figure:
         t, shown = thinned(time_s, distance - middle, points=500)
         ax.plot(t, shown, color=CYCLE[0], lw=0.7)
         ax.axhspan(-scatter, scatter, color=CYCLE[4], alpha=0.25, lw=0)
-        ax.set_title(f"{markers[i]}–{markers[j]}: {middle:.2f} mm, sd {scatter:.3f} mm", fontsize=FONT_PT - 1, loc="left",
-                     parse_math=False)
-        label(ax, x="time (s)" if n + columns >= len(pairs) else "", y="deviation (mm)" if n % columns == 0 else "")
+        ax.set_title(
+            f"{markers[i]}–{markers[j]}: {middle:.2f} mm, sd {scatter:.3f} mm",
+            fontsize=FONT_PT - 1,
+            loc="left",
+            parse_math=False,
+        )
+        label(
+            ax,
+            x="time (s)" if n + columns >= len(pairs) else "",
+            y="deviation (mm)" if n % columns == 0 else "",
+        )
     limits = robust_limits(np.concatenate(everything)) if everything else None
     if limits:
         axes.flat[0].set_ylim(*limits)
-    for ax in axes.flat[len(pairs):]:
+    for ax in axes.flat[len(pairs) :]:
         ax.set_visible(False)
     return figure
 
 
 def circle_centres(circles: pd.DataFrame) -> Figure:
-    """Distances between the centres of the four three-marker circles, and of their mean from the least-squares one: Fig. 56."""
+    """Distances between the centres of the four three-marker circles, and of their mean from the
+    least-squares one: Fig. 56.
+    """
     figure, axes = new_figure(1, 2, height_in=2.9, gap_in=(0.75, 0.3), width_ratios=(2.2, 1))
     time_s = circles["time_s"].to_numpy(float)
 
@@ -164,7 +223,10 @@ def circle_centres(circles: pd.DataFrame) -> Figure:
     if limits:
         ax.set_ylim(0, limits[1])
     legend(ax, ncols=7, columnspacing=0.8, handlelength=1.1)
-    ax, radii = axes[0, 1], [MM * circles[f"{name}_radius_m"].to_numpy(float) for name in (*names, "mean", "fit")]
+    ax, radii = (
+        axes[0, 1],
+        [MM * circles[f"{name}_radius_m"].to_numpy(float) for name in (*names, "mean", "fit")],
+    )
     for n, radius in enumerate(radii):
         radius = radius[np.isfinite(radius)]
         if len(radius):

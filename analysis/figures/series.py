@@ -15,27 +15,52 @@ from analysis.series_trend import weighted_trend
 def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, float]]) -> Figure:
     """Each parameter over the tests with sd, its weighted mean and straight trend; bounds as arrows.
 
-    ``tests``: one row per recording with ``<name>``, ``<name>_sd``, ``<name>_low``, ``<name>_high``; ``parameters``: (name, axis label, scale).
+    ``tests``: one row per recording with ``<name>``, ``<name>_sd``, ``<name>_low``, ``<name>_high``;
+    ``parameters``: (name, axis label, scale).
     """
     columns = 2 if len(parameters) > 1 else 1
     rows = -(-len(parameters) // columns)
-    figure, axes = new_figure(rows, columns, height_in=0.7 + 1.9 * rows, margins_in=(0.72, 0.12, 0.46, 0.3), gap_in=(0.75, 0.35), sharex=True)
+    figure, axes = new_figure(
+        rows,
+        columns,
+        height_in=0.7 + 1.9 * rows,
+        margins_in=(0.72, 0.12, 0.46, 0.3),
+        gap_in=(0.75, 0.35),
+        sharex=True,
+    )
     number = np.arange(1, len(tests) + 1)
     for n, (ax, (name, text, scale)) in enumerate(zip(axes.flat, parameters, strict=False)):
         value, sd = (scale * tests[column].to_numpy(float) for column in (name, f"{name}_sd"))
-        ax.errorbar(number, value, yerr=np.nan_to_num(sd), fmt="o", ms=4, color=BLUE, lw=0.9, label="test ± sd")
+        ax.errorbar(
+            number, value, yerr=np.nan_to_num(sd), fmt="o", ms=4, color=BLUE, lw=0.9, label="test ± sd"
+        )
         for end, marker in (("low", "^"), ("high", "v")):
             bound = scale * tests[f"{name}_{end}"].to_numpy(float)
             alone = ~np.isfinite(value) & np.isfinite(bound)
-            ax.plot(number[alone], bound[alone], marker, color=GREY, ms=6, ls="none", label="at least" if end == "low" else "at most")
+            ax.plot(
+                number[alone],
+                bound[alone],
+                marker,
+                color=GREY,
+                ms=6,
+                ls="none",
+                label="at least" if end == "low" else "at most",
+            )
         trend = weighted_trend(number, value, sd)
         if trend is not None:
             ax.axhline(trend.mean, color=BLACK, lw=0.9, label="weighted mean")
             if trend.n > 2:
-                ax.plot(number, trend.mean + trend.slope * (number - trend.centre), color=ORANGE, lw=1.0, ls="--", label="trend")
+                ax.plot(
+                    number,
+                    trend.mean + trend.slope * (number - trend.centre),
+                    color=ORANGE,
+                    lw=1.0,
+                    ls="--",
+                    label="trend",
+                )
         label(ax, x="test" if n + columns >= len(parameters) else "", y=text)
         ax.locator_params(axis="x", integer=True)
-    for ax in axes.flat[len(parameters):]:
+    for ax in axes.flat[len(parameters) :]:
         ax.set_visible(False)
     legend(axes[0, 0], loc="lower left", bbox_to_anchor=(0, 1.0))
     return figure

@@ -1,6 +1,7 @@
 """One look for every figure: colours that colour-blind readers can tell apart, units on axes, light frames.
 
-Figures are built with matplotlib's objects (no pyplot, no global state), so they can be drawn in any thread or notebook.
+Figures are built with matplotlib's objects (no pyplot, no global state), so they can be drawn in any thread
+or notebook.
 """
 
 from __future__ import annotations
@@ -23,7 +24,15 @@ from ovines.written_whole import written_whole
 FigureFormat = Literal["svg", "png", "pdf"]
 
 # Okabe and Ito, Color Universal Design (2008); black last, yellow left out: it vanishes on white.
-BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#222222"
+BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#D55E00",
+    "#222222",
+)
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 LINE_STYLES = ("-", "--", "-.", ":")
 NES_COLOUR, HOST_COLOUR, GROUND_COLOUR = BLUE, RED, GREEN
@@ -34,21 +43,34 @@ FONT_PT = 9.0
 MM = 1e3
 
 
-def new_figure(rows: int = 1, columns: int = 1, height_in: float = 2.8, *,
-               margins_in: tuple[float, float, float, float] = (0.62, 0.12, 0.46, 0.28), gap_in: tuple[float, float] = (0.5, 0.36),
-               **options: Any) -> tuple[Figure, NDArray[Any]]:
+def new_figure(
+    rows: int = 1,
+    columns: int = 1,
+    height_in: float = 2.8,
+    *,
+    margins_in: tuple[float, float, float, float] = (0.62, 0.12, 0.46, 0.28),
+    gap_in: tuple[float, float] = (0.5, 0.36),
+    **options: Any,
+) -> tuple[Figure, NDArray[Any]]:
     """A figure of the page's width with (rows, columns) styled axes; ``options`` go to ``Figure.subplots``.
 
-    ``margins_in`` (left, right, bottom, top) and ``gap_in`` (between columns, between rows) are inches.  Fixed, because
-    matplotlib's own fitting of margins draws every figure twice and took half of a report's time.
+    ``margins_in`` (left, right, bottom, top) and ``gap_in`` (between columns, between rows) are inches.
+    Fixed, because matplotlib's own fitting of margins draws every figure twice and took half of a report's
+    time.
     """
     figure = Figure(figsize=(WIDTH_IN, height_in))
     FigureCanvasAgg(figure)
     left, right, bottom, top = margins_in
     width = (WIDTH_IN - left - right - gap_in[0] * (columns - 1)) / columns
     height = (height_in - bottom - top - gap_in[1] * (rows - 1)) / rows
-    figure.subplots_adjust(left=left / WIDTH_IN, right=1 - right / WIDTH_IN, bottom=bottom / height_in, top=1 - top / height_in,
-                           wspace=gap_in[0] / width, hspace=gap_in[1] / height)
+    figure.subplots_adjust(
+        left=left / WIDTH_IN,
+        right=1 - right / WIDTH_IN,
+        bottom=bottom / height_in,
+        top=1 - top / height_in,
+        wspace=gap_in[0] / width,
+        hspace=gap_in[1] / height,
+    )
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     for ax in axes.flat:
         _quiet(ax)
@@ -65,16 +87,31 @@ def label(ax: Axes, x: str = "", y: str = "", title: str = "") -> None:
 
 
 def legend(ax: Axes, **options: Any) -> None:
-    """A legend in one line above the axes' right end (``options`` may put it elsewhere), if there is anything to name."""
+    """A legend in one line above the axes' right end (``options`` may put it elsewhere), if there is anything
+    to name.
+    """
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(**{"fontsize": FONT_PT - 1, "frameon": False, "handlelength": 1.5, "borderaxespad": 0.1, "ncols": 6,
-                     "columnspacing": 1.2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0)} | options)
+        ax.legend(
+            **{
+                "fontsize": FONT_PT - 1,
+                "frameon": False,
+                "handlelength": 1.5,
+                "borderaxespad": 0.1,
+                "ncols": 6,
+                "columnspacing": 1.2,
+                "loc": "lower right",
+                "bbox_to_anchor": (1.0, 1.0),
+            }
+            | options
+        )
 
 
 def thinned(x: ArrayLike, *curves: ArrayLike, points: int = 1200) -> tuple[NDArray[np.float64], ...]:
-    """Long curves cut to about ``points`` without losing their extremes: smallest and largest value of each bin are kept.
+    """Long curves cut to about ``points`` without losing their extremes: smallest and largest value of each
+    bin are kept.
 
-    Gaps (NaN) stay gaps as long as they fill a bin.  All curves are thinned at the same places, those of the first.
+    Gaps (NaN) stay gaps as long as they fill a bin.  All curves are thinned at the same places, those of the
+    first.
     """
     x = np.asarray(x, float)
     arrays = [np.asarray(curve, float) for curve in curves]
@@ -91,8 +128,10 @@ def thinned(x: ArrayLike, *curves: ArrayLike, points: int = 1200) -> tuple[NDArr
     return (x[keep], *(a[keep] for a in arrays))
 
 
-def robust_limits(values: ArrayLike, share: float = 0.005, margin: float = 0.08) -> tuple[float, float] | None:
-    """Axis limits that show all but the wildest ``share`` at either end; None where there is nothing to show."""
+def robust_limits(
+    values: ArrayLike, share: float = 0.005, margin: float = 0.08
+) -> tuple[float, float] | None:
+    """Axis limits that show all but the wildest ``share`` at either end; None where nothing is finite."""
     finite = np.asarray(values, float)
     finite = finite[np.isfinite(finite)]
     if not len(finite):
@@ -123,8 +162,11 @@ def shade(ax: Axes, spans_s: Sequence[tuple[float, float]], name: str, colour: s
 
 
 def _save(figure: Figure, target: Any, image: FigureFormat) -> None:
-    # No date and a fixed salt: the same data give the same file. Text as paths: the page looks alike on every machine.
-    with matplotlib.rc_context({"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}):
+    # No date and a fixed salt: the same data give the same file. Text as paths: the page looks alike on every
+    # machine.
+    with matplotlib.rc_context(
+        {"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}
+    ):
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(image)
         figure.savefig(target, format=image, dpi=150, metadata=metadata, facecolor="white")
 

@@ -29,11 +29,17 @@ Array = NDArray[np.float64]
 
 
 def relative_position(motion: pd.DataFrame) -> Array:
-    """NES centre seen from the Host's centre in the Host's own frame, (F, 2) m: the Host's angle is turned back."""
-    relative = (motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(float))
+    """NES centre seen from the Host's centre in the Host's own frame, (F, 2) m: the Host's angle is turned
+    back.
+    """
+    relative = motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(
+        float
+    )
     angle = np.nan_to_num(column(motion, "host_angle_rad"), nan=0.0)
     cos, sin = np.cos(angle), np.sin(angle)
-    return np.column_stack([cos * relative[:, 0] + sin * relative[:, 1], -sin * relative[:, 0] + cos * relative[:, 1]])
+    return np.column_stack(
+        [cos * relative[:, 0] + sin * relative[:, 1], -sin * relative[:, 0] + cos * relative[:, 1]]
+    )
 
 
 def column(table: pd.DataFrame, name: str) -> Array:
@@ -49,9 +55,16 @@ def velocity(motion: pd.DataFrame, name: str, rate: str) -> Array:
     return np.gradient(column(motion, name), motion["time_s"].to_numpy(float))
 
 
-def relative_trajectory(motion: pd.DataFrame, host: Host | None, nes: Nes | None, contact_radius_m: float = float("nan"),
-                        impacts: pd.DataFrame | None = None) -> Figure:
-    """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where ``impacts`` are given."""
+def relative_trajectory(
+    motion: pd.DataFrame,
+    host: Host | None,
+    nes: Nes | None,
+    contact_radius_m: float = float("nan"),
+    impacts: pd.DataFrame | None = None,
+) -> Figure:
+    """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where
+    ``impacts`` are given.
+    """
     figure, axes = new_figure(1, 1, height_in=5.0, margins_in=(0.62, 2.5, 0.46, 0.12))
     ax = axes[0, 0]
     position = MM * relative_position(motion)
@@ -60,26 +73,55 @@ def relative_trajectory(motion: pd.DataFrame, host: Host | None, nes: Nes | None
     if host is None:
         pass  # a motion without its rig: the path alone
     elif host.polygon_m is not None:
-        ax.add_patch(Polygon(MM * np.asarray(host.polygon_m, float), fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
+        ax.add_patch(
+            Polygon(MM * np.asarray(host.polygon_m, float), fill=False, ec=HOST_COLOUR, lw=1.6, label="wall")
+        )
     elif host.inner_radius_m is not None:
-        ax.add_patch(Circle((0, 0), MM * host.inner_radius_m, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
+        ax.add_patch(
+            Circle((0, 0), MM * host.inner_radius_m, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall")
+        )
         if nes_radius:
-            ax.add_patch(Circle((0, 0), MM * (host.inner_radius_m - nes_radius), fill=False, ec=HOST_COLOUR, lw=1.0, ls="--",
-                                label="contact edge: wall − NES radius"))
+            ax.add_patch(
+                Circle(
+                    (0, 0),
+                    MM * (host.inner_radius_m - nes_radius),
+                    fill=False,
+                    ec=HOST_COLOUR,
+                    lw=1.0,
+                    ls="--",
+                    label="contact edge: wall − NES radius",
+                )
+            )
     if np.isfinite(contact_radius_m):
-        ax.add_patch(Circle((0, 0), MM * contact_radius_m, fill=False, ec=BLACK, lw=1.0, ls=":", label="contact edge from impacts"))
+        ax.add_patch(
+            Circle(
+                (0, 0),
+                MM * contact_radius_m,
+                fill=False,
+                ec=BLACK,
+                lw=1.0,
+                ls=":",
+                label="contact edge from impacts",
+            )
+        )
     if host is not None and host.obstacle_radius_m:
-        ax.add_patch(Circle((0, 0), MM * host.obstacle_radius_m, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle"))
+        ax.add_patch(
+            Circle((0, 0), MM * host.obstacle_radius_m, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle")
+        )
     if impacts is not None and len(impacts):
         time_s = motion["time_s"].to_numpy(float)
         seen = np.isfinite(position).all(1)
         if seen.sum() > 1:
-            x, y = (np.interp(impacts["time_s"].to_numpy(float), time_s[seen], position[seen, k]) for k in (0, 1))
+            x, y = (
+                np.interp(impacts["time_s"].to_numpy(float), time_s[seen], position[seen, k]) for k in (0, 1)
+            )
             ax.plot(x, y, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="impact", ls="none")
     if nes_radius:
         finite = position[np.isfinite(position).all(1)]
         if len(finite):
-            ax.add_patch(Circle(finite[0], MM * nes_radius, fc=GREY, alpha=0.25, lw=0, label="NES at the start"))
+            ax.add_patch(
+                Circle(finite[0], MM * nes_radius, fc=GREY, alpha=0.25, lw=0, label="NES at the start")
+            )
     ax.set_aspect("equal")
     ax.autoscale_view()
     label(ax, "x from the Host's centre (mm)", "y from the Host's centre (mm)")
@@ -88,7 +130,7 @@ def relative_trajectory(motion: pd.DataFrame, host: Host | None, nes: Nes | None
 
 
 def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -> Figure:
-    """NES angle by the rigid fit and by marker triplets, their difference, and the spin of both: Figs 58, 62."""
+    """NES angle by rigid fit and by marker triplets, their difference, and the spin of both: Figs 58, 62."""
     rows = 3 if rotation is not None else 2
     figure, axes = new_figure(rows, 1, height_in=1.65 * rows + 0.5, sharex=True)
     time_s, angle = motion["time_s"].to_numpy(float), column(motion, "nes_angle_rad")
@@ -106,7 +148,9 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
         difference = 1e3 * (triplet - column(rotation, "nes_angle_fit_rad"))
         spread = 1e3 * column(rotation, "nes_angle_triplet_spread_rad")
         t, difference, spread = thinned(clock, difference, spread)
-        axes[2, 0].fill_between(t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets")
+        axes[2, 0].fill_between(
+            t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets"
+        )
         axes[2, 0].plot(t, difference, color=ORANGE, lw=0.8, label="triplets − rigid fit")
         label(axes[2, 0], "time (s)", "difference (mrad)")
         limits = robust_limits(np.concatenate([difference, spread, -spread]))
@@ -125,7 +169,9 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
 
 def velocities(motion: pd.DataFrame) -> Figure:
     """Velocity components of NES and Host in the world frame: Figs 59, 61."""
-    axes_present = [a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))]
+    axes_present = [
+        a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))
+    ]
     figure, axes = new_figure(2, 1, height_in=4.2, sharex=True)
     time_s = motion["time_s"].to_numpy(float)
     for ax, body, title in zip(axes[:, 0], ("nes", "host"), ("NES", "Host"), strict=True):

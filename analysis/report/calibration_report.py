@@ -21,7 +21,7 @@ FEWEST_VIEWS = 10
 
 
 def write_calibration_report(results_folder: Path, recording: Recording, save_figures: bool = False) -> Path:
-    """Write ``calibration.html`` into ``results_folder`` from the calibration and its quality tables there."""
+    """Write ``calibration.html`` into ``results_folder`` from the calibration and its tables there."""
     page = calibration_page(read_results(Path(results_folder), recording))
     if save_figures:
         page.save_figures(Path(results_folder) / "figures")
@@ -31,25 +31,46 @@ def write_calibration_report(results_folder: Path, recording: Recording, save_fi
 def calibration_page(results: Results) -> Page:
     """The page: RMS, standard deviations, views used and dropped, and whether it is good enough."""
     cameras = [] if results.calibration is None else results.calibration["cameras"]
-    page = Page(results.recording.name, "Calibration report", f"{len(cameras)} cameras." if cameras else "No calibration.",
-                footer=f"ovines {ovines.__version__}")
+    page = Page(
+        results.recording.name,
+        "Calibration report",
+        f"{len(cameras)} cameras." if cameras else "No calibration.",
+        footer=f"ovines {ovines.__version__}",
+    )
     details, actions, faults = [], [], 0
     for camera in cameras:
         name, rms = str(camera["name"]), camera.get("rms_px")
-        details.append(f"{name}: RMS {with_unit(rms, 'px', 2)}{_focal(results.get('calibration_parameters'), name)}")
+        details.append(
+            f"{name}: RMS {with_unit(rms, 'px', 2)}{_focal(results.get('calibration_parameters'), name)}"
+        )
         if rms is not None and rms > POOR_RMS_PX:
             faults += 1
-            actions.append(f"{name}: RMS above {POOR_RMS_PX} px. Look for blurred views, a wrong square size or a board that is not flat.")
+            actions.append(
+                f"{name}: RMS above {POOR_RMS_PX} px. Look for blurred views, a wrong square size or a board "
+                "that is not flat."
+            )
         share = _focal_share(results.get("calibration_parameters"), name)
         if share > POOR_FOCAL_SHARE:
             faults += 1
-            actions.append(f"{name}: the focal length is known to {percent(share)} only, whatever the RMS. Add views that tilt the board by 30 degrees or more "
-                           "and fill the corners of the image.")
+            actions.append(
+                f"{name}: the focal length is known to {percent(share)} only, whatever the RMS. Add views "
+                "that tilt the board by 30 degrees or more "
+                "and fill the corners of the image."
+            )
     faults += _views(results.get("calibration_views"), details, actions)
-    page.add_card("Did it work?", "Yes" if cameras else "No calibration", "good" if cameras else "bad", details[: len(cameras)])
+    page.add_card(
+        "Did it work?",
+        "Yes" if cameras else "No calibration",
+        "good" if cameras else "bad",
+        details[: len(cameras)],
+    )
     if cameras:
-        page.add_card("How good is it?", ("Good", "Fair: one thing to look at", "Weak")[min(faults, 2)], ("good", "caution", "bad")[min(faults, 2)],
-                      details[len(cameras):] or ["No table of views: a calibration solved elsewhere."])
+        page.add_card(
+            "How good is it?",
+            ("Good", "Fair: one thing to look at", "Weak")[min(faults, 2)],
+            ("good", "caution", "bad")[min(faults, 2)],
+            details[len(cameras) :] or ["No table of views: a calibration solved elsewhere."],
+        )
     else:
         actions.append("Run `ovines calibrate`; it says what stops it.")
     page.actions.extend(actions or ["Nothing has to be done."])
@@ -64,7 +85,11 @@ def _focal(parameters: pd.DataFrame | None, camera: str) -> str:
 
 def _focal_share(parameters: pd.DataFrame | None, camera: str) -> float:
     """Largest relative sd of fx and fy; 0 where unknown."""
-    rows = [row for name in ("fx", "fy") if (row := _row(parameters, camera, name)) is not None and np.isfinite(row["sd"])]
+    rows = [
+        row
+        for name in ("fx", "fy")
+        if (row := _row(parameters, camera, name)) is not None and np.isfinite(row["sd"])
+    ]
     return max((float(row["sd"] / abs(row["value"])) for row in rows), default=0.0)
 
 
@@ -80,8 +105,13 @@ def _views(views: pd.DataFrame | None, details: list[str], actions: list[str]) -
     few = 0
     for camera, table in views.groupby("camera") if views is not None else []:
         used = int(table["used"].sum())
-        details.append(f"{camera}: {used} of {len(table)} views used, {int(table.loc[table['used'].astype(bool), 'points'].sum())} corners.")
+        details.append(
+            f"{camera}: {used} of {len(table)} views used, "
+            f"{int(table.loc[table['used'].astype(bool), 'points'].sum())} corners."
+        )
         if used < FEWEST_VIEWS:
             few += 1
-            actions.append(f"{camera}: {used} views; take {FEWEST_VIEWS} or more, tilted and turned, all over the image.")
+            actions.append(
+                f"{camera}: {used} views; take {FEWEST_VIEWS} or more, tilted and turned, all over the image."
+            )
     return few

@@ -19,35 +19,80 @@ RARE_P = 0.02
 def comparison_page(comparison: Comparison) -> Page:
     """The page: how far off one flight, one impact and the whole run are."""
     law, friction = comparison.scenario.impact, comparison.scenario.friction
-    facts = [("Restitution", with_unit(law.restitution)), ("Wall friction", with_unit(law.wall_friction)),
-             ("Tangential restitution", with_unit(law.tangential_restitution)),
-             ("Floor friction", MISSING if friction is None else f"{with_unit(friction.coefficient)} ({friction.law})")]
-    page = Page(comparison.scenario.name, "Measured against simulated",
-                "The simulator with these parameters, started from measured states: long runs are chaotic and are compared as distributions only.", facts,
-                footer=f"ovines {ovines.__version__}")
+    facts = [
+        ("Restitution", with_unit(law.restitution)),
+        ("Wall friction", with_unit(law.wall_friction)),
+        ("Tangential restitution", with_unit(law.tangential_restitution)),
+        (
+            "Floor friction",
+            MISSING if friction is None else f"{with_unit(friction.coefficient)} ({friction.law})",
+        ),
+    ]
+    page = Page(
+        comparison.scenario.name,
+        "Measured against simulated",
+        "The simulator with these parameters, started from measured states: long runs are chaotic and are "
+        "compared as distributions only.",
+        facts,
+        footer=f"ovines {ovines.__version__}",
+    )
     _add_cards(page, comparison)
     section = page.add_section("One flight ahead", "flights")
     if len(comparison.flights):
-        section.add_figure("flights_ahead", flights_ahead(comparison.flights),
-                           "Each flight from the velocity and spin measured after its impact. An error that grows with the length of the flight is a force that the "
-                           "model lacks; one that does not is measurement noise.", "Error of each flight over time and against its length.")
+        section.add_figure(
+            "flights_ahead",
+            flights_ahead(comparison.flights),
+            "Each flight from the velocity and spin measured after its impact. An error that grows with the "
+            "length of the flight is a force that the "
+            "model lacks; one that does not is measurement noise.",
+            "Error of each flight over time and against its length.",
+        )
     else:
         section.add_missing("flights", "No flight between two impacts has a measured start and five frames.")
     section = page.add_section("One impact ahead", "impacts")
-    section.add_figure("impacts_ahead", impacts_ahead(comparison.impacts), "Speeds of the contact point and spin after each impact, from what was measured before it.",
-                       "Simulated against measured values after each impact.")
-    rows = [(name, with_unit(rms, unit, 2), with_unit(bias, unit, 2), str(n)) for name, unit, rms, bias, n in impact_errors(comparison)]
-    section.add_table(("quantity after the impact", "RMS error", "mean error", "impacts"), rows, f"Impacts above {COUNTED_SPEED_M_PER_S} m/s.")
+    section.add_figure(
+        "impacts_ahead",
+        impacts_ahead(comparison.impacts),
+        "Speeds of the contact point and spin after each impact, from what was measured before it.",
+        "Simulated against measured values after each impact.",
+    )
+    rows = [
+        (name, with_unit(rms, unit, 2), with_unit(bias, unit, 2), str(n))
+        for name, unit, rms, bias, n in impact_errors(comparison)
+    ]
+    section.add_table(
+        ("quantity after the impact", "RMS error", "mean error", "impacts"),
+        rows,
+        f"Impacts above {COUNTED_SPEED_M_PER_S} m/s.",
+    )
     section = page.add_section("Whole run", "run")
     if not comparison.samples:
         section.add_missing("whole-run statistics", "They take a measured flight to start from.")
         return page
-    section.add_figure("run_distributions", run_distributions(comparison.samples),
-                       f"Cumulative distributions; impacts above {COUNTED_SPEED_M_PER_S} m/s.", "Distributions of impact rate, speed, energy and azimuth.")
-    section.add_table(("quantity", "measured (median)", "simulated (median)", "5 to 95 % of simulated runs", "share of runs as far off"),
-                      [(QUANTITIES[row["quantity"]][0], *(with_unit(QUANTITIES[row["quantity"]][1] * row[c]) for c in ("measured", "simulated")),
-                        f"{with_unit(QUANTITIES[row['quantity']][1] * row['low'])} to {with_unit(QUANTITIES[row['quantity']][1] * row['high'])}",
-                        with_unit(row["p"], digits=2)) for _, row in comparison.statistics.iterrows()])
+    section.add_figure(
+        "run_distributions",
+        run_distributions(comparison.samples),
+        f"Cumulative distributions; impacts above {COUNTED_SPEED_M_PER_S} m/s.",
+        "Distributions of impact rate, speed, energy and azimuth.",
+    )
+    section.add_table(
+        (
+            "quantity",
+            "measured (median)",
+            "simulated (median)",
+            "5 to 95 % of simulated runs",
+            "share of runs as far off",
+        ),
+        [
+            (
+                QUANTITIES[row["quantity"]][0],
+                *(with_unit(QUANTITIES[row["quantity"]][1] * row[c]) for c in ("measured", "simulated")),
+                " to ".join(with_unit(QUANTITIES[row["quantity"]][1] * row[c]) for c in ("low", "high")),
+                with_unit(row["p"], digits=2),
+            )
+            for _, row in comparison.statistics.iterrows()
+        ],
+    )
     return page
 
 
@@ -61,27 +106,56 @@ def write_comparison(comparison: Comparison, folder: Path, save_figures: bool = 
 
 def impact_errors(comparison: Comparison) -> list[tuple[str, str, float, float, int]]:
     """(quantity, unit, RMS, mean, number) of simulated minus measured after the impacts that count."""
-    table = comparison.impacts[comparison.impacts["normal_speed_after_m_per_s"] > COUNTED_SPEED_M_PER_S * comparison.scenario.impact.restitution]
+    table = comparison.impacts[
+        comparison.impacts["normal_speed_after_m_per_s"]
+        > COUNTED_SPEED_M_PER_S * comparison.scenario.impact.restitution
+    ]
     found = []
-    for name, title, unit in (("normal_speed_after_m_per_s", "normal speed", "m/s"), ("tangential_speed_after_m_per_s", "tangential speed", "m/s"),
-                              ("spin_after_rad_per_s", "spin", "rad/s")):
+    for name, title, unit in (
+        ("normal_speed_after_m_per_s", "normal speed", "m/s"),
+        ("tangential_speed_after_m_per_s", "tangential speed", "m/s"),
+        ("spin_after_rad_per_s", "spin", "rad/s"),
+    ):
         error = (table[f"simulated_{name}"] - table[name]).dropna().to_numpy(float)
-        rms, bias = (float(np.sqrt(np.mean(error**2))), float(error.mean())) if len(error) else (np.nan, np.nan)
+        rms, bias = (
+            (float(np.sqrt(np.mean(error**2))), float(error.mean())) if len(error) else (np.nan, np.nan)
+        )
         found.append((title, unit, rms, bias, len(error)))
     return found
 
 
 def _add_cards(page: Page, comparison: Comparison) -> None:
     flights, statistics = comparison.flights, comparison.statistics
-    details = [f"{title.capitalize()} after an impact off by {with_unit(rms, unit, 2)} RMS." for title, unit, rms, _, n in impact_errors(comparison) if n]
+    details = [
+        f"{title.capitalize()} after an impact off by {with_unit(rms, unit, 2)} RMS."
+        for title, unit, rms, _, n in impact_errors(comparison)
+        if n
+    ]
     if len(flights):
-        details.insert(0, f"One flight off by {with_unit(1e3 * float(flights['rms_m'].median()), 'mm', 2)} (median of {len(flights)}), worst {with_unit(1e3 * float(flights['rms_m'].max()), 'mm', 2)}.")
-    page.add_card("How far off?", "One flight, one impact", "neutral", details or ["Nothing could be predicted."])
+        details.insert(
+            0,
+            f"One flight off by {with_unit(1e3 * float(flights['rms_m'].median()), 'mm', 2)} (median of "
+            f"{len(flights)}), worst {with_unit(1e3 * float(flights['rms_m'].max()), 'mm', 2)}.",
+        )
+    page.add_card(
+        "How far off?", "One flight, one impact", "neutral", details or ["Nothing could be predicted."]
+    )
     if not len(statistics):
         return
     rare = statistics[statistics["p"] < RARE_P]
     names = ", ".join(QUANTITIES[name][0] for name in rare["quantity"])
-    page.add_card("Does the run look like a simulated one?", "No" if len(rare) else "Yes", "caution" if len(rare) else "good",
-                  [f"Unusual: {names}." if len(rare) else "Impact rate, speeds, energy and azimuths are within what simulated runs show."])
+    page.add_card(
+        "Does the run look like a simulated one?",
+        "No" if len(rare) else "Yes",
+        "caution" if len(rare) else "good",
+        [
+            f"Unusual: {names}."
+            if len(rare)
+            else "Impact rate, speeds, energy and azimuths are within what simulated runs show."
+        ],
+    )
     if len(rare):
-        page.actions.append("The simulator misses something, or a parameter is off: `ovines diagnose` on the series names the cause.")
+        page.actions.append(
+            "The simulator misses something, or a parameter is off: `ovines diagnose` on the series names "
+            "the cause."
+        )

@@ -19,9 +19,9 @@ MATCH_FRAMES = 3.0
 class Differences:
     """Both methods on one recording.
 
-    ``pairs``: matched impacts, ``flight`` and ``thesis`` row numbers; the rest are counts, and what biases straight lines:
-    ``host_acceleration_m_per_s2`` (its largest), ``lever_s`` (mean time from the contact to the points of a straight line),
-    ``approach_m_per_s`` (median normal speed before).
+    ``pairs``: matched impacts, ``flight`` and ``thesis`` row numbers; the rest are counts, and what biases
+    straight lines: ``host_acceleration_m_per_s2`` (its largest), ``lever_s`` (mean time from the contact to
+    the points of a straight line), ``approach_m_per_s`` (median normal speed before).
     """
 
     pairs: pd.DataFrame
@@ -38,7 +38,9 @@ class Differences:
         return self.host_acceleration_m_per_s2 * self.lever_s
 
 
-def compare_methods(motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisSettings) -> Differences:
+def compare_methods(
+    motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisSettings
+) -> Differences:
     """Match impacts of both methods by time (within three frames, nearest first, each once)."""
     step_s = float(np.median(np.diff(motion["time_s"]))) if len(motion) > 1 else np.nan
     ours, theirs = impacts["time_s"].to_numpy(float), thesis["time_s"].to_numpy(float)
@@ -53,15 +55,25 @@ def compare_methods(motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.Data
     matched = pd.DataFrame(sorted(pairs), columns=["flight", "thesis"])
     speed = impacts["normal_speed_before_m_per_s"].to_numpy(float)
     missed = np.delete(speed, matched["flight"].to_numpy(int))
-    return Differences(matched, len(impacts), len(thesis), float(np.nanmedian(missed)) if np.isfinite(missed).any() else np.nan,
-                       host_acceleration(motion), (settings.points_left_out + (settings.points_each_side + 1) / 2) * step_s,
-                       float(np.nanmedian(speed)) if np.isfinite(speed).any() else np.nan)
+    return Differences(
+        matched,
+        len(impacts),
+        len(thesis),
+        float(np.nanmedian(missed)) if np.isfinite(missed).any() else np.nan,
+        host_acceleration(motion),
+        (settings.points_left_out + (settings.points_each_side + 1) / 2) * step_s,
+        float(np.nanmedian(speed)) if np.isfinite(speed).any() else np.nan,
+    )
 
 
 def host_acceleration(motion: pd.DataFrame) -> float:
-    """Largest acceleration of the Host in the plane, m/s^2, from its fitted harmonics; 0 for a Host at rest, NaN with fewer than 20 frames of it."""
+    """Largest acceleration of the Host in the plane, m/s^2, from its fitted harmonics; 0 for a Host at rest,
+    NaN with fewer than 20 frames of it.
+    """
     time_s = motion["time_s"].to_numpy(float)
-    position = np.column_stack([column(motion, f"host_{name}") for name in ("x_m", "y_m", "z_m", "angle_rad")])
+    position = np.column_stack(
+        [column(motion, f"host_{name}") for name in ("x_m", "y_m", "z_m", "angle_rad")]
+    )
     if np.isfinite(position[:, :2]).all(1).sum() < 20:
         return float("nan")
     fitted = fit_host_motion(time_s, position, np.full(position.shape, 2e-5), None)
@@ -69,13 +81,22 @@ def host_acceleration(motion: pd.DataFrame) -> float:
 
 
 def in_words(difference: Differences, impacts: pd.DataFrame, thesis: pd.DataFrame) -> list[str]:
-    """Paragraphs for the report: what was found by both, how far the restitutions differ, and what that comes from."""
-    found = (f"The flight model found {_count(difference.n_flight, 'impact')}, the acceleration peaks {difference.n_thesis}; "
-             f"{len(difference.pairs)} agree in time.")
+    """Paragraphs for the report: what was found by both, how far the restitutions differ, and what that comes
+    from.
+    """
+    found = (
+        f"The flight model found {_count(difference.n_flight, 'impact')}, the acceleration peaks "
+        f"{difference.n_thesis}; "
+        f"{len(difference.pairs)} agree in time."
+    )
     missed = difference.n_flight - len(difference.pairs)
     if missed > 0 and np.isfinite(difference.missed_median_speed_m_per_s):
-        found += (f" The {missed} without a peak are mostly slow (median normal speed {with_unit(difference.missed_median_speed_m_per_s, 'm/s', 2)})"
-                  f" against {with_unit(difference.approach_m_per_s, 'm/s', 2)} over all: a peak must stand out of the noise of a second derivative.")
+        found += (
+            f" The {missed} without a peak are mostly slow (median normal speed "
+            f"{with_unit(difference.missed_median_speed_m_per_s, 'm/s', 2)})"
+            f" against {with_unit(difference.approach_m_per_s, 'm/s', 2)} over all: a peak must stand out of "
+            "the noise of a second derivative."
+        )
     extra = difference.n_thesis - len(difference.pairs)
     if extra > 0:
         found += f" {_count(extra, 'peak')} of the acceleration norm no two flights support."
@@ -87,17 +108,28 @@ def in_words(difference: Differences, impacts: pd.DataFrame, thesis: pd.DataFram
         gap = line[both] - eps[both]
         paragraphs.append(
             f"On the {both.sum()} impacts where both give a restitution, the straight lines read "
-            f"{with_unit(float(np.mean(line[both])), digits=3)} on average with a scatter of {with_unit(float(np.std(line[both], ddof=1)), digits=2)}, "
-            f"the flight model {with_unit(float(np.mean(eps[both])), digits=3)} with a scatter of {with_unit(float(np.std(eps[both], ddof=1)), digits=2)}; "
-            f"single impacts differ by {with_unit(float(np.median(np.abs(gap))), digits=2)} (median) and up to {with_unit(float(np.max(np.abs(gap))), digits=2)}.")
+            f"{with_unit(float(np.mean(line[both])), digits=3)} on average with a scatter of "
+            f"{with_unit(float(np.std(line[both], ddof=1)), digits=2)}, "
+            f"the flight model {with_unit(float(np.mean(eps[both])), digits=3)} with a scatter of "
+            f"{with_unit(float(np.std(eps[both], ddof=1)), digits=2)}; "
+            f"single impacts differ by {with_unit(float(np.median(np.abs(gap))), digits=2)} (median) and up "
+            f"to {with_unit(float(np.max(np.abs(gap))), digits=2)}."
+        )
     if np.isfinite(difference.velocity_bias_m_per_s) and np.isfinite(difference.approach_m_per_s):
         share = difference.velocity_bias_m_per_s / max(difference.approach_m_per_s, 1e-9)
         paragraphs.append(
-            f"The reason: the Host accelerates at up to {with_unit(difference.host_acceleration_m_per_s2, 'm/s²', 2)}, and the points of a straight line lie "
-            f"{with_unit(1e3 * difference.lever_s, 'ms', 2)} from the contact on average. Its velocity at the contact can therefore be wrong by "
-            f"{with_unit(difference.velocity_bias_m_per_s, 'm/s', 2)} on either side, {percent(share) if share < 1 else with_unit(share, digits=2) + ' times'} "
-            f"{'of ' if share < 1 else ''}the median normal speed. The error depends on the drive's phase at the contact: it does not average out, and more impacts do not help. "
-            "The flight model carries the Host as harmonics and the NES with floor friction up to the contact instant itself.")
+            "The reason: the Host accelerates at up to "
+            f"{with_unit(difference.host_acceleration_m_per_s2, 'm/s²', 2)}, and the points of a straight "
+            "line lie "
+            f"{with_unit(1e3 * difference.lever_s, 'ms', 2)} from the contact on average. Its velocity at "
+            "the contact can therefore be wrong by "
+            f"{with_unit(difference.velocity_bias_m_per_s, 'm/s', 2)} on either side, "
+            f"{percent(share) if share < 1 else with_unit(share, digits=2) + ' times'} "
+            f"{'of ' if share < 1 else ''}the median normal speed. The error depends on the drive's phase at "
+            "the contact: it does not average out, and more impacts do not help. "
+            "The flight model carries the Host as harmonics and the NES with floor friction up to the "
+            "contact instant itself."
+        )
     return paragraphs
 
 

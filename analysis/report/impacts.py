@@ -19,17 +19,28 @@ def add_parameters(page: Page, results: Results) -> None:
     section = page.add_section("Parameters", "parameters")
     identification = results.get("identification")
     if identification is None:
-        section.add_missing("identified parameters", "They take impacts, and none was found." if "impacts" in results.tables else
-                            "There is no identification.parquet among the results.")
+        section.add_missing(
+            "identified parameters",
+            "They take impacts, and none was found."
+            if "impacts" in results.tables
+            else "There is no identification.parquet among the results.",
+        )
         return
     section.add_text(paragraph(identification))
     thesis = results.thesis_parameters if results.get("motion") is not None else None
-    section.add_table(("parameter", "symbol", "value ± sd", "90 % interval", "impacts", "thesis' method"), parameter_rows(identification, thesis),
-                      "By maximum likelihood over flights and impacts; the last column is the thesis' recipe on the same motion "
-                      "(± is its scatter over the impacts, as in Table 16).", (0, 1))
+    section.add_table(
+        ("parameter", "symbol", "value ± sd", "90 % interval", "impacts", "thesis' method"),
+        parameter_rows(identification, thesis),
+        "By maximum likelihood over flights and impacts; the last column is the thesis' recipe on the same "
+        "motion "
+        "(± is its scatter over the impacts, as in Table 16).",
+        (0, 1),
+    )
     impacts = results.get("impacts")
     if impacts is None or not np.isfinite(column(impacts, "tangential_speed_after_m_per_s")).any():
-        section.add_missing("error map", "It takes impacts with tangential speeds, and they take an angle of the NES.")
+        section.add_missing(
+            "error map", "It takes impacts with tangential speeds, and they take an angle of the NES."
+        )
         return
     _add_maps(section, results, impacts)
 
@@ -42,18 +53,33 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
     eps = results.parameter("restitution")[0]
     pair = (results.parameter("wall_friction")[0], results.parameter("tangential_restitution")[0])
     regime = impacts["regime"]
-    counts = f"{int((regime == 'stick').sum())} stick and inform β₀, {int((regime == 'slide').sum())} slide and inform μ_c"
+    stick, slide = int((regime == "stick").sum()), int((regime == "slide").sum())
+    counts = f"{stick} stick and inform β₀, {slide} slide and inform μ_c"
     open_ends = joint.open_ends()
-    closing = f"The 90 % region runs out of the map: these impacts do not bound {_join(open_ends)}." if open_ends else \
-        "The 90 % region is closed: impacts of both kinds together determine both parameters."
-    section.add_figure("error_map", error_maps(joint, results.close_map, results.thesis_grid, impacts, pair, results.inertia_factor, eps),
-                       f"Counterpart of Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One impact alone fixes only min(β₀, β₁), an L in this "
-                       f"plane (thin lines): its legs are lower bounds. {closing} Right: the thesis' mean relative error of straight-line velocities.",
-                       "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential restitution.", "png")
-    section.add_figure("regimes", regimes(impacts, eps, *pair, results.inertia_factor),
-                       "Effective tangential restitution of each impact against its incidence. Steep impacts (left) stick and show β₀; "
-                       "oblique ones slide along the curve that μ_c sets.",
-                       "Effective tangential restitution against incidence.")
+    closing = (
+        f"The 90 % region runs out of the map: these impacts do not bound {_join(open_ends)}."
+        if open_ends
+        else "The 90 % region is closed: impacts of both kinds together determine both parameters."
+    )
+    section.add_figure(
+        "error_map",
+        error_maps(joint, results.close_map, results.thesis_grid, impacts, pair, results.inertia_factor, eps),
+        f"Counterpart of Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One impact "
+        "alone fixes only min(β₀, β₁), an L in this "
+        f"plane (thin lines): its legs are lower bounds. {closing} Right: the thesis' mean relative error of "
+        "straight-line velocities.",
+        "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential "
+        "restitution.",
+        "png",
+    )
+    section.add_figure(
+        "regimes",
+        regimes(impacts, eps, *pair, results.inertia_factor),
+        "Effective tangential restitution of each impact against its incidence. Steep impacts (left) stick "
+        "and show β₀; "
+        "oblique ones slide along the curve that μ_c sets.",
+        "Effective tangential restitution against incidence.",
+    )
 
 
 def add_impacts(page: Page, results: Results) -> None:
@@ -63,16 +89,23 @@ def add_impacts(page: Page, results: Results) -> None:
         section.add_missing("impacts", "They take motion.")
         return
     thesis = results.thesis
-    section.add_figure("impact_detection", impact_detection(motion, results.smooth, thesis, impacts, results.contacts_s),
-                       "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the meetings of two flights (flight model).",
-                       "Acceleration norm and NES coordinates with detected impacts.")
+    section.add_figure(
+        "impact_detection",
+        impact_detection(motion, results.smooth, thesis, impacts, results.contacts_s),
+        "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the meetings of two "
+        "flights (flight model).",
+        "Acceleration norm and NES coordinates with detected impacts.",
+    )
     if impacts is None and not len(thesis):
         section.add_missing("restitution", "No impact was found by either method.")
         return
     eps, sd = results.parameter("restitution")[:2]
-    section.add_figure("restitution", restitution_by_both(impacts, thesis, eps, sd),
-                       "Restitution of each impact by both methods, over time and against the normal speed.",
-                       "Restitution of each impact by both methods.")
+    section.add_figure(
+        "restitution",
+        restitution_by_both(impacts, thesis, eps, sd),
+        "Restitution of each impact by both methods, over time and against the normal speed.",
+        "Restitution of each impact by both methods.",
+    )
     pairs = None
     if impacts is not None:
         difference = compare_methods(motion, impacts, thesis, results.settings)
@@ -81,11 +114,20 @@ def add_impacts(page: Page, results: Results) -> None:
         for text in in_words(difference, impacts, thesis):
             section.add_text(text)
     columns, rows = _table_16(impacts, thesis, pairs)
-    section.add_table(columns, rows, "Counterpart of Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines are over impacts above 0.3 m/s, "
-                      "those of the flight model over the same impacts as far as both found them; * marks what is left out.", ())
+    section.add_table(
+        columns,
+        rows,
+        "Counterpart of Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines "
+        "are over impacts above 0.3 m/s, "
+        "those of the flight model over the same impacts as far as both found them; * marks what is left "
+        "out.",
+        (),
+    )
 
 
-def _table_16(impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def _table_16(
+    impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     columns = ("time (ms)", "normal speed (m/s)", "regime", "ε, flight model", "ε, straight lines")
     rows: list[tuple[str, ...]] = []
     chosen = usable(thesis)
@@ -101,16 +143,34 @@ def _table_16(impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.Data
         other = thesis.loc[line] if line is not None else None
         event = mine if mine is not None else other
         speed = MISSING if event is None else with_unit(event["normal_speed_before_m_per_s"], digits=3)
-        rows.append((f"{1e3 * time:.1f}", speed,
-                     MISSING if mine is None or pd.isna(mine["regime"]) else str(mine["regime"]),
-                     MISSING if mine is None else value_with_sd(mine["restitution"], mine["restitution_sd"]),
-                     MISSING if other is None else with_unit(other["restitution"], digits=2) + ("" if line in chosen_numbers else " *")))
+        rows.append(
+            (
+                f"{1e3 * time:.1f}",
+                speed,
+                MISSING if mine is None or pd.isna(mine["regime"]) else str(mine["regime"]),
+                MISSING if mine is None else value_with_sd(mine["restitution"], mine["restitution_sd"]),
+                MISSING
+                if other is None
+                else with_unit(other["restitution"], digits=2) + ("" if line in chosen_numbers else " *"),
+            )
+        )
     same = [partner[n] for n in sorted(chosen_numbers) if n in partner]
     ours_eps = careful.loc[same, "restitution"].dropna().to_numpy(float) if len(same) else np.empty(0)
     theirs_eps = chosen["restitution"].to_numpy(float)
     for title, statistic in (("mean", np.mean), ("sd", lambda values: np.std(values, ddof=1))):
-        rows.append((title, "", "", *(with_unit(float(statistic(v)), digits=3 if title == "mean" else 2) if len(v) > 1 else MISSING
-                                      for v in (ours_eps, theirs_eps))))
+        rows.append(
+            (
+                title,
+                "",
+                "",
+                *(
+                    with_unit(float(statistic(v)), digits=3 if title == "mean" else 2)
+                    if len(v) > 1
+                    else MISSING
+                    for v in (ours_eps, theirs_eps)
+                ),
+            )
+        )
     return columns, rows
 
 

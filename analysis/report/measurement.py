@@ -22,34 +22,67 @@ def add_calibration(page: Page, results: Results) -> None:
     content, points = results.calibration, results.get("points")
     views, parameters = results.get("calibration_views"), results.get("calibration_parameters")
     if content is None and points is None:
-        section.add_missing("calibration", "This recording came in without cameras, or calibration.json is not where recording.toml says.")
+        section.add_missing(
+            "calibration",
+            "This recording came in without cameras, or calibration.json is not where recording.toml says.",
+        )
         return
     if content is not None:
         rows = []
         for camera in content["cameras"]:
-            matrix, translation = np.asarray(camera["matrix"], float), np.asarray(camera["translation_m"], float)
+            matrix, translation = (
+                np.asarray(camera["matrix"], float),
+                np.asarray(camera["translation_m"], float),
+            )
             width, height = camera["sensor_size_px"]
-            rows.append((str(camera["name"]), f"{width} × {height}", with_unit(matrix[0, 0], digits=6), with_unit(matrix[1, 1], digits=6),
-                         f"{matrix[0, 2]:.1f}, {matrix[1, 2]:.1f}", with_unit(float(np.linalg.norm(translation)), "m", 4),
-                         with_unit(camera.get("rms_px"), "px", 2)))
-        section.add_table(("camera", "sensor (px)", "fx (px)", "fy (px)", "centre (px)", "distance", "RMS"), rows,
-                          "RMS alone hides a weak calibration: look at the standard deviations too.")
+            rows.append(
+                (
+                    str(camera["name"]),
+                    f"{width} × {height}",
+                    with_unit(matrix[0, 0], digits=6),
+                    with_unit(matrix[1, 1], digits=6),
+                    f"{matrix[0, 2]:.1f}, {matrix[1, 2]:.1f}",
+                    with_unit(float(np.linalg.norm(translation)), "m", 4),
+                    with_unit(camera.get("rms_px"), "px", 2),
+                )
+            )
+        section.add_table(
+            ("camera", "sensor (px)", "fx (px)", "fy (px)", "centre (px)", "distance", "RMS"),
+            rows,
+            "RMS alone hides a weak calibration: look at the standard deviations too.",
+        )
     if parameters is not None:
-        section.add_table(("camera", "parameter", "value ± sd"),
-                          [(str(row["camera"]), str(row["parameter"]), value_with_sd(row["value"], row["sd"])) for _, row in parameters.iterrows()], "Intrinsic parameters, sd from the full covariance.", (0, 1))
+        section.add_table(
+            ("camera", "parameter", "value ± sd"),
+            [
+                (str(row["camera"]), str(row["parameter"]), value_with_sd(row["value"], row["sd"]))
+                for _, row in parameters.iterrows()
+            ],
+            "Intrinsic parameters, sd from the full covariance.",
+            (0, 1),
+        )
     if views is not None:
         used = int(views["used"].sum())
-        section.add_figure("calibration_views", view_errors(views),
-                           f"RMS reprojection error of each view of the board; {used} of {len(views)} views used.",
-                           "Bar chart of the reprojection error of every calibration view, per camera.")
+        section.add_figure(
+            "calibration_views",
+            view_errors(views),
+            f"RMS reprojection error of each view of the board; {used} of {len(views)} views used.",
+            "Bar chart of the reprojection error of every calibration view, per camera.",
+        )
         dropped = views[~views["used"].astype(bool)]
         if len(dropped):
-            section.add_list([f"{row['camera']}, {row['view']}: dropped, {row['reason']}" for _, row in dropped.iterrows()])
+            section.add_list(
+                [f"{row['camera']}, {row['view']}: dropped, {row['reason']}" for _, row in dropped.iterrows()]
+            )
     if points is not None and points["reprojection_px"].notna().any():
-        section.add_figure("reprojection", reprojection(points),
-                           "Reprojection error of the recording's own markers (RMS of four coordinates). It should neither drift nor grow with speed; "
-                           "one marker standing out was tracked badly.",
-                           "Reprojection error over time and by marker.")
+        section.add_figure(
+            "reprojection",
+            reprojection(points),
+            "Reprojection error of the recording's own markers (RMS of four coordinates). It should neither "
+            "drift nor grow with speed; "
+            "one marker standing out was tracked badly.",
+            "Reprojection error over time and by marker.",
+        )
 
 
 def add_tracks(page: Page, results: Results) -> None:
@@ -61,29 +94,54 @@ def add_tracks(page: Page, results: Results) -> None:
     bodies = {name: tuple(body.markers or ()) for name, body in results.recording.bodies.items()}
     windows = {camera.name: camera.window_px for camera in results.recording.cameras}
     over = "over its first frame" if results.frames else "in its window (the recording brought no images)"
-    section.add_figure("tracks", tracks_over_frame(tracks, bodies, windows, results.frames),
-                       f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the first frame.",
-                       "Marker paths in the image of each camera.", "png")
+    section.add_figure(
+        "tracks",
+        tracks_over_frame(tracks, bodies, windows, results.frames),
+        f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the "
+        "first frame.",
+        "Marker paths in the image of each camera.",
+        "png",
+    )
     span = tracks.groupby("camera")["frame"].agg(lambda f: f.max() - f.min() + 1)
     counts = tracks.groupby(["marker", "camera"]).size().unstack()
-    rows = [(str(marker), *(percent(min(counts.loc[marker, camera] / span[camera], 1.0)) if np.isfinite(counts.loc[marker, camera]) else MISSING
-                            for camera in counts.columns)) for marker in counts.index]
-    section.add_table(("marker", *(str(camera) for camera in counts.columns)), rows, "Share of the frames in which each marker was seen.")
+    rows = [
+        (
+            str(marker),
+            *(
+                percent(min(counts.loc[marker, camera] / span[camera], 1.0))
+                if np.isfinite(counts.loc[marker, camera])
+                else MISSING
+                for camera in counts.columns
+            ),
+        )
+        for marker in counts.index
+    ]
+    section.add_table(
+        ("marker", *(str(camera) for camera in counts.columns)),
+        rows,
+        "Share of the frames in which each marker was seen.",
+    )
 
 
 def add_coordinates(page: Page, results: Results) -> None:
     section = page.add_section("Coordinates of the markers", "coordinates")
     points = results.get("points")
     if points is None:
-        section.add_missing("marker coordinates", "The recording entered the chain as motion, or was not triangulated.")
+        section.add_missing(
+            "marker coordinates", "The recording entered the chain as motion, or was not triangulated."
+        )
         return
     named = [marker for body in ("ground", "host", "nes") for marker in results.markers(body)]
     present = set(points["marker"])
     shown = [marker for marker in named if marker in present] or sorted(present)
-    section.add_figure("coordinates", coordinates(points, shown[:15]),
-                       "Coordinates of each marker, each from its own median (counterpart of the thesis' Figs 54 and 60). Ground markers show the noise; "
-                       "Host markers should move along the drive only.",
-                       "x, y and z of every marker over time.")
+    section.add_figure(
+        "coordinates",
+        coordinates(points, shown[:15]),
+        "Coordinates of each marker, each from its own median (counterpart of the thesis' Figs 54 and 60). "
+        "Ground markers show the noise; "
+        "Host markers should move along the drive only.",
+        "x, y and z of every marker over time.",
+    )
     unseen = [marker for marker in named if marker not in present]
     if unseen:
         section.add_missing(", ".join(unseen), "Never seen by both cameras at once.")
@@ -94,27 +152,54 @@ def add_host_geometry(page: Page, results: Results) -> None:
     points, markers = results.get("points"), results.markers("host")
     if points is not None and len(markers) >= 2:
         scatter = distance_scatter(points, markers)
-        section.add_figure("host_distances", host_distances(points, markers),
-                           "Distances between the Host markers minus their medians (Fig. 55); the band is ± one robust sd. A rigid Host keeps them constant: "
-                           f"here to {with_unit(1e3 * float(scatter['sd_m'].max()), 'mm', 2)} for the worst pair.",
-                           "Distances between pairs of Host markers over time.")
+        section.add_figure(
+            "host_distances",
+            host_distances(points, markers),
+            "Distances between the Host markers minus their medians (Fig. 55); the band is ± one robust sd. "
+            "A rigid Host keeps them constant: "
+            f"here to {with_unit(1e3 * float(scatter['sd_m'].max()), 'mm', 2)} for the worst pair.",
+            "Distances between pairs of Host markers over time.",
+        )
     else:
-        section.add_missing("distances between Host markers", "They take two or more Host markers with coordinates.")
+        section.add_missing(
+            "distances between Host markers", "They take two or more Host markers with coordinates."
+        )
     circles = results.circles
     if circles is None or not np.isfinite(circles["fit_radius_m"]).any():
-        section.add_missing("circles through the Host markers", "They take three or more Host markers with coordinates.")
+        section.add_missing(
+            "circles through the Host markers", "They take three or more Host markers with coordinates."
+        )
         return
-    section.add_figure("circle_centres", circle_centres(circles),
-                       "Left: distances between the centres of the four three-marker circles, and of their mean from the least-squares circle (Fig. 56). "
-                       "Right: their radii.",
-                       "Distances between circle centres over time and circle radii.")
+    section.add_figure(
+        "circle_centres",
+        circle_centres(circles),
+        "Left: distances between the centres of the four three-marker circles, and of their mean from the "
+        "least-squares circle (Fig. 56). "
+        "Right: their radii.",
+        "Distances between circle centres over time and circle radii.",
+    )
     rows = []
-    for name, title in (*((f"circle{k}", f"circle {k}") for k in range(1, 5)), ("mean", "mean of the four"), ("fit", "least squares")):
+    for name, title in (
+        *((f"circle{k}", f"circle {k}") for k in range(1, 5)),
+        ("mean", "mean of the four"),
+        ("fit", "least squares"),
+    ):
         radius = 1e3 * circles[f"{name}_radius_m"].to_numpy(float)
         radius = radius[np.isfinite(radius)]
         if len(radius):
-            rows.append((title, value_with_sd(float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"), str(len(radius))))
+            rows.append(
+                (
+                    title,
+                    value_with_sd(
+                        float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"
+                    ),
+                    str(len(radius)),
+                )
+            )
     section.add_table(("circle", "radius, median ± sd of one frame", "frames"), rows)
     host = results.recording.settings.bodies.host
     if host is not None and host.layout_m is not None:
-        section.add_note("The Host's motion uses the design layout of its markers, not these circles: the markers need not lie on the wall.")
+        section.add_note(
+            "The Host's motion uses the design layout of its markers, not these circles: the markers need "
+            "not lie on the wall."
+        )

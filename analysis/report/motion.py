@@ -18,20 +18,44 @@ def add_motion(page: Page, results: Results) -> None:
         return
     host, nes = results.recording.settings.bodies.host, results.recording.settings.bodies.nes
     contact = results.parameter("contact_radius_m")[0]
-    caption = "Path of the NES centre in the Host's frame, with the wall and the contact edge the centre cannot pass (Figs 57, 61)."
+    caption = (
+        "Path of the NES centre in the Host's frame, with the wall and the contact edge the centre cannot pass "
+        "(Figs 57, 61)."
+    )
     if np.isfinite(contact):
         caption += f" The impacts themselves put the contact edge at {with_unit(1e3 * contact, 'mm', 4)}."
-    section.add_figure("relative_trajectory", relative_trajectory(motion, host, nes, contact, results.get("impacts")), caption,
-                       "Trajectory of the NES relative to the Host inside the wall.")
-    section.add_figure("velocities", velocities(motion), "Velocities of NES and Host in the world frame (Figs 59, 61).",
-                       "Velocity components of NES and Host over time.")
+    section.add_figure(
+        "relative_trajectory",
+        relative_trajectory(motion, host, nes, contact, results.get("impacts")),
+        caption,
+        "Trajectory of the NES relative to the Host inside the wall.",
+    )
+    section.add_figure(
+        "velocities",
+        velocities(motion),
+        "Velocities of NES and Host in the world frame (Figs 59, 61).",
+        "Velocity components of NES and Host over time.",
+    )
     if not np.isfinite(column(motion, "nes_angle_rad")).any():
         section.add_missing("angle and spin", "The NES angle was not measured.")
         return
     text = "Angle and spin of the NES (Figs 58, 62)"
     if results.rotation is not None:
-        difference = column(results.rotation, "nes_angle_triplet_rad") - column(results.rotation, "nes_angle_fit_rad")
-        scatter = 1.4826 * float(np.nanmedian(np.abs(difference))) if np.isfinite(difference).any() else np.nan
-        text += (": the rigid fit of all markers, and the mean over marker triplets as in the thesis. They differ by "
-                 f"{with_unit(1e3 * scatter, 'mrad', 2)} (robust sd); differentiated frame by frame, the triplets' noise becomes that of the orange spin")
-    section.add_figure("angle_and_spin", angle_and_spin(motion, results.rotation), text + ".", "Angle and spin of the NES over time.")
+        difference = column(results.rotation, "nes_angle_triplet_rad") - column(
+            results.rotation, "nes_angle_fit_rad"
+        )
+        scatter = (
+            1.4826 * float(np.nanmedian(np.abs(difference))) if np.isfinite(difference).any() else np.nan
+        )
+        text += (
+            ": the rigid fit of all markers, and the mean over marker triplets as in the thesis. They differ "
+            "by "
+            f"{with_unit(1e3 * scatter, 'mrad', 2)} (robust sd); differentiated frame by frame, the "
+            "triplets' noise becomes that of the orange spin"
+        )
+    section.add_figure(
+        "angle_and_spin",
+        angle_and_spin(motion, results.rotation),
+        text + ".",
+        "Angle and spin of the NES over time.",
+    )

@@ -10,9 +10,10 @@ MISSING = "–"
 def value_with_sd(value: float | None, sd: float | None, unit: str = "") -> str:
     """``0.7234, 0.0124`` -> ``0.723 ± 0.012``; with a unit, ``(12.3 ± 0.4) mm``.
 
-    Digits by the rule of the Particle Data Group: the sd keeps two digits when they are 10 to 35 and one otherwise; the
-    value is rounded to the same place.  Very large or small numbers go to a power of ten.  A missing value is a dash; with a missing,
-    zero or infinite sd the value stands alone with three digits, because nobody knows how many are right.
+    Digits by the rule of the Particle Data Group: the sd keeps two digits when they are 10 to 35 and one
+    otherwise; the value is rounded to the same place.  Very large or small numbers go to a power of ten.  A
+    missing value is a dash; with a missing, zero or infinite sd the value stands alone with three digits,
+    because nobody knows how many are right.
     """
     if value is None or not isfinite(value):
         return MISSING

@@ -1,7 +1,8 @@
 """One self-contained HTML page in the house style: verdict cards, sections, figures, tables.
 
-Every report of the application (recording, series, calibration, gap) is built from these pieces.  Text is escaped
-when the page is rendered; figures are drawn into the page as data URIs, so it needs no network and can be mailed.
+Every report of the application (recording, series, calibration, gap) is built from these pieces.  Text is
+escaped when the page is rendered; figures are drawn into the page as data URIs, so it needs no network and
+can be mailed.
 """
 
 from __future__ import annotations
@@ -79,7 +80,9 @@ class Section:
     def add_list(self, items: Sequence[str]) -> None:
         self.blocks.append(Block("list", items=tuple(items)))
 
-    def add_figure(self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg") -> None:
+    def add_figure(
+        self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg"
+    ) -> None:
         """Draw ``figure`` into the page; ``name`` is its file name when the figures are saved too.
 
         ``image="png"`` for pictures and dense maps, which a vector file would make heavy.
@@ -87,11 +90,23 @@ class Section:
         self.figures[name] = figure
         self.blocks.append(Block("figure", caption, image=data_uri(figure, image), alt=alt))
 
-    def add_table(self, columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str = "",
-                  text_columns: Sequence[int] = (0,)) -> None:
+    def add_table(
+        self,
+        columns: Sequence[str],
+        rows: Sequence[Sequence[str]],
+        caption: str = "",
+        text_columns: Sequence[int] = (0,),
+    ) -> None:
         """A table of ready-made texts; columns other than ``text_columns`` are set flush right."""
-        self.blocks.append(Block("table", caption, columns=tuple(columns), rows=tuple(tuple(row) for row in rows),
-                                 text_columns=frozenset(text_columns)))
+        self.blocks.append(
+            Block(
+                "table",
+                caption,
+                columns=tuple(columns),
+                rows=tuple(tuple(row) for row in rows),
+                text_columns=frozenset(text_columns),
+            )
+        )
 
 
 @dataclass
@@ -121,7 +136,11 @@ class Page:
 
     def render(self) -> str:
         """The whole page as one HTML text."""
-        return _environment().get_template("page.html.j2").render(page=self, style=(HERE / "style.css").read_text("utf-8"))
+        return (
+            _environment()
+            .get_template("page.html.j2")
+            .render(page=self, style=(HERE / "style.css").read_text("utf-8"))
+        )
 
     def write(self, path: Path) -> Path:
         """Render into the file ``path``, whole or not at all."""
@@ -131,14 +150,23 @@ class Page:
     def save_figures(self, folder: Path, formats: Sequence[FigureFormat] = ("svg", "pdf")) -> list[Path]:
         """Each figure as files of its own for a paper or a talk."""
         folder.mkdir(parents=True, exist_ok=True)
-        return [save_figure(figure, folder / f"{name}.{image}")
-                for section in self.sections for name, figure in section.figures.items() for image in formats]
+        return [
+            save_figure(figure, folder / f"{name}.{image}")
+            for section in self.sections
+            for name, figure in section.figures.items()
+            for image in formats
+        ]
 
 
 @cache
 def _environment() -> Environment:
-    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-                              lstrip_blocks=True)
+    environment = Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters["symbols"] = _with_symbols
     return environment
 

@@ -23,7 +23,9 @@ class Quantity:
 QUANTITIES = {
     "restitution": Quantity("Restitution", "ε"),
     "restitution_scatter": Quantity("Scatter of the restitution from impact to impact", "σ(ε)"),
-    "restitution_speed_slope_s_per_m": Quantity("Change of the restitution with normal speed", "dε/dv", "s/m"),
+    "restitution_speed_slope_s_per_m": Quantity(
+        "Change of the restitution with normal speed", "dε/dv", "s/m"
+    ),
     "wall_friction": Quantity("Wall friction", "μ_c"),
     "tangential_restitution": Quantity("Tangential restitution", "β₀"),
     "floor_friction": Quantity("Floor friction", "μ_s"),
@@ -31,8 +33,16 @@ QUANTITIES = {
     "drive_frequency_hz": Quantity("Drive frequency", "f", "Hz"),
 }
 PRINCIPAL = ("restitution", "wall_friction", "tangential_restitution", "floor_friction")
-_UNITS = (("_m_per_s2", "m/s²"), ("_rad_per_s", "rad/s"), ("_m_per_s", "m/s"), ("_s_per_m", "s/m"), ("_rad", "rad"), ("_hz", "Hz"),
-          ("_m", "m"), ("_s", "s"))
+_UNITS = (
+    ("_m_per_s2", "m/s²"),
+    ("_rad_per_s", "rad/s"),
+    ("_m_per_s", "m/s"),
+    ("_s_per_m", "s/m"),
+    ("_rad", "rad"),
+    ("_hz", "Hz"),
+    ("_m", "m"),
+    ("_s", "s"),
+)
 
 
 def quantity(name: str) -> Quantity:
@@ -46,7 +56,7 @@ def quantity(name: str) -> Quantity:
 
 
 def state(row: pd.Series) -> str:
-    """"value" (determined), "bound" (an end of its interval only), or "open" (the data say nothing)."""
+    """ "value" (determined), "bound" (an end of its interval only), or "open" (the data say nothing)."""
     if np.isfinite(row["value"]):
         return "value"
     return "bound" if np.isfinite(row["low"]) or np.isfinite(row["high"]) else "open"
@@ -63,8 +73,18 @@ def as_text(row: pd.Series) -> str:
     return "not determined"
 
 
+def statement(row: pd.Series) -> str:
+    """``Restitution ε = 0.732 ± 0.006``, or with a colon where there is only a bound or nothing."""
+    what = quantity(row["parameter"])
+    return f"{what.title} {what.symbol}{' =' if state(row) == 'value' else ':'} {as_text(row)}".replace(
+        "  ", " "
+    )
+
+
 def parameter_rows(identification: pd.DataFrame, thesis: pd.DataFrame | None) -> list[tuple[str, ...]]:
-    """Rows for the table: quantity, symbol, value ± sd, 90 % interval, impacts, the thesis' value (± scatter)."""
+    """Rows for the table: quantity, symbol, value ± sd, 90 % interval, impacts, the thesis' value (±
+    scatter).
+    """
     order = {name: n for n, name in enumerate(PRINCIPAL)}
     table = identification.assign(rank=[order.get(name, len(order)) for name in identification["parameter"]])
     theirs = {} if thesis is None else {row["parameter"]: row for _, row in thesis.iterrows()}
@@ -72,15 +92,25 @@ def parameter_rows(identification: pd.DataFrame, thesis: pd.DataFrame | None) ->
     for _, row in table.sort_values("rank", kind="stable").iterrows():
         what = quantity(row["parameter"])
         other = theirs.get(row["parameter"])
-        rows.append((what.title, what.symbol, as_text(row),
-                     interval(what.scale * row["low"], what.scale * row["high"], what.unit),
-                     MISSING if pd.isna(row["n_impacts"]) else str(int(row["n_impacts"])),
-                     MISSING if other is None else value_with_sd(what.scale * other["value"], what.scale * other["sd"], what.unit)))
+        rows.append(
+            (
+                what.title,
+                what.symbol,
+                as_text(row),
+                interval(what.scale * row["low"], what.scale * row["high"], what.unit),
+                MISSING if pd.isna(row["n_impacts"]) else str(int(row["n_impacts"])),
+                MISSING
+                if other is None
+                else value_with_sd(what.scale * other["value"], what.scale * other["sd"], what.unit),
+            )
+        )
     return rows
 
 
 def paragraph(identification: pd.DataFrame) -> str:
-    """One paragraph in words: what was determined and how surely, what is only bounded, what the data leave open."""
+    """One paragraph in words: what was determined and how surely, what is only bounded, what the data leave
+    open.
+    """
     sentences = []
     for name in PRINCIPAL:
         chosen = identification[identification["parameter"] == name]
@@ -88,23 +118,41 @@ def paragraph(identification: pd.DataFrame) -> str:
             continue
         row = chosen.iloc[0]
         what, kind = quantity(name), state(row)
-        impacts = "" if pd.isna(row["n_impacts"]) else f" from {int(row['n_impacts'])} impact{'' if row['n_impacts'] == 1 else 's'}"
+        impacts = (
+            ""
+            if pd.isna(row["n_impacts"])
+            else f" from {int(row['n_impacts'])} impact{'' if row['n_impacts'] == 1 else 's'}"
+        )
         if kind == "value":
             relative = abs(row["sd"] / row["value"]) if row["value"] else np.nan
-            surely = "" if not np.isfinite(relative) else " to better than 1 %" if relative < 0.01 else \
-                f" to about {100 * relative:.0f} %" if relative < 0.5 else ", poorly"
+            surely = (
+                ""
+                if not np.isfinite(relative)
+                else " to better than 1 %"
+                if relative < 0.01
+                else f" to about {100 * relative:.0f} %"
+                if relative < 0.5
+                else ", poorly"
+            )
             sentences.append(f"{what.title} {what.symbol} = {as_text(row)} is determined{surely}{impacts}.")
         elif kind == "bound":
-            sentences.append(f"{what.title} {what.symbol} is only bounded, {interval(row['low'], row['high'], what.unit)}{impacts}: "
-                             f"{_WHY.get(name, 'the data do not close the interval')}.")
+            sentences.append(
+                f"{what.title} {what.symbol} is only bounded, "
+                f"{interval(row['low'], row['high'], what.unit)}{impacts}: "
+                f"{_WHY.get(name, 'the data do not close the interval')}."
+            )
         else:
-            sentences.append(f"{what.title} {what.symbol} is not determined by this recording: {_WHY.get(name, 'nothing in it depends on it enough')}.")
+            sentences.append(
+                f"{what.title} {what.symbol} is not determined by this recording: "
+                f"{_WHY.get(name, 'nothing in it depends on it enough')}."
+            )
     return " ".join(sentences)
 
 
 _WHY = {
     "wall_friction": "an impact informs it only where the NES slides along the wall, at oblique incidence",
-    "tangential_restitution": "an impact informs it only where the NES sticks to the wall, at steep incidence",
+    "tangential_restitution": "an impact informs it only where the NES sticks to the wall, at steep "
+    "incidence",
     "restitution": "it takes impacts fast enough to stand out of the noise",
     "floor_friction": "it takes flights long enough for the floor to brake the NES",
 }

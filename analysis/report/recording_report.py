@@ -18,12 +18,17 @@ from analysis.report.verdict import add_verdict, headline
 from ovines.recording import Recording
 
 
-def write_report(results_folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None,
-                 save_figures: bool = False) -> Path:
+def write_report(
+    results_folder: Path,
+    recording: Recording,
+    frames: Mapping[str, NDArray] | None = None,
+    save_figures: bool = False,
+) -> Path:
     """Write ``report.html`` into ``results_folder`` from the tables there, and return its path.
 
-    ``frames``: one grey image (height, width) per camera name, drawn under the marker tracks.  ``save_figures`` also writes each
-    figure as SVG and PDF into ``figures/``.  A table that is missing becomes a named gap in the page.
+    ``frames``: one grey image (height, width) per camera name, drawn under the marker tracks.
+    ``save_figures`` also writes each figure as SVG and PDF into ``figures/``.  A table that is missing
+    becomes a named gap in the page.
     """
     page = recording_page(read_results(Path(results_folder), recording, frames))
     if save_figures:
@@ -33,10 +38,23 @@ def write_report(results_folder: Path, recording: Recording, frames: Mapping[str
 
 def recording_page(results: Results) -> Page:
     """The page, not yet written: what it says and shows comes from ``results`` alone."""
-    page = Page(results.recording.name, "Trajectory and identification report", headline(results), facts(results.recording),
-                footer=f"ovines {ovines.__version__}. Tables beside this page hold every number of it; lengths in metres, times in seconds.")
+    page = Page(
+        results.recording.name,
+        "Trajectory and identification report",
+        headline(results),
+        facts(results.recording),
+        footer=f"ovines {ovines.__version__}. Tables beside this page hold every number of it, in SI units.",
+    )
     add_verdict(page, results)
-    for add in (add_parameters, add_impacts, add_motion, add_host_geometry, add_coordinates, add_tracks, add_calibration):
+    for add in (
+        add_parameters,
+        add_impacts,
+        add_motion,
+        add_host_geometry,
+        add_coordinates,
+        add_tracks,
+        add_calibration,
+    ):
         add(page, results)
     return page
 

@@ -1,4 +1,6 @@
-"""What a results folder holds for the report: its tables, the calibration, and what can be computed at once from them."""
+"""What a results folder holds for the report: its tables, the calibration, and what can be computed at once
+from them.
+"""
 
 from __future__ import annotations
 
@@ -28,16 +30,26 @@ from ovines.errors import InputError
 from ovines.recording import Recording
 from ovines.tables import read_table
 
-TABLES = ("tracks", "points", "motion", "host_circle", "rotation", "flights", "impacts", "identification",
-          "calibration_views", "calibration_parameters")
+TABLES = (
+    "tracks",
+    "points",
+    "motion",
+    "host_circle",
+    "rotation",
+    "flights",
+    "impacts",
+    "identification",
+    "calibration_views",
+    "calibration_parameters",
+)
 
 
 @dataclass
 class Results:
     """One recording's results.
 
-    ``tables`` holds those that exist; ``unreadable`` says what was wrong with others.  ``frames`` are grey images per camera,
-    handed in by whoever can read them.
+    ``tables`` holds those that exist; ``unreadable`` says what was wrong with others.  ``frames`` are grey
+    images per camera, handed in by whoever can read them.
     """
 
     folder: Path
@@ -84,7 +96,9 @@ class Results:
 
     @cached_property
     def thesis_grid(self) -> tuple[NDArray, NDArray, NDArray] | None:
-        """Mean capped J_t over (wall friction, tangential restitution) of the usable impacts; None without any."""
+        """Mean capped J_t over (wall friction, tangential restitution) of the usable impacts; None without
+        any.
+        """
         chosen = usable(self.thesis)
         chosen = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]
         if not len(chosen):
@@ -107,7 +121,9 @@ class Results:
         grids = None if self.joint_map is None else self.joint_map.close_up()
         if grids is None:
             return None
-        return error_map(self.tables["impacts"], self.parameter("restitution")[0], self.inertia_factor, *grids)
+        return error_map(
+            self.tables["impacts"], self.parameter("restitution")[0], self.inertia_factor, *grids
+        )
 
     @property
     def inertia_factor(self) -> float:
@@ -140,14 +156,18 @@ class Results:
 
 
 def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None) -> Results:
-    """Read whatever tables stand in ``folder``; one that cannot be read is named in ``unreadable`` and left out.
+    """Read whatever tables stand in ``folder``; one that cannot be read is named in ``unreadable`` and left
+    out.
 
-    A table that the recording itself brought (``tracks.parquet``, ``points.parquet``, ``motion.parquet`` in its folder) serves where
-    the results hold none.
+    A table that the recording itself brought (``tracks.parquet``, ``points.parquet``, ``motion.parquet`` in
+    its folder) serves where the results hold none.
     """
     tables, unreadable = {}, {}
     for name in TABLES:
-        path = next((p for p in (folder / f"{name}.parquet", recording.folder / f"{name}.parquet") if p.is_file()), None)
+        path = next(
+            (p for p in (folder / f"{name}.parquet", recording.folder / f"{name}.parquet") if p.is_file()),
+            None,
+        )
         if path is not None:
             try:
                 tables[name] = read_table(path, name)

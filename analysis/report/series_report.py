@@ -1,4 +1,6 @@
-"""``report.html`` of a series: the thesis' appendix as a table, the trend over the tests, one paragraph in words."""
+"""``report.html`` of a series: the thesis' appendix as a table, the trend over the tests, one paragraph in
+words.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ import ovines
 from analysis.figures.series import parameter_trends
 from analysis.report.numbers import MISSING, interval, percent, value_with_sd, with_unit
 from analysis.report.page import Page
-from analysis.report.parameters import PRINCIPAL, as_text, paragraph, parameter_rows, quantity
+from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
 from analysis.report.results import Results, read_results
 from analysis.report.verdict import seen_share
 from analysis.series_trend import Trend, weighted_trend
@@ -23,15 +25,21 @@ from ovines.tables import read_table
 TREND_P = 0.01
 
 
-def write_series_report(results_folder: Path, recordings: Sequence[Recording], name: str, save_figures: bool = False) -> Path:
-    """Write ``report.html`` of a series whose recordings' results lie in the folders ``results_folder / recording.folder.name``.
+def write_series_report(
+    results_folder: Path, recordings: Sequence[Recording], name: str, save_figures: bool = False
+) -> Path:
+    """Write ``report.html`` of a series whose recordings' results lie in the folders ``results_folder /
+    recording.folder.name``.
 
-    An ``identification.parquet`` in ``results_folder`` itself is the joint identification over all runs.  A recording without results is a
-    row that says so.
+    An ``identification.parquet`` in ``results_folder`` itself is the joint identification over all runs.  A
+    recording without results is a row that says so.
     """
     folder = Path(results_folder)
-    page = series_page([read_results(folder / recording.folder.name, recording) for recording in recordings], name,
-                       _joint(folder / "identification.parquet"))
+    page = series_page(
+        [read_results(folder / recording.folder.name, recording) for recording in recordings],
+        name,
+        _joint(folder / "identification.parquet"),
+    )
     if save_figures:
         page.save_figures(folder / "figures")
     return page.write(folder / "report.html")
@@ -42,14 +50,19 @@ def _joint(path: Path) -> pd.DataFrame | None:
 
 
 def tests_of(results: Sequence[Results]) -> pd.DataFrame:
-    """One row per recording: name, drive, impacts, share of frames seen, and each parameter with sd and interval (NaN: unknown)."""
+    """One row per recording: name, drive, impacts, share of frames seen, and each parameter with sd and
+    interval (NaN: unknown).
+    """
     rows = []
     for result in results:
         excitation, impacts = result.recording.excitation, result.get("impacts")
-        row = {"test": result.recording.name,
-               "frequency_hz": np.nan if excitation is None else excitation.frequency_hz,
-               "acceleration_g": np.nan if excitation is None else excitation.acceleration_g,
-               "impacts": np.nan if result.get("motion") is None else 0 if impacts is None else len(impacts), "seen": seen_share(result)}
+        row = {
+            "test": result.recording.name,
+            "frequency_hz": np.nan if excitation is None else excitation.frequency_hz,
+            "acceleration_g": np.nan if excitation is None else excitation.acceleration_g,
+            "impacts": np.nan if result.get("motion") is None else 0 if impacts is None else len(impacts),
+            "seen": seen_share(result),
+        }
         for name in PRINCIPAL:
             row[name], row[f"{name}_sd"], row[f"{name}_low"], row[f"{name}_high"] = result.parameter(name)
         rows.append(row)
@@ -58,62 +71,123 @@ def tests_of(results: Sequence[Results]) -> pd.DataFrame:
     return table.astype(dict.fromkeys(numeric, float))
 
 
-
 def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | None = None) -> Page:
     tests = tests_of(results)
-    trends = {p: weighted_trend(np.arange(1, len(tests) + 1), tests[p], tests[f"{p}_sd"]) for p in PRINCIPAL}
-    page = Page(name, "Series report", f"{len(tests)} recordings, {int(np.nansum(tests['impacts']))} impacts.",
-                footer=f"ovines {ovines.__version__}. Each recording has a report of its own in its folder.")
+    number = np.arange(1, len(tests) + 1)
+    found = {p: weighted_trend(number, tests[p], tests[f"{p}_sd"]) for p in PRINCIPAL}
+    trends = {p: trend for p, trend in found.items() if trend is not None}
+    page = Page(
+        name,
+        "Series report",
+        f"{len(tests)} recordings, {int(np.nansum(tests['impacts']))} impacts.",
+        footer=f"ovines {ovines.__version__}. Each recording has a report of its own in its folder.",
+    )
     _add_verdict(page, tests, trends, joint)
     section = page.add_section("Parameters over all tests", "parameters")
     if joint is not None:
         section.add_text(paragraph(joint))
-        section.add_table(("parameter", "symbol", "value ± sd", "90 % interval", "impacts"), [row[:5] for row in parameter_rows(joint, None)],
-                          "Joint maximum likelihood over all impacts and tests.", (0, 1))
-    section.add_table(("parameter", "symbol", "weighted mean ± sd", "change per test", "p (no trend)", "p (one value)", "tests"),
-                      [_trend_row(p, trend) for p, trend in trends.items() if trend is not None],
-                      "Mean and straight trend of the single tests, weighted by their sd; sd are enlarged where tests scatter more than they should.", (0, 1))
-    shown = [(p, f"{quantity(p).title.lower()}", 1.0) for p in PRINCIPAL if np.isfinite(tests[[p, f"{p}_low", f"{p}_high"]].to_numpy()).any()]
+        section.add_table(
+            ("parameter", "symbol", "value ± sd", "90 % interval", "impacts"),
+            [row[:5] for row in parameter_rows(joint, None)],
+            "Joint maximum likelihood over all impacts and tests.",
+            (0, 1),
+        )
+    section.add_table(
+        (
+            "parameter",
+            "symbol",
+            "weighted mean ± sd",
+            "change per test",
+            "p (no trend)",
+            "p (one value)",
+            "tests",
+        ),
+        [_trend_row(p, trend) for p, trend in trends.items()],
+        "Mean and straight trend of the single tests, weighted by their sd; sd are enlarged where tests "
+        "scatter more than they should.",
+        (0, 1),
+    )
+    shown = [
+        (p, f"{quantity(p).title.lower()}", 1.0)
+        for p in PRINCIPAL
+        if np.isfinite(tests[[p, f"{p}_low", f"{p}_high"]].to_numpy()).any()
+    ]
     if shown:
-        section.add_figure("trends", parameter_trends(tests, shown), "Each test's parameters with sd, in the order of the tests. A slope would be wear or heating.",
-                           "Identified parameters over the tests of the series.")
+        section.add_figure(
+            "trends",
+            parameter_trends(tests, shown),
+            "Each test's parameters with sd, in the order of the tests. A slope would be wear or heating.",
+            "Identified parameters over the tests of the series.",
+        )
     else:
         section.add_missing("trend over the series", "No test determined a parameter.")
     section = page.add_section("Tests", "tests")
-    section.add_table(("test", "frequency", "level", "NES seen", "impacts", *(f"{quantity(p).title} {quantity(p).symbol}" for p in PRINCIPAL)),
-                      [_test_row(row) for _, row in tests.iterrows()], "As the thesis' Tables 18 and 20.")
+    section.add_table(
+        (
+            "test",
+            "frequency",
+            "level",
+            "NES seen",
+            "impacts",
+            *(f"{quantity(p).title} {quantity(p).symbol}" for p in PRINCIPAL),
+        ),
+        [_test_row(row) for _, row in tests.iterrows()],
+        "As the thesis' Tables 18 and 20.",
+    )
     return page
 
 
-def _add_verdict(page: Page, tests: pd.DataFrame, trends: dict[str, Trend | None], joint: pd.DataFrame | None) -> None:
+def _add_verdict(
+    page: Page, tests: pd.DataFrame, trends: dict[str, Trend], joint: pd.DataFrame | None
+) -> None:
     done = int(np.isfinite(tests["impacts"]).sum())
     with_impacts = int((tests["impacts"] > 0).sum())
     lost = [str(name) for name in tests.loc[~np.isfinite(tests["impacts"]), "test"]]
-    page.add_card("Did it work?", "Yes" if done == len(tests) else f"{done} of {len(tests)} recordings", "good" if done == len(tests) else "caution" if done else "bad",
-                  [f"Motion from {done} of {len(tests)} recordings, impacts in {with_impacts}."])
-    details, drifting = [], [p for p, trend in trends.items() if trend is not None and trend.p_slope < TREND_P]
+    page.add_card(
+        "Did it work?",
+        "Yes" if done == len(tests) else f"{done} of {len(tests)} recordings",
+        "good" if done == len(tests) else "caution" if done else "bad",
+        [f"Motion from {done} of {len(tests)} recordings, impacts in {with_impacts}."],
+    )
+    details: list[str] = []
+    drifting = {p: trend for p, trend in trends.items() if trend.p_slope < TREND_P}
     for p in PRINCIPAL:
         row = None if joint is None else joint[joint["parameter"] == p]
         if row is not None and len(row):
-            details.append(f"{quantity(p).title} {quantity(p).symbol} = {as_text(row.iloc[0])}")
-        elif trends[p] is not None:
-            details.append(f"{quantity(p).title} {quantity(p).symbol} = {value_with_sd(trends[p].mean, trends[p].mean_sd)}")  # type: ignore[union-attr]
+            details.append(statement(row.iloc[0]))
+        elif p in trends:
+            mean = value_with_sd(trends[p].mean, trends[p].mean_sd)
+            details.append(f"{quantity(p).title} {quantity(p).symbol} = {mean}")
     answer = "No parameter" if not details else "Parameters drift" if drifting else "Consistent"
-    page.add_card("How good is it?", answer, "neutral" if not details else "caution" if drifting else "good", details)
+    page.add_card(
+        "How good is it?", answer, "neutral" if not details else "caution" if drifting else "good", details
+    )
     if lost:
         page.actions.append(f"Without motion: {', '.join(lost)}. `ovines check` says why.")
-    for p in drifting:
-        trend = trends[p]
-        page.actions.append(f"{quantity(p).title} changes by {value_with_sd(trend.slope, trend.slope_sd)} per test: look for wear, heating or a level that changed with "  # type: ignore[union-attr]
-                            "the order of the tests, and repeat an early test at the end.")
-    page.actions.extend(f"{quantity(p).title} {quantity(p).symbol} is determined by fewer than two tests." for p in PRINCIPAL if details and trends[p] is None and joint is None)
+    for p, trend in drifting.items():
+        page.actions.append(
+            f"{quantity(p).title} changes by {value_with_sd(trend.slope, trend.slope_sd)} per test: look for "
+            "wear, heating or a level that changed with the order of the tests, and repeat an early test at the end."
+        )
+    page.actions.extend(
+        f"{quantity(p).title} {quantity(p).symbol} is determined by fewer than two tests."
+        for p in PRINCIPAL
+        if details and p not in trends and joint is None
+    )
     if not page.actions:
         page.actions.append("Nothing has to be done.")
 
 
 def _trend_row(name: str, trend: Trend) -> tuple[str, ...]:
-    return (quantity(name).title, quantity(name).symbol, value_with_sd(trend.mean, trend.mean_sd), value_with_sd(trend.slope, trend.slope_sd),
-            with_unit(trend.p_slope, digits=2), with_unit(trend.p_scatter, digits=2), str(trend.n))
+    return (
+        quantity(name).title,
+        quantity(name).symbol,
+        value_with_sd(trend.mean, trend.mean_sd),
+        value_with_sd(trend.slope, trend.slope_sd),
+        with_unit(trend.p_slope, digits=2),
+        with_unit(trend.p_scatter, digits=2),
+        str(trend.n),
+    )
 
 
 def _test_row(row: pd.Series) -> tuple[str, ...]:
@@ -123,5 +197,11 @@ def _test_row(row: pd.Series) -> tuple[str, ...]:
             cells.append(value_with_sd(row[name], row[f"{name}_sd"]))
         else:
             cells.append(interval(row[f"{name}_low"], row[f"{name}_high"]))
-    return (str(row["test"]), with_unit(row["frequency_hz"], "Hz"), with_unit(row["acceleration_g"], "g", 2), percent(row["seen"]),
-            MISSING if not np.isfinite(row["impacts"]) else str(int(row["impacts"])), *cells)
+    return (
+        str(row["test"]),
+        with_unit(row["frequency_hz"], "Hz"),
+        with_unit(row["acceleration_g"], "g", 2),
+        percent(row["seen"]),
+        MISSING if not np.isfinite(row["impacts"]) else str(int(row["impacts"])),
+        *cells,
+    )

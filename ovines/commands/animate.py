@@ -17,12 +17,31 @@ HELP = "A short film (GIF or MP4) of the motion, slowed down, measured and simul
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Recording, results folder, the stretch and how much slower, the file."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="folder with recording.toml")
-    parser.add_argument("--results", type=Path, metavar="DIR", help="results of `ovines run` (default: results/ inside the recording)")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="film.gif or film.mp4 (default: motion.gif in the results)")
-    parser.add_argument("--start", type=float, default=0.0, metavar="S", help="from this time of the recording (default: its start)")
-    parser.add_argument("--end", type=float, default=float("inf"), metavar="S", help="to this time (default: its end)")
-    parser.add_argument("--slower", type=_slower, default=20.0, metavar="N", help="N times slower than it was (default: 20)")
-    parser.add_argument("--simulation", type=Path, metavar="FILE", help="a simulation.parquet to show beside it")
+    parser.add_argument(
+        "--results",
+        type=Path,
+        metavar="DIR",
+        help="results of `ovines run` (default: results/ inside the recording)",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="film.gif or film.mp4 (default: motion.gif in the results)"
+    )
+    parser.add_argument(
+        "--start",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="from this time of the recording (default: its start)",
+    )
+    parser.add_argument(
+        "--end", type=float, default=float("inf"), metavar="S", help="to this time (default: its end)"
+    )
+    parser.add_argument(
+        "--slower", type=_slower, default=20.0, metavar="N", help="N times slower than it was (default: 20)"
+    )
+    parser.add_argument(
+        "--simulation", type=Path, metavar="FILE", help="a simulation.parquet to show beside it"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -31,12 +50,25 @@ def run(args: argparse.Namespace) -> int:
 
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
-    motion = next((path for path in (results / "motion.parquet", recording.folder / "motion.parquet") if path.is_file()), None)
+    motion = next(
+        (
+            path
+            for path in (results / "motion.parquet", recording.folder / "motion.parquet")
+            if path.is_file()
+        ),
+        None,
+    )
     if motion is None:
-        raise InputError(f"{results}: no motion.parquet", "the results of `ovines run`", f"run `ovines run {args.recording}` first")
+        raise InputError(
+            f"{results}: no motion.parquet",
+            "the results of `ovines run`",
+            f"run `ovines run {args.recording}` first",
+        )
     simulation = read_table(args.simulation, "simulation") if args.simulation is not None else None
     out = args.out or results / "motion.gif"
-    pictures = animate(read_table(motion, "motion"), recording, out, Film(args.start, args.end, args.slower), simulation)
+    pictures = animate(
+        read_table(motion, "motion"), recording, out, Film(args.start, args.end, args.slower), simulation
+    )
     print(f"{pictures} pictures, {out.stat().st_size / 1e6:.1f} MB -> {out}")
     return 0
 

@@ -20,9 +20,21 @@ HELP = "Measured against simulated: one flight and one impact ahead, and whole r
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Recording or series, results folder, number of simulated runs, seed, figures."""
-    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a folder of such folders")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="results of `ovines run` (default: results/ inside the recording)")
-    parser.add_argument("--runs", type=_count, default=40, metavar="N", help="simulated copies of the whole run (default: 40)")
+    parser.add_argument(
+        "recording",
+        type=Path,
+        metavar="RECORDING_OR_SERIES",
+        help="folder with recording.toml, or a folder of such folders",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="results of `ovines run` (default: results/ inside the recording)",
+    )
+    parser.add_argument(
+        "--runs", type=_count, default=40, metavar="N", help="simulated copies of the whole run (default: 40)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of their scattered starts (default: 0)")
     parser.add_argument("--figures", action="store_true", help="save each figure as SVG and PDF too")
 
@@ -36,29 +48,56 @@ def run(args: argparse.Namespace) -> int:
     for folder in series_folders(args.recording):
         target = out if single else out / folder.name
         comparison, page = compare_one(read_recording(folder), target, args)
-        flight = f"{1e3 * comparison.flights['rms_m'].median():.3g} mm" if len(comparison.flights) else "no flight"
+        flight = (
+            f"{1e3 * comparison.flights['rms_m'].median():.3g} mm" if len(comparison.flights) else "no flight"
+        )
         normal = impact_errors(comparison)[0][2]
-        print(f"{folder.resolve().name}: one flight {flight} (median RMS), one impact {normal:.3g} m/s (RMS, normal) -> {page}")
+        print(
+            f"{folder.resolve().name}: one flight {flight} (median RMS), one impact {normal:.3g} m/s (RMS, "
+            f"normal) -> {page}"
+        )
     return 0
 
 
 def compare_one(recording: Recording, folder: Path, args: argparse.Namespace):
-    """Compare one recording's results in ``folder`` and write ``flights_ahead``, ``impacts_ahead``, ``run_statistics`` and the page."""
+    """Compare one recording's results in ``folder`` and write ``flights_ahead``, ``impacts_ahead``,
+    ``run_statistics`` and the page.
+    """
     from analysis.compare import compare
     from analysis.report.compare_report import write_comparison
 
     paths = {name: folder / f"{name}.parquet" for name in ("motion", "impacts", "identification", "flights")}
     missing = [name for name in ("motion", "impacts", "identification") if not paths[name].is_file()]
     if missing:
-        raise InputError(f"{folder}: no {missing[0]}.parquet", "the results of `ovines run`", f"run `ovines run {recording.folder} --out {folder}` first")
+        raise InputError(
+            f"{folder}: no {missing[0]}.parquet",
+            "the results of `ovines run`",
+            f"run `ovines run {recording.folder} --out {folder}` first",
+        )
     tables = {name: read_table(path, name) for name, path in paths.items() if path.is_file()}
     contacts = []
     if "flights" in tables:
         held = tables["flights"][tables["flights"]["kind"] == "contact"]
         contacts = list(zip(held["start_s"], held["end_s"], strict=True))
-    comparison = compare(tables["motion"], tables["impacts"], tables["identification"], recording, np.random.default_rng(args.seed), args.runs, contacts)
-    record = provenance(NAME, {"runs": args.runs, "seed": args.seed}, {path.name: sha256_of(path) for path in paths.values() if path.is_file()})
-    for name, table in (("flights_ahead", comparison.flights), ("impacts_ahead", comparison.impacts), ("run_statistics", comparison.statistics)):
+    comparison = compare(
+        tables["motion"],
+        tables["impacts"],
+        tables["identification"],
+        recording,
+        np.random.default_rng(args.seed),
+        args.runs,
+        contacts,
+    )
+    record = provenance(
+        NAME,
+        {"runs": args.runs, "seed": args.seed},
+        {path.name: sha256_of(path) for path in paths.values() if path.is_file()},
+    )
+    for name, table in (
+        ("flights_ahead", comparison.flights),
+        ("impacts_ahead", comparison.impacts),
+        ("run_statistics", comparison.statistics),
+    ):
         write_table(table, name, folder / f"{name}.parquet", record)
     return comparison, write_comparison(comparison, folder, args.figures)
 

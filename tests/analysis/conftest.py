@@ -15,7 +15,14 @@ from threading import Thread
 
 import pytest
 
-CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome", "chrome") if (path := shutil.which(name))), None)
+CHROMIUM = next(
+    (
+        path
+        for name in ("chromium", "chromium-browser", "google-chrome", "chrome")
+        if (path := shutil.which(name))
+    ),
+    None,
+)
 # Runs after everything has loaded and writes what the page did into the page, which --dump-dom then prints.
 PROBE = """<script>addEventListener("load", () => {
   const seen = {
@@ -23,13 +30,16 @@ PROBE = """<script>addEventListener("load", () => {
     fetched: performance.getEntriesByType("resource").map(e => e.name).filter(n => !n.startsWith("data:")),
     too_wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
   };
-  const mark = document.createElement("pre"); mark.id = "probe"; mark.textContent = JSON.stringify(seen); document.body.append(mark);
-})</script></body>"""
+  const mark = document.createElement("pre"); mark.id = "probe"; mark.textContent = JSON.stringify(seen);
+  document.body.append(mark); })</script></body>
+  """
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a browser saw: console lines, fetched addresses, pictures (alt, width, height), pixels of sideways scroll."""
+    """What a browser saw: console lines, fetched addresses, pictures (alt, width, height), pixels of sideways
+    scroll.
+    """
 
     console: list[str]
     fetched: list[str]
@@ -50,10 +60,26 @@ def browse(tmp_path):
     def look(page: str, width_px: int = 1100) -> Seen:
         (tmp_path / "page.html").write_text(page.replace("</body>", PROBE), encoding="utf-8")
         done = subprocess.run(
-            [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-extensions", "--no-first-run", "--enable-logging=stderr",
-             f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width_px},900", "--virtual-time-budget=10000", "--dump-dom",
-             "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", f"http://127.0.0.1:{server.server_port}/page.html"],
-            capture_output=True, text=True, timeout=120, check=True)
+            [
+                CHROMIUM,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-extensions",
+                "--no-first-run",
+                "--enable-logging=stderr",
+                f"--user-data-dir={tmp_path / 'profile'}",
+                f"--window-size={width_px},900",
+                "--virtual-time-budget=10000",
+                "--dump-dom",
+                "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+                f"http://127.0.0.1:{server.server_port}/page.html",
+            ],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=True,
+        )
         found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
         assert found, "the page did not finish loading"
         seen = json.loads(html.unescape(found[1]))

@@ -21,10 +21,24 @@ NES_BLUE = (0, 114, 178)
 
 def scene(folder, wall="inner_radius_m = 0.05"):
     folder.mkdir(exist_ok=True)
-    (folder / "recording.toml").write_text(f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{wall}\n[bodies.nes]\nradius_m = 0.01\n")
+    (folder / "recording.toml").write_text(
+        f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{wall}\n[bodies.nes]\nradius_m = 0.01\n"
+    )
     t = np.arange(161) / 800
-    motion = pd.DataFrame({"frame": np.arange(161), "time_s": t, "nes_x_m": np.linspace(-0.035, 0.035, 161), "nes_y_m": 0.0, "nes_z_m": 0.0,
-                           "nes_angle_rad": 20 * t, "host_x_m": 0.0, "host_y_m": 0.0, "host_z_m": 0.0, "host_angle_rad": 0.0})
+    motion = pd.DataFrame(
+        {
+            "frame": np.arange(161),
+            "time_s": t,
+            "nes_x_m": np.linspace(-0.035, 0.035, 161),
+            "nes_y_m": 0.0,
+            "nes_z_m": 0.0,
+            "nes_angle_rad": 20 * t,
+            "host_x_m": 0.0,
+            "host_y_m": 0.0,
+            "host_z_m": 0.0,
+            "host_angle_rad": 0.0,
+        }
+    )
     return read_recording(folder), motion
 
 
@@ -37,7 +51,10 @@ def disk_place_px(picture) -> float:
     return float(np.nonzero(near)[1].mean())
 
 
-@pytest.mark.parametrize("wall", ["inner_radius_m = 0.05", "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]"])
+@pytest.mark.parametrize(
+    "wall",
+    ["inner_radius_m = 0.05", "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]"],
+)
 def test_the_disk_moves_across(tmp_path, wall):
     recording, motion = scene(tmp_path / "rec", wall)
     path = tmp_path / "film.gif"
@@ -64,7 +81,11 @@ def test_a_lost_disk_is_not_drawn(tmp_path):
 
 def test_what_cannot_be_filmed_is_refused(tmp_path):
     recording, motion = scene(tmp_path / "rec")
-    for path, film in (("film.avi", Film()), ("film.gif", Film(slower=1000)), ("film.gif", Film(start_s=5.0))):
+    for path, film in (
+        ("film.avi", Film()),
+        ("film.gif", Film(slower=1000)),
+        ("film.gif", Film(start_s=5.0)),
+    ):
         with pytest.raises(InputError):
             animate(motion, recording, tmp_path / path, film)
     assert not list(tmp_path.glob("film*"))
@@ -74,9 +95,16 @@ def test_the_command(tmp_path):
     _, motion = scene(tmp_path / "rec")
     write_table(motion, "motion", tmp_path / "rec" / "motion.parquet", provenance("test", {}, {}))
     command = [sys.executable, "-m", "ovines", "animate", str(tmp_path / "rec"), "--end", "0.05"]
-    done = subprocess.run([*command, "--out", str(tmp_path / "film.mp4")], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        [*command, "--out", str(tmp_path / "film.mp4")],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     import cv2
+
     film = cv2.VideoCapture(str(tmp_path / "film.mp4"))
     assert int(film.get(cv2.CAP_PROP_FRAME_COUNT)) == 20
     assert film.read()[1].shape == (400, 800, 3)

@@ -22,13 +22,17 @@ inner_radius_m = 0.05
 
 
 def recording(folder, count=4):
-    (folder / "recording.toml").write_text(RECORDING.format(markers=", ".join(f'"H{i}"' for i in range(1, count + 1))))
+    (folder / "recording.toml").write_text(
+        RECORDING.format(markers=", ".join(f'"H{i}"' for i in range(1, count + 1)))
+    )
     return read_recording(folder)
 
 
 def circle_points(centre_m, radius_m, tilt_rad, angles_rad, rng=None, sd_m=0.0):
     """Points (F, K, 3) on a circle tilted about x."""
-    local = np.stack([radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad), np.zeros_like(angles_rad)], -1)
+    local = np.stack(
+        [radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad), np.zeros_like(angles_rad)], -1
+    )
     cos, sin = np.cos(tilt_rad), np.sin(tilt_rad)
     position = local @ np.array([[1, 0, 0], [0, cos, sin], [0, -sin, cos]]) + np.asarray(centre_m)[:, None, :]
     return position if rng is None else position + rng.normal(0, sd_m, position.shape)
@@ -36,8 +40,10 @@ def circle_points(centre_m, radius_m, tilt_rad, angles_rad, rng=None, sd_m=0.0):
 
 def table(position_m):
     frames, markers = position_m.shape[:2]
-    rows = pd.DataFrame([(f, f / 800, f"H{k + 1}", *position_m[f, k]) for f in range(frames) for k in range(markers)],
-                        columns=["frame", "time_s", "marker", "x_m", "y_m", "z_m"])
+    rows = pd.DataFrame(
+        [(f, f / 800, f"H{k + 1}", *position_m[f, k]) for f in range(frames) for k in range(markers)],
+        columns=["frame", "time_s", "marker", "x_m", "y_m", "z_m"],
+    )
     return rows[np.isfinite(rows["x_m"])].reset_index(drop=True)
 
 
@@ -93,11 +99,16 @@ def test_more_and_fewer_markers_than_four(tmp_path):
 
 
 def test_least_squares_beats_the_mean_of_three_marker_circles():
-    """5,000 noisy frames: both unbiased within three standard errors, and the fit scatters no more than the mean."""
+    """5,000 noisy frames: both unbiased within three standard errors, and the fit scatters no more than the
+    mean.
+    """
     rng = np.random.default_rng(1)
     noisy = circle_points(np.zeros((5000, 3)), 0.05, 0.0, np.array([0.1, 0.9, 2.5, 4.0]), rng, 3e-5)
     from itertools import combinations
-    mean = np.mean([circle_through(*(noisy[:, i] for i in triple))[0] for triple in combinations(range(4), 3)], axis=0)
+
+    mean = np.mean(
+        [circle_through(*(noisy[:, i] for i in triple))[0] for triple in combinations(range(4), 3)], axis=0
+    )
     fit, _, residual = fit_circles(noisy)
     for estimate in (mean, fit):
         error = estimate[:, :2].mean(0) / (estimate[:, :2].std(0) / np.sqrt(len(noisy)))

@@ -13,18 +13,25 @@ from analysis.report.numbers import interval, percent, value_with_sd, with_unit
 from analysis.report.page import Page
 
 
-@pytest.mark.parametrize(("value", "sd", "unit", "text"), [
-    (0.7234, 0.0124, "", "0.723 ± 0.012"),
-    (0.7234, 0.0354, "", "0.723 ± 0.035"),
-    (0.7234, 0.0356, "", "0.72 ± 0.04"),  # beyond 35 one digit is enough
-    (0.7234, 0.097, "", "0.72 ± 0.10"),  # 0.097 is 0.10, not 0.1
-    (12.345, 0.4, "mm", "(12.3 ± 0.4) mm"),
-    (1234.5, 23.0, "", "1234 ± 23"),
-    (-0.00004, 0.012, "", "0.000 ± 0.012"),  # no minus zero
-    (-1.5, 0.2, "rad", "(−1.50 ± 0.20) rad"),
-    (3.2e-7, 1.1e-8, "m", "(3.20 ± 0.11) × 10⁻⁷ m"),
-    (0.5, nan, "", "0.500"), (0.5, 0.0, "", "0.500"), (0.5, inf, "", "0.500"), (nan, 0.1, "", "–"), (None, None, "m", "–"),
-])
+@pytest.mark.parametrize(
+    ("value", "sd", "unit", "text"),
+    [
+        (0.7234, 0.0124, "", "0.723 ± 0.012"),
+        (0.7234, 0.0354, "", "0.723 ± 0.035"),
+        (0.7234, 0.0356, "", "0.72 ± 0.04"),  # beyond 35 one digit is enough
+        (0.7234, 0.097, "", "0.72 ± 0.10"),  # 0.097 is 0.10, not 0.1
+        (12.345, 0.4, "mm", "(12.3 ± 0.4) mm"),
+        (1234.5, 23.0, "", "1234 ± 23"),
+        (-0.00004, 0.012, "", "0.000 ± 0.012"),  # no minus zero
+        (-1.5, 0.2, "rad", "(−1.50 ± 0.20) rad"),
+        (3.2e-7, 1.1e-8, "m", "(3.20 ± 0.11) × 10⁻⁷ m"),
+        (0.5, nan, "", "0.500"),
+        (0.5, 0.0, "", "0.500"),
+        (0.5, inf, "", "0.500"),
+        (nan, 0.1, "", "–"),
+        (None, None, "m", "–"),
+    ],
+)
 def test_value_with_sd(value, sd, unit, text):
     assert value_with_sd(value, sd, unit) == text
 
@@ -48,7 +55,14 @@ def test_other_numbers():
     assert interval(0.42, nan) == "≥ 0.420"
     assert interval(None, 0.42) == "≤ 0.420"
     assert interval(nan, nan) == "–"
-    assert [percent(share) for share in (1.0, 0.99999, 0.5, 1e-9, 0.0, nan)] == ["100 %", "99.9 %", "50 %", "0.1 %", "0 %", "–"]
+    assert [percent(share) for share in (1.0, 0.99999, 0.5, 1e-9, 0.0, nan)] == [
+        "100 %",
+        "99.9 %",
+        "50 %",
+        "0.1 %",
+        "0 %",
+        "–",
+    ]
 
 
 NASTY = '<script>console.error("in")</script> & "quoted" $x^'
@@ -86,7 +100,9 @@ def test_indices_of_symbols_are_set_low_and_nothing_else_is():
 
 def test_the_browser_would_tell(browse):
     """The check itself: a page that complains, fetches and lacks a picture is seen to do so."""
-    seen = browse('<html><body><img alt="gone" src="missing.png"><img alt="far" src="https://example.org/x.png"><script>console.error("oh")</script></body></html>')
+    seen = browse(
+        '<html><body><img alt="gone" src="missing.png"><img alt="far" src="https://example.org/x.png"><script>console.error("oh")</script></body></html>'
+    )
     assert seen.console
     assert any("missing.png" in address for address in seen.fetched)
     assert any("example.org" in address for address in seen.fetched)

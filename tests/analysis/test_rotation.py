@@ -10,12 +10,22 @@ from analysis.rotation import rotation, triplet_angle, triplet_angles, unwrap_ov
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
-LAYOUT = np.array([[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]])
+LAYOUT = np.array(
+    [
+        [0, 0, 0.01],
+        [0.0061, 0.0003, 0.01],
+        [-0.0008, 0.006, 0.01],
+        [-0.0058, -0.0017, 0.01],
+        [0.0024, -0.0056, 0.01],
+    ]
+)
 
 
 def recording(folder, count=5):
     names = ", ".join(f'"N{i + 1}"' for i in range(count))
-    (folder / "recording.toml").write_text(f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.nes]\nmarkers = [{names}]\nradius_m = 0.01\n")
+    (folder / "recording.toml").write_text(
+        f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.nes]\nmarkers = [{names}]\nradius_m = 0.01\n"
+    )
     return read_recording(folder)
 
 
@@ -27,9 +37,19 @@ def scene(angle_rad, layout=LAYOUT, rng=None, sd_m=0.0):
     if rng is not None:
         x, y = x + rng.normal(0, sd_m, x.shape), y + rng.normal(0, sd_m, y.shape)
     frames, markers = np.indices(x.shape)
-    points = pd.DataFrame({"frame": frames.ravel(), "time_s": frames.ravel() / 800, "marker": [f"N{k + 1}" for k in markers.ravel()],
-                           "x_m": x.ravel(), "y_m": y.ravel(), "z_m": 0.01})
-    motion = pd.DataFrame({"frame": np.arange(len(x)), "time_s": np.arange(len(x)) / 800, "nes_angle_rad": angle_rad})
+    points = pd.DataFrame(
+        {
+            "frame": frames.ravel(),
+            "time_s": frames.ravel() / 800,
+            "marker": [f"N{k + 1}" for k in markers.ravel()],
+            "x_m": x.ravel(),
+            "y_m": y.ravel(),
+            "z_m": 0.01,
+        }
+    )
+    motion = pd.DataFrame(
+        {"frame": np.arange(len(x)), "time_s": np.arange(len(x)) / 800, "nes_angle_rad": angle_rad}
+    )
     return points, motion
 
 
@@ -40,7 +60,9 @@ def test_eq_115_corrected_is_the_foot_of_the_perpendicular():
 
 
 def test_every_triplet_follows_the_rotation_both_ways(tmp_path):
-    angle = np.concatenate([np.linspace(0, 25, 300), np.linspace(25, -10, 400)])  # several turns and a reversal
+    angle = np.concatenate(
+        [np.linspace(0, 25, 300), np.linspace(25, -10, 400)]
+    )  # several turns and a reversal
     points, motion = scene(angle)
     frames, triplets = triplet_angles(points, recording(tmp_path))
     assert len(triplets) >= 8  # of ten, those that are not flat
@@ -67,7 +89,10 @@ def test_noise_shows_in_the_spread_and_not_as_a_bias(tmp_path):
 
 def test_missing_markers_leave_the_other_triplets(tmp_path):
     points, motion = scene(np.linspace(0, 3, 50))
-    points = points[~((points["frame"] == 10) & points["marker"].isin(["N1", "N2"])) & ~((points["frame"] == 20) & (points["marker"] != "N1"))]
+    points = points[
+        ~((points["frame"] == 10) & points["marker"].isin(["N1", "N2"]))
+        & ~((points["frame"] == 20) & (points["marker"] != "N1"))
+    ]
     points = points[points["frame"] != 30]
     result = rotation(points, motion, recording(tmp_path)).set_index("frame")
     assert result.loc[10, "nes_angle_triplet_rad"] == pytest.approx(motion["nes_angle_rad"][10], abs=1e-9)

@@ -23,12 +23,16 @@ RATE_HZ = 800.0
 
 
 def recording(folder, host="inner_radius_m = 0.05"):
-    (folder / "recording.toml").write_text(f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{host}\n[bodies.nes]\nradius_m = 0.01\n")
+    (folder / "recording.toml").write_text(
+        f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{host}\n[bodies.nes]\nradius_m = 0.01\n"
+    )
     return read_recording(folder)
 
 
 def bouncing(restitution, bounces=12):
-    """A disk bouncing along x between the walls of a Host at rest, without friction: motion table and impact times, exact."""
+    """A disk bouncing along x between the walls of a Host at rest, without friction: motion table and impact
+    times, exact.
+    """
     speed = 1.3 * restitution ** np.arange(bounces + 1)
     times = 0.04 / 1.3 + np.concatenate([[0], np.cumsum(0.08 / speed[1:-1])])
     side = (-1.0) ** np.arange(bounces)
@@ -36,8 +40,18 @@ def bouncing(restitution, bounces=12):
     velocity = speed * np.concatenate([[1], -side])
     clock = np.arange(int(times[-1] * RATE_HZ)) / RATE_HZ
     piece = np.searchsorted(starts, clock, side="right") - 1
-    motion = pd.DataFrame({"frame": np.arange(len(clock)), "time_s": clock, "nes_x_m": place[piece] + velocity[piece] * (clock - starts[piece]),
-                           "nes_y_m": 0.0, "nes_angle_rad": 0.0, "host_x_m": 0.0, "host_y_m": 0.0, "host_angle_rad": 0.0})
+    motion = pd.DataFrame(
+        {
+            "frame": np.arange(len(clock)),
+            "time_s": clock,
+            "nes_x_m": place[piece] + velocity[piece] * (clock - starts[piece]),
+            "nes_y_m": 0.0,
+            "nes_angle_rad": 0.0,
+            "host_x_m": 0.0,
+            "host_y_m": 0.0,
+            "host_angle_rad": 0.0,
+        }
+    )
     return motion, times
 
 
@@ -54,15 +68,25 @@ def test_still_host_without_noise_is_exact(tmp_path):
 
 
 def test_straight_lines_are_biased_by_the_hosts_acceleration(tmp_path):
-    """ERRATA: at 60-90 m/s^2 a true 0.72 reads as 0.46-0.88 without any noise (5 points, one left out, 1 m/s)."""
+    """ERRATA: at 60-90 m/s^2 a true 0.72 reads as 0.46-0.88 without any noise (5 points, one left out, 1
+    m/s).
+    """
     rig, omega, clock = recording(tmp_path), 2 * np.pi * 11.0, np.arange(80) / RATE_HZ
     contact, found = 0.0502, []
     for phase in np.linspace(0, 2 * np.pi, 24, endpoint=False):
         host = 90.0 / omega**2 * np.sin(omega * (clock - contact) + phase)
         meeting, wall_speed = 90.0 / omega**2 * np.sin(phase) + 0.04, 90.0 / omega * np.cos(phase)
         speed = np.where(clock < contact, wall_speed + 1.0, wall_speed - 0.72)
-        motion = pd.DataFrame({"frame": np.arange(80), "time_s": clock, "nes_x_m": meeting + speed * (clock - contact), "nes_y_m": 0.0,
-                               "host_x_m": host, "host_y_m": 0.0})
+        motion = pd.DataFrame(
+            {
+                "frame": np.arange(80),
+                "time_s": clock,
+                "nes_x_m": meeting + speed * (clock - contact),
+                "nes_y_m": 0.0,
+                "host_x_m": host,
+                "host_y_m": 0.0,
+            }
+        )
         table = thesis_impacts(motion, rig)
         assert len(table) == 1
         found.append(table["restitution"][0])
@@ -73,8 +97,16 @@ def test_straight_lines_are_biased_by_the_hosts_acceleration(tmp_path):
 def test_noise_alone_is_no_impact(tmp_path):
     rng = np.random.default_rng(3)
     n = 4000
-    motion = pd.DataFrame({"frame": np.arange(n), "time_s": np.arange(n) / RATE_HZ, "nes_x_m": rng.normal(0, 2e-5, n),
-                           "nes_y_m": rng.normal(0, 2e-5, n), "host_x_m": 0.0, "host_y_m": 0.0})
+    motion = pd.DataFrame(
+        {
+            "frame": np.arange(n),
+            "time_s": np.arange(n) / RATE_HZ,
+            "nes_x_m": rng.normal(0, 2e-5, n),
+            "nes_y_m": rng.normal(0, 2e-5, n),
+            "host_x_m": 0.0,
+            "host_y_m": 0.0,
+        }
+    )
     assert len(thesis_impacts(motion, recording(tmp_path))) == 0
 
 
@@ -82,7 +114,7 @@ def test_long_gaps_are_left_out_and_short_ones_bridged(tmp_path):
     motion, times = bouncing(0.9)
     middle = round(times[2] * RATE_HZ)
     holes = motion.copy()
-    holes.loc[middle - 10:middle + 10, ["nes_x_m", "nes_y_m"]] = np.nan
+    holes.loc[middle - 10 : middle + 10, ["nes_x_m", "nes_y_m"]] = np.nan
     holes.loc[200, ["nes_x_m", "nes_y_m"]] = np.nan
     smooth = smoothed_acceleration(holes)
     assert smooth["acceleration_m_per_s2"].isna()[middle]
@@ -112,12 +144,18 @@ def test_nothing_to_see(tmp_path):
 
 def test_normals(tmp_path):
     circle = recording(tmp_path, "inner_radius_m = 0.05\nobstacle_radius_m = 0.01")
-    np.testing.assert_allclose(contact_normal(np.array([0.03, 0.02]), 0.3, circle), np.array([3, 2]) / np.sqrt(13))
-    np.testing.assert_allclose(contact_normal(np.array([0.02, 0.0]), 0.3, circle), [-1, 0])  # nearer the obstacle
+    np.testing.assert_allclose(
+        contact_normal(np.array([0.03, 0.02]), 0.3, circle), np.array([3, 2]) / np.sqrt(13)
+    )
+    np.testing.assert_allclose(
+        contact_normal(np.array([0.02, 0.0]), 0.3, circle), [-1, 0]
+    )  # nearer the obstacle
     square = recording(tmp_path, "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]")
     np.testing.assert_allclose(contact_normal(np.array([0.039, 0.03]), 0.0, square), [1, 0], atol=1e-12)
     turn = np.pi / 6
-    np.testing.assert_allclose(contact_normal(np.array([0.039, 0.0]), turn, square), [np.cos(turn), np.sin(turn)], atol=1e-12)
+    np.testing.assert_allclose(
+        contact_normal(np.array([0.039, 0.0]), turn, square), [np.cos(turn), np.sin(turn)], atol=1e-12
+    )
 
 
 def luding(n, rng, mu=0.13, beta_0=0.49, eps=0.72, angles=(0.05, 1.2), noise=0.0):
@@ -125,15 +163,28 @@ def luding(n, rng, mu=0.13, beta_0=0.49, eps=0.72, angles=(0.05, 1.2), noise=0.0
     speed, angle = rng.uniform(0.8, 2.5, n), rng.uniform(*angles, n)
     v_n, v_t = speed * np.cos(angle), speed * np.sin(angle) * rng.choice([-1, 1], n)
     beta = np.minimum(beta_0, -1 + mu * (1 + eps) * (1 + 1 / Q) * v_n / np.abs(v_t))
-    return pd.DataFrame({"impact": np.arange(n), "normal_speed_before_m_per_s": v_n, "normal_speed_after_m_per_s": eps * v_n,
-                         "tangential_speed_before_m_per_s": v_t + rng.normal(0, 1, n) * noise,
-                         "tangential_speed_after_m_per_s": -beta * v_t + rng.normal(0, 1, n) * noise, "restitution": eps,
-                         "tangential_speed_before_sd_m_per_s": noise or np.nan, "tangential_speed_after_sd_m_per_s": noise or np.nan})
+    return pd.DataFrame(
+        {
+            "impact": np.arange(n),
+            "normal_speed_before_m_per_s": v_n,
+            "normal_speed_after_m_per_s": eps * v_n,
+            "tangential_speed_before_m_per_s": v_t + rng.normal(0, 1, n) * noise,
+            "tangential_speed_after_m_per_s": -beta * v_t + rng.normal(0, 1, n) * noise,
+            "restitution": eps,
+            "tangential_speed_before_sd_m_per_s": noise or np.nan,
+            "tangential_speed_after_sd_m_per_s": noise or np.nan,
+        }
+    )
 
 
 def test_one_impact_has_an_l_of_zeros_and_two_kinds_close_it():
-    mu, beta = np.linspace(0, 0.3, 61), np.linspace(-0.5, 1, 61)  # both true values lie on the grid: 0.13 no, so within a step
-    steep, oblique = (luding(1, np.random.default_rng(4), angles=angles) for angles in ((0.1, 0.11), (1.0, 1.01)))
+    mu, beta = (
+        np.linspace(0, 0.3, 61),
+        np.linspace(-0.5, 1, 61),
+    )  # both true values lie on the grid: 0.13 no, so within a step
+    steep, oblique = (
+        luding(1, np.random.default_rng(4), angles=angles) for angles in ((0.1, 0.11), (1.0, 1.01))
+    )
     for table, leg in ((steep, "beta"), (oblique, "mu")):
         error = tangential_error(table, mu, beta, 0.72, Q)[0]
         small = error < 0.08
@@ -157,11 +208,16 @@ def test_normal_error_is_zero_at_the_restitution():
 
 
 def test_joint_region_covers_the_truth():
-    """90 % region over 150 series of 14 impacts with known noise: coverage 0.90 within three binomial sd (0.073)."""
+    """90 % region over 150 series of 14 impacts with known noise: coverage 0.90 within three binomial sd
+    (0.073).
+    """
     rng = np.random.default_rng(6)
     mu, beta = np.linspace(0.08, 0.18, 101), np.linspace(0.2, 0.8, 121)
     i, j = np.argmin(np.abs(mu - 0.13)), np.argmin(np.abs(beta - 0.49))
-    covered = sum(error_map(luding(14, rng, noise=0.02), 0.72, Q, mu, beta).deviance[i, j] <= REGION_90 for _ in range(150))
+    covered = sum(
+        error_map(luding(14, rng, noise=0.02), 0.72, Q, mu, beta).deviance[i, j] <= REGION_90
+        for _ in range(150)
+    )
     assert 0.90 - 0.075 <= covered / 150 <= 0.975
 
 
