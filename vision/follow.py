@@ -15,7 +15,7 @@ from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, fit_disc
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
 _MAX_MISFIT = 0.15
-_STALE_SHAPE = 1.25  # edge residual over noise from which shape and blur of an earlier frame no longer serve
+_STALE_SHAPE = 1.12  # edge residual over noise from which shape and blur of an earlier frame no longer serve
 
 
 def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
@@ -158,8 +158,9 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
                 continue
             fits[i] = starts[i]
             fits[i, 0], fits[i, 1] = at[0], at[1]
-            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, hold_shape)
-            if hold_shape and (fits[i, OK] == 0.0 or fits[i, MISFIT] > _STALE_SHAPE * fits[i, NOISE] + 0.3):
+            held = hold_shape and starts[i, MISFIT] < _STALE_SHAPE * starts[i, NOISE] + 0.3
+            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, held)
+            if held and (fits[i, OK] == 0.0 or fits[i, MISFIT] > _STALE_SHAPE * fits[i, NOISE] + 0.3):
                 fits[i] = starts[i]
                 fits[i, 0], fits[i, 1] = at[0], at[1]
                 fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, False)

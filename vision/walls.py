@@ -1,0 +1,196 @@
+"""The Host's inner wall and the NES' rim from their edges in both pictures: circles in space, no markers needed.
+
+What a camera sees of a cylinder's mouth is its top rim, all the way round: on the near side it hides what lies
+below, on the far side the wall begins under it.  Edge points are found to a fraction of a pixel along the
+normals of the expected image curve, and one horizontal circle (x, y, z, R) is laid through those of both cameras;
+points that belong to something else (the floor's edge, the other body, a shadow) do not agree with it and drop out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ovines.camera import Camera
+
+_STEP_PX = 0.5  # sampling of a profile
+_SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
+_SPACING_PX = 2.0  # along the curve; nearer points share their pixels
+_GATES_PX = (10.0, 5.0, 3.0, 2.0, 2.0, 2.0)
+_LEAST_POINTS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """A horizontal circle in space: centre (x, y, z) and radius [m], their standard deviations, and how it was seen.
+
+    The covariance (4, 4) is that of the edges; the calibration's own uncertainty is not in it.
+    """
+
+    centre_m: np.ndarray
+    radius_m: float
+    covariance_m2: np.ndarray
+    n_points: tuple[int, ...]
+    residual_px: float
+
+    @property
+    def sd_m(self) -> np.ndarray:
+        """Standard deviations of x, y, z, R."""
+        return np.sqrt(np.diag(self.covariance_m2))
+
+
+def fit_rim(images: Sequence[np.ndarray], cameras: Sequence[Camera], window_offsets_px: Sequence[tuple[int, int]],
+            centre_m: np.ndarray, radius_m: float, search: float = 0.12) -> Rim | None:
+    """Fit a horizontal circle to its edges in all pictures of one instant.
+
+    Parameters
+    ----------
+    images : one (h, w) picture per camera;  window_offsets_px : top-left corners of their windows on the sensor
+    centre_m : expected centre, z being the rim's height;  radius_m : expected radius
+    search : the radius is first searched for within this share of the expectation; 0: trust it
+
+    Returns
+    -------
+    `Rim`, or None where fewer than 40 edge points in some camera agree with one circle.  With one camera, the
+    height is held at its expectation.
+    """
+    seen = [_Picture(image, camera, offset) for image, camera, offset in
+            zip(images, cameras, window_offsets_px, strict=True)]
+    circle = np.array([*centre_m, radius_m], float)
+    if search > 0:
+        circle[3] = _strongest_radius(seen, circle, search)
+    free = 4 if len(seen) > 1 else 3  # x, y, R, and z from the parallax
+    for gate in _GATES_PX:
+        residual, jacobian, strength, count = _edges(seen, circle, gate)
+        if min(count) < _LEAST_POINTS:
+            return None
+        weight = strength * _tukey(residual)
+        jacobian = jacobian[:, [0, 1, 3, 2][:free]]
+        normal = jacobian.T @ (weight[:, None] * jacobian)
+        try:
+            step = np.linalg.solve(normal, jacobian.T @ (weight * residual))
+        except np.linalg.LinAlgError:
+            return None
+        circle[[0, 1, 3, 2][:free]] += step
+    used = weight > 0
+    counts = _per_camera(used, count)
+    if min(counts) < _LEAST_POINTS or not 0.5 * radius_m < circle[3] < 1.5 * radius_m:
+        return None
+    return Rim(circle[:3].copy(), float(circle[3]), _covariance(residual, jacobian, weight, free), counts,
+               float(np.sqrt(np.mean(residual[used] ** 2))))
+
+
+class _Picture:
+    """A picture as floats near nothing yet: profiles are sampled where a curve runs."""
+
+    def __init__(self, image: np.ndarray, camera: Camera, offset: tuple[int, int]) -> None:
+        self.image, self.camera, self.offset = image, camera, np.asarray(offset, float)
+
+    def curve(self, circle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Window pixels (n, 2), unit normals (n, 2) outward, and the shift along the normal per x, y, z, R (n, 4)."""
+        coarse = self._at(circle, np.linspace(0, 2 * np.pi, 90, endpoint=False))[0]
+        length = np.hypot(*np.diff(coarse, axis=0, append=coarse[:1]).T).sum()
+        turn = np.linspace(0, 2 * np.pi, int(np.clip(length / _SPACING_PX, 60, 1500)), endpoint=False)
+        uv, jacobian = self._at(circle, turn)
+        radial = np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
+        tangent = np.einsum("nij,nj->ni", jacobian, np.stack([-np.sin(turn), np.cos(turn), 0 * turn], -1))
+        outward = np.einsum("nij,nj->ni", jacobian, radial)
+        normal = np.stack([tangent[:, 1], -tangent[:, 0]], -1)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        normal *= np.sign(np.einsum("ni,ni->n", normal, outward))[:, None]
+        moved = np.concatenate([jacobian, outward[:, :, None]], -1)
+        return uv, normal, np.einsum("ni,nij->nj", normal, moved)
+
+    def _at(self, circle: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        points = circle[:3] + circle[3] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
+        uv, jacobian = self.camera.project_with_jacobian(points)
+        return uv - self.offset, jacobian
+
+    def derivatives(self, uv: np.ndarray, normal: np.ndarray, reach_px: float) -> tuple[np.ndarray, np.ndarray]:
+        """Offsets (m,) and smoothed brightness derivative (n, m) along the normals; NaN outside the picture."""
+        pad = 4 * _SMOOTH_PX
+        along = np.arange(-(reach_px + pad), reach_px + pad + _STEP_PX / 2, _STEP_PX)
+        at = (uv[:, None] + along[:, None] * normal[:, None]).astype(np.float32)
+        height, width = self.image.shape
+        low = np.clip(np.floor(at.reshape(-1, 2).min(0)).astype(int) - 3, 0, [width - 1, height - 1])
+        high = np.clip(np.ceil(at.reshape(-1, 2).max(0)).astype(int) + 4, 1, [width, height])
+        part = self.image[low[1]:high[1], low[0]:high[0]].astype(np.float32)
+        profile = cv2.remap(part, *(np.ascontiguousarray(at[..., i] - np.float32(low[i])) for i in range(2)), cv2.INTER_CUBIC,
+                            borderMode=cv2.BORDER_REPLICATE).astype(float)
+        outside = ((at < 1) | (at > np.array([width, height], np.float32) - 2)).any(-1)
+        profile[outside.any(1)] = np.nan
+        kernel_at = np.arange(-4 * _SMOOTH_PX, 4 * _SMOOTH_PX + _STEP_PX / 2, _STEP_PX)
+        kernel = -kernel_at * np.exp(-0.5 * (kernel_at / _SMOOTH_PX) ** 2)
+        kernel /= -(kernel * kernel_at).sum()
+        trim = len(kernel_at) // 2
+        smooth = np.apply_along_axis(lambda row: np.convolve(row, -kernel, "valid"), 1, profile)
+        return along[trim:-trim], smooth
+
+
+def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
+           ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
+    """Where the strongest edge lies along each normal within the gate: residual (n,), Jacobian (n, 4), strength (n,)."""
+    residual, jacobian, strength, count = [], [], [], []
+    for picture in seen:
+        uv, normal, moved = picture.curve(circle)
+        along, slope = picture.derivatives(uv, normal, gate_px)
+        size = np.abs(slope)
+        noise = 1.4826 * np.nanmedian(size)
+        best = np.argmax(np.nan_to_num(size), axis=1)
+        inner = (best > 0) & (best < len(along) - 1)
+        row = np.arange(len(uv))[inner]
+        k = best[inner]
+        left, top, right = size[row, k - 1], size[row, k], size[row, k + 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            offset = along[k] + _STEP_PX * 0.5 * (left - right) / (left - 2 * top + right)
+        clear = np.isfinite(offset) & (top > max(1.0, 0.25 * np.median(top) if len(top) else 1.0)) & (top > 0.5 * noise)
+        residual.append(offset[clear])
+        jacobian.append(moved[row[clear]])
+        strength.append(np.minimum(top[clear], np.median(top[clear]) if clear.any() else 1.0) ** 2)
+        count.append(int(clear.sum()))
+    weight = np.concatenate(strength)
+    return np.concatenate(residual), np.concatenate(jacobian), weight / (weight.mean() if len(weight) else 1.0), count
+
+
+def _strongest_radius(seen: Sequence[_Picture], circle: np.ndarray, search: float) -> float:
+    """The radius at which the curve runs along an edge over most of its length, in all pictures."""
+    radii = circle[3] * np.linspace(1 - search, 1 + search, 81)
+    score = np.zeros(len(radii))
+    for k, radius in enumerate(radii):
+        trial = np.array([*circle[:3], radius])
+        share = []
+        for picture in seen:
+            uv, normal, _ = picture.curve(trial)
+            _, slope = picture.derivatives(uv, normal, 1.0)
+            size = np.nan_to_num(np.abs(slope)).max(1)
+            share.append(np.mean(np.minimum(size, 12.0)))
+        score[k] = min(share)
+    near = np.exp(-0.5 * ((radii / circle[3] - 1) / (0.6 * search)) ** 2)
+    return float(radii[np.argmax(score * near)])
+
+
+def _tukey(residual: np.ndarray) -> np.ndarray:
+    centre = np.median(residual)
+    scale = max(1.4826 * np.median(np.abs(residual - centre)), 0.05)
+    return np.maximum(1 - ((residual - 0 * centre) / (4.7 * scale + abs(centre))) ** 2, 0) ** 2
+
+
+def _per_camera(used: np.ndarray, count: Sequence[int]) -> tuple[int, ...]:
+    return tuple(int(part.sum()) for part in np.split(used, np.cumsum(count)[:-1]))
+
+
+def _covariance(residual: np.ndarray, jacobian: np.ndarray, weight: np.ndarray, free: int) -> np.ndarray:
+    """(4, 4) of x, y, z, R; neighbouring edge points agree in their errors, which their autocorrelation tells."""
+    used = weight > 0
+    variance = np.sum(weight * residual**2) / np.sum(weight)
+    r = residual[used]
+    together = np.clip(np.mean(r[1:] * r[:-1]) / np.mean(r**2), 0.0, 0.95)
+    variance *= (1 + together) / (1 - together)
+    normal = jacobian.T @ (weight[:, None] * jacobian) * (np.sum(weight) / np.sum(weight**2))
+    covariance = np.zeros((4, 4))
+    order = [0, 1, 3, 2][:free]
+    covariance[np.ix_(order, order)] = variance * np.linalg.inv(normal)
+    return covariance
