@@ -19,6 +19,7 @@ def calibrate(work: Work) -> dict[str, Any]:
     from vision.calibrate import calibrate_recording
 
     result = calibrate_recording(work.recording, progress=work.progress)
+    work.notes.extend(result.advice)
     return {
         "calibration.json": result.cameras,
         "calibration_views.parquet": result.views,
