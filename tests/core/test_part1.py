@@ -85,7 +85,8 @@ def test_table_6_energy_falls_in_steps(results):
     speed = result.impacts["normal_speed_before_m_per_s"]
     fast = speed > 1e-2
     assert np.allclose(lost[fast], 0.5 * speed[fast] ** 2 * (1 - 0.81), rtol=1e-6)
-    assert np.sum(lost) == pytest.approx(9.81 * 9.0, rel=1e-9)
+    # the Host of 1e9 kg is free and keeps falling momentum: 1e-9 of the energy, measured
+    assert np.sum(lost) == pytest.approx(9.81 * 9.0, rel=3e-9)
 
 
 @pytest.mark.parametrize("name", ["table-7", "table-8"])
