@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.thesis_impacts import predicted_tangential_speed
+from analysis.thesis_parameters import predicted_tangential_speed
 
 Array = NDArray[np.float64]
 # -2 ln of the likelihood ratio that 90 % regions of two parameters reach (chi-square, 2 degrees of freedom)

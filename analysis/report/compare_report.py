@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 import ovines
-from analysis.compare import COUNTED_SPEED_M_PER_S, Comparison
+from analysis.compare import Comparison
 from analysis.figures.compare import QUANTITIES, flights_ahead, impacts_ahead, run_distributions
 from analysis.report.numbers import MISSING, with_unit
 from analysis.report.page import Page
+from analysis.run_statistics import COUNTED_SPEED_M_PER_S
 
 # A run statistic this rare among simulated runs is worth a second look; four are looked at.
 RARE_P = 0.02

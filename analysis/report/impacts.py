@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from analysis.figures.impacts import error_maps, impact_detection, regimes, restitution_by_both
+from analysis.figures.error_map import error_maps, regimes
+from analysis.figures.impacts import impact_detection, restitution_by_both
 from analysis.figures.trajectory import column
 from analysis.report.differences import compare_methods, in_words
 from analysis.report.numbers import MISSING, value_with_sd, with_unit
 from analysis.report.page import Page, Section
 from analysis.report.parameters import paragraph, parameter_rows
 from analysis.report.results import Results
-from analysis.thesis_impacts import usable
+from analysis.thesis_parameters import usable
 
 
 def add_parameters(page: Page, results: Results) -> None:

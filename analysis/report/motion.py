@@ -19,7 +19,7 @@ def add_motion(page: Page, results: Results) -> None:
     host, nes = results.recording.settings.bodies.host, results.recording.settings.bodies.nes
     contact = results.parameter("contact_radius_m")[0]
     caption = (
-        "Path of the NES centre in the Host's frame, with the wall and the contact edge the centre cannot pass "
+        "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass "
         "(Figs 57, 61)."
     )
     if np.isfinite(contact):

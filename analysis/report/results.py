@@ -18,14 +18,8 @@ from numpy.typing import NDArray
 from analysis.error_map import ErrorMap, error_map
 from analysis.host_circle import host_circle
 from analysis.rotation import rotation
-from analysis.thesis_impacts import (
-    ThesisSettings,
-    smoothed_acceleration,
-    tangential_error,
-    thesis_identification,
-    thesis_impacts,
-    usable,
-)
+from analysis.thesis_impacts import ThesisSettings, smoothed_acceleration, thesis_impacts
+from analysis.thesis_parameters import tangential_error, thesis_identification, usable
 from ovines.errors import InputError
 from ovines.recording import Recording
 from ovines.tables import read_table

@@ -167,7 +167,7 @@ def _add_verdict(
     for p, trend in drifting.items():
         page.actions.append(
             f"{quantity(p).title} changes by {value_with_sd(trend.slope, trend.slope_sd)} per test: look for "
-            "wear, heating or a level that changed with the order of the tests, and repeat an early test at the end."
+            "wear, heating or a level that changed with the order of tests; repeat an early test at the end."
         )
     page.actions.extend(
         f"{quantity(p).title} {quantity(p).symbol} is determined by fewer than two tests."

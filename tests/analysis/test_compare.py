@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.compare import compare, harmonics_from, nominal_scenario, one_impact_ahead, states_after
+from analysis.compare import compare, one_impact_ahead
 from analysis.host_motion import fit_host_motion
+from analysis.simulated_rig import harmonics_from, nominal_scenario, states_after
 from ovines.commands.simulate import impact_table, motion_table
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError

@@ -7,14 +7,8 @@ import pandas as pd
 import pytest
 
 from analysis.error_map import REGION_90, error_map
-from analysis.thesis_impacts import (
-    contact_normal,
-    normal_error,
-    smoothed_acceleration,
-    tangential_error,
-    thesis_identification,
-    thesis_impacts,
-)
+from analysis.thesis_impacts import contact_normal, smoothed_acceleration, thesis_impacts
+from analysis.thesis_parameters import normal_error, tangential_error, thesis_identification
 from ovines.recording import read_recording
 from ovines.tables import checked
 
