@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.host_motion import HostMotion
+from analysis.host_motion import HostMotion, fit_host_motion
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario
 from ovines.errors import InputError
 from ovines.recording import Recording
