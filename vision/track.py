@@ -20,7 +20,9 @@ from vision.centre import SD, U, circle_centres
 from vision.eye import Eye, Layout
 from vision.frames import open_sources, stream
 from vision.identity import match_in_both, wrapped
+from vision.named import adopt_names, check_names
 from vision.static_markers import name_ground
+from vision.sync import find_dropped_frames, frame_times, renumbered
 
 _TRY_EVERY = 16  # a body long lost is searched for in every 16th frame
 _GROUND_FRAMES = 20  # frames to wait for all ground markers to show in both cameras
@@ -59,6 +61,8 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     if strangers or len(recording.cameras) != 2:
         raise InputError(f"cameras {[c.name for c in recording.cameras]} with a calibration of {sorted(by_name)}",
                          "two cameras, both calibrated", "give recording.toml and calibration.json the same names")
+    if names is not None:
+        names = check_names(names)
     sources, notes = open_sources(recording)
     total = len(set().union(*(source.numbers() for source in sources)))
     tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes)
@@ -73,7 +77,7 @@ class Tracker:
     """Both cameras, frame by frame."""
 
     def __init__(self, recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None, notes: list[str]) -> None:
-        self.layout = layout_of(recording)
+        self.layout = layout_of(recording, names)
         self.eyes = [Eye(camera, recording.camera(camera.name).window_offset_px, self.layout) for camera in cameras]
         self.notes, self.names = notes, names
         self.host_radius_m = _host_radius(recording)
@@ -87,6 +91,9 @@ class Tracker:
         layout = self.layout
         self.first_frame = frame if self.first_frame is None else self.first_frame
         self._discs: dict[tuple[int, tuple | None], np.ndarray] = {}
+        if self.names is not None and frame == self.first_frame:
+            self._take_names(frame, images)
+            return
         other = self.pool.submit(self._look, 1, frame, images[1])
         self._look(0, frame, images[0])
         other.result()
@@ -96,6 +103,17 @@ class Tracker:
         unknown = np.flatnonzero(~layout.known)
         if len(unknown) and all(image is not None for image in images):
             self._name_ground(int(unknown[0]), frame, images)
+        self._keep(frame)
+
+    def _take_names(self, frame: int, images: list) -> None:
+        if any(image is None for image in images):
+            raise InputError("the first frame is missing in one camera", "the first frame of both, where the markers are named",
+                             "remove the first frame of the other camera as well, and name the markers in the next")
+        discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
+        self.notes.extend(adopt_names(self.names, self.eyes, discs, images, frame))
+        for body in np.flatnonzero(self.layout.known):
+            if all(eye.last[body] != frame for eye in self.eyes):
+                self._resolve(int(body), frame, images)
         self._keep(frame)
 
     def _look(self, i: int, frame: int, image: np.ndarray | None) -> None:
@@ -243,9 +261,8 @@ class Tracker:
             for chunk in np.array_split(np.arange(len(rows)), len(rows) // 100_000 + 1):
                 if len(chunk):
                     uv[chunk] = circle_centres(fits[chunk], eye.camera, rows[chunk, 2], eye.offset)[0]
-            times = recording.times_s(np.unique(frames)) if len(rows) else np.empty(0)
             tables.append(pd.DataFrame({
-                "camera": eye.camera.name, "frame": frames, "time_s": times[np.unique(frames, return_inverse=True)[1]],
+                "camera": eye.camera.name, "frame": frames, "time_s": np.nan,
                 "marker": np.array(self.layout.markers, object)[marker], "u_px": uv[:, 0], "v_px": uv[:, 1],
                 "sd_px": fits[:, SD]}))
             for name in np.array(self.layout.markers)[np.bincount(marker, minlength=len(self.layout.markers)) == 0]:
@@ -255,10 +272,17 @@ class Tracker:
             raise InputError("no marker was found in any frame of either camera",
                              "round markers laid out as layout_m says, in focus, in both windows",
                              "check layout_m, the calibration and window_offset_px, or give --names first_frame.csv")
+        dropped = find_dropped_frames(tracks, [eye.camera for eye in self.eyes], recording.window_offset_px)
+        self.notes.extend(f"{drop}; its later frames are renumbered" for drop in dropped)
+        tracks = renumbered(tracks, dropped)
+        frames, place = np.unique(tracks["frame"], return_inverse=True)
+        times, notes = frame_times(recording, frames)
+        tracks["time_s"] = times[place]
+        self.notes.extend(notes)
         return Tracks(tracks, self.notes)
 
 
-def layout_of(recording: Recording) -> Layout:
+def layout_of(recording: Recording, names: pd.DataFrame | None = None) -> Layout:
     """Markers of all bodies, with the tolerance within which they are looked for."""
     bodies = [(name, body) for name, body in recording.bodies.items() if body.markers]
     if not bodies:
@@ -271,8 +295,9 @@ def layout_of(recording: Recording) -> Layout:
         # Placing, what a body's plane may lean against the world's (6 mrad), and the calibration.
         tolerance.append(1.5e-4 + 3 * (body.layout_sd_m or 3e-5) + 0.006 * extent)
         known.append(body.layout_m is not None)
-        if body.layout_m is None and name != "ground":
-            raise InputError(f"[bodies.{name}] has no layout_m, and no names are given",
+        named = names is not None and set(body.markers) <= set(names["marker"])
+        if body.layout_m is None and name != "ground" and not named:
+            raise InputError(f"[bodies.{name}] has no layout_m, and its markers are not named",
                              "layout_m, or where each marker is in the first frame",
                              "add layout_m, or run `ovines track RECORDING --names first_frame.csv` "
                              "(columns camera,marker,u_px,v_px)")

@@ -1,0 +1,136 @@
+"""Frames and instants: times of the frames, and frames that one camera dropped.
+
+A dropped frame leaves no hole in a folder of pictures; every later picture of that camera simply belongs to a later
+instant.  The epipolar residual tells: two pictures of different instants do not meet in space where things move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ovines.camera import Camera, triangulate_points
+from ovines.recording import Recording, read_trigger
+
+_SHIFTS = (-2, -1, 0, 1, 2)
+_SWITCH = 30.0  # log-likelihood that a step from one shift to another must win: dropped frames are rare
+_CAP = 25.0  # squared sigmas at which one residual stops counting: a bad point is no evidence
+_LEAST_SD_PX = 0.15  # calibration and perspective leave this much in a residual, however sharp the centres
+
+
+@dataclass(frozen=True)
+class DroppedFrames:
+    """`camera` shows, from its own frame `from_frame` on, instants `n` frames later than the number says."""
+
+    camera: str
+    from_frame: int
+    n: int
+    gain: float  # log-likelihood won by saying so
+
+    def __str__(self) -> str:
+        return (f"{self.camera} dropped {self.n} frame{'s' if self.n > 1 else ''} before its frame {self.from_frame}: "
+                f"from there on its pictures meet the other camera's {self.n} later (epipolar residual)")
+
+
+def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, list[str]]:
+    """Times [s] of frame numbers (n,) and notes; a missing trigger is interpolated between its neighbours.
+
+    Trigger pulses that the card missed leave the frames there: their times follow from the pulses about them
+    (or, beyond the last one, from the median period).
+    """
+    frames = np.asarray(frames)
+    trigger = recording.settings.time.trigger
+    if not trigger:
+        return recording.times_s(frames), []
+    numbers, times_s = read_trigger(recording.path(trigger))
+    absent = ~np.isin(frames, numbers)
+    times = np.interp(frames, numbers, times_s)
+    if len(numbers) > 1:
+        period = float(np.median(np.diff(times_s) / np.diff(numbers)))
+        times = np.where(frames < numbers[0], times_s[0] + (frames - numbers[0]) * period, times)
+        times = np.where(frames > numbers[-1], times_s[-1] + (frames - numbers[-1]) * period, times)
+    elif absent.any():
+        return recording.times_s(frames), []
+    if not absent.any():
+        return times, []
+    first = ", ".join(str(n) for n in frames[absent][:5])
+    more = ", ..." if absent.sum() > 5 else ""
+    note = (f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
+            "pulses about them")
+    return times, [note]
+
+
+def find_dropped_frames(tracks: pd.DataFrame, cameras: Sequence[Camera],
+                        window_offset_px: Mapping[str, Sequence[int]]) -> list[DroppedFrames]:
+    """Frames that one of the two cameras dropped, from the epipolar residuals of what moves.
+
+    For every shift of -2..2 frames between the cameras each frame has a likelihood; the most likely sequence of shifts
+    that changes rarely (Viterbi) is taken.  A shift from the beginning on is no dropped frame and not told.
+    """
+    cost, frames = _shift_costs(tracks, cameras, window_offset_px)
+    if len(frames) < 10:
+        return []
+    path, gain = _rare_changes(cost)
+    found = []
+    for k in np.flatnonzero(np.diff(path)):
+        change = _SHIFTS[path[k + 1]] - _SHIFTS[path[k]]
+        camera = cameras[1] if change > 0 else cameras[0]
+        later = max(_SHIFTS[path[k + 1]], 0) if change > 0 else max(-_SHIFTS[path[k + 1]], 0)
+        found.append(DroppedFrames(camera.name, int(frames[k + 1]) - later + abs(change), abs(change), gain))
+    return found
+
+
+def renumbered(tracks: pd.DataFrame, dropped: Sequence[DroppedFrames]) -> pd.DataFrame:
+    """Tracks with the frames after each drop given their true numbers; times are left to the caller."""
+    tracks = tracks.copy()
+    own_number = tracks["frame"].to_numpy(copy=True)
+    for drop in dropped:
+        after = (tracks["camera"] == drop.camera).to_numpy() & (own_number >= drop.from_frame)
+        tracks.loc[after, "frame"] += drop.n
+    return tracks
+
+
+def _shift_costs(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mapping[str, Sequence[int]]
+                 ) -> tuple[np.ndarray, np.ndarray]:
+    """(frames, shifts) half the sum of capped squared normalised residuals; frames without evidence are 0."""
+    views = []
+    for camera in cameras:
+        view = tracks.loc[tracks["camera"] == camera.name, ["frame", "marker", "u_px", "v_px"]].copy()
+        view[["u_px", "v_px"]] += np.asarray(offsets[camera.name], float)
+        views.append(view)
+    residuals = []
+    for shift in _SHIFTS:  # the second camera's frame f - shift is held against the first one's frame f
+        second = views[1].assign(frame=views[1]["frame"] + shift)
+        pairs = views[0].merge(second, on=["frame", "marker"], suffixes=("", "_2"))
+        ones = np.ones(len(pairs))
+        result = triangulate_points(cameras, [pairs[["u_px", "v_px"]], pairs[["u_px_2", "v_px_2"]]], [ones, ones])
+        residuals.append(pairs[["frame", "marker"]].assign(shift=shift, residual=result.epipolar_px))
+    table = pd.concat(residuals).pivot_table(index=["frame", "marker"], columns="shift", values="residual").dropna()
+    if not len(table):
+        return np.empty((0, len(_SHIFTS))), np.empty(0, int)
+    usual = table[0].groupby("marker").transform("median")
+    off = table.sub(usual, axis=0)
+    spread = 1.4826 * off.abs().min(axis=1).groupby("marker").transform("median")
+    scaled = off.div(np.maximum(spread, _LEAST_SD_PX), axis=0)
+    cost = (0.5 * np.minimum(scaled**2, _CAP)).groupby("frame").mean()  # a body's markers err together: one vote
+    return 3.0 * cost.to_numpy(), cost.index.to_numpy()
+
+
+def _rare_changes(cost: np.ndarray) -> tuple[np.ndarray, float]:
+    """Cheapest sequence of columns with a price on changing; and what it saves against never changing."""
+    n, k = cost.shape
+    total, back = cost[0].copy(), np.zeros((n, k), int)
+    for i in range(1, n):
+        change = int(np.argmin(total))
+        stay = total <= total[change] + _SWITCH
+        back[i] = np.where(stay, np.arange(k), change)
+        total = np.where(stay, total, total[change] + _SWITCH) + cost[i]
+    path = np.zeros(n, int)
+    path[-1] = int(np.argmin(total))
+    for i in range(n - 1, 0, -1):
+        path[i - 1] = back[i, path[i]]
+    return path, float(cost.sum(0).min() - total.min())
