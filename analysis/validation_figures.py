@@ -51,11 +51,14 @@ def path_in_host(axes, result, colour=BLUE, label=None, width=0.7) -> None:
 
 
 def energies(result) -> np.ndarray:
-    """Kinetic and potential energy of the NES at each sample (J)."""
+    """Kinetic energy of the NES and a free Host, and the NES's potential energy, at each sample (J)."""
     nes, m = result.scenario.nes, result.motion
     inertia = nes.inertia_factor * nes.mass_kg * nes.radius_m**2
     kinetic = 0.5 * nes.mass_kg * (m["nes_vx_m_per_s"] ** 2 + m["nes_vy_m_per_s"] ** 2)
     kinetic = kinetic + 0.5 * inertia * m["nes_spin_rad_per_s"] ** 2
+    if result.scenario.host.motion == "free":
+        speed_2 = m["host_vx_m_per_s"] ** 2 + m["host_vy_m_per_s"] ** 2
+        kinetic = kinetic + 0.5 * result.scenario.host.mass_kg * speed_2
     return np.array([kinetic, -nes.mass_kg * result.scenario.gravity_m_per_s2[1] * m["nes_y_m"]])
 
 
@@ -152,7 +155,7 @@ def stops():
     moving = both.motion["nes_vx_m_per_s"] > 1e-2
     ratio = both.motion["nes_vx_m_per_s"][moving] / both.motion["nes_spin_rad_per_s"][moving]
     axes[5].plot(both.time_s[moving], ratio, color=BLUE)
-    axes[5].set(title="farkas-stop: v / (R omega), to 0.653", xlabel="time (s)")
+    axes[5].set(title="farkas-stop: v / (R omega)", xlabel="time (s)")
     return figure
 
 

@@ -24,6 +24,9 @@ def base_motion(t: float, k, drive, table, out) -> None:
         if axis == Z:
             continue
         amplitude, omega = drive[row, 1], drive[row, 2]
+        if omega == 0.0:  # a constant: its sine is in the amplitude already
+            out[axis] += amplitude
+            continue
         argument = omega * t + drive[row, 3]
         sine, cosine = math.sin(argument), math.cos(argument)
         out[axis] += amplitude * sine
@@ -73,7 +76,7 @@ def vertical_motion(t: float, k, drive, table) -> tuple[float, float]:
     z, rate = 0.0, 0.0
     for row in range(drive.shape[0]):
         if int(drive[row, 0]) == Z:
-            argument = drive[row, 2] * t + drive[row, 3]
+            argument = drive[row, 2] * t + drive[row, 3] if drive[row, 2] > 0.0 else 0.5 * math.pi
             z += drive[row, 1] * math.sin(argument)
             rate += drive[row, 1] * drive[row, 2] * math.cos(argument)
     if k[P.HAS_TABLE]:
@@ -119,7 +122,7 @@ def sprung_response(t: float, axis: int, p, drive) -> tuple[float, float]:
         size = real * real + imaginary * imaginary
         gain = (stiffness * real + imaginary * imaginary) / size
         lag = imaginary * (real - stiffness) / size
-        argument = omega * t + drive[row, 3]
+        argument = omega * t + drive[row, 3] if omega > 0.0 else 0.5 * math.pi
         sine, cosine = math.sin(argument), math.cos(argument)
         q += drive[row, 1] * (gain * sine + lag * cosine)
         rate += drive[row, 1] * omega * (gain * cosine - lag * sine)

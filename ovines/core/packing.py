@@ -34,8 +34,13 @@ class Packed:
 
 
 def harmonic_rows(harmonics) -> np.ndarray:
-    """Axis, amplitude, angular frequency, phase; shape (n, 4)."""
-    rows = [[AXES[h.axis], h.amplitude, 2.0 * math.pi * h.frequency_hz, h.phase_rad] for h in harmonics]
+    """Axis, amplitude, angular frequency, phase; shape (n, 4).  A constant (frequency 0) has its sine in the amplitude."""
+    rows = [
+        [AXES[h.axis], h.amplitude, 2.0 * math.pi * h.frequency_hz, h.phase_rad]
+        if h.frequency_hz > 0.0
+        else [AXES[h.axis], h.amplitude * math.sin(h.phase_rad), 0.0, 0.5 * math.pi]
+        for h in harmonics
+    ]
     return np.array(rows, dtype=float).reshape(-1, 4)
 
 

@@ -21,7 +21,8 @@ def test_rows_do_not_depend_on_jobs_or_chunks():
 
 def test_a_row_is_the_single_run():
     x = np.array([0.05, 0.052, 0.054])
-    ensemble = simulate_ensemble(SHORT, 3, {"nes_x_m": x}, np.random.default_rng(0), sample_times_s=np.array([0.03, 0.1]))
+    ensemble = simulate_ensemble(SHORT, 3, {"nes_x_m": x}, np.random.default_rng(0), sample_times_s=np.array([0.03, 0.1]),
+                                 tolerance=SHORT.tolerance)  # fmt: skip
     for row in range(3):
         start = (x[row], *SHORT.initial_nes[1:])
         single = simulate(replace(SHORT, initial_nes=start))
