@@ -79,8 +79,7 @@ def find_dropped_frames(tracks: pd.DataFrame, cameras: Sequence[Camera],
     for k in np.flatnonzero(np.diff(path)):
         change = _SHIFTS[path[k + 1]] - _SHIFTS[path[k]]
         camera = cameras[1] if change > 0 else cameras[0]
-        later = max(_SHIFTS[path[k + 1]], 0) if change > 0 else max(-_SHIFTS[path[k + 1]], 0)
-        found.append(DroppedFrames(camera.name, int(frames[k + 1]) - later + abs(change), abs(change), gain))
+        found.append(DroppedFrames(camera.name, _first_after(cost, frames, k + 1, path, change > 0), abs(change), gain))
     return found
 
 
@@ -118,6 +117,21 @@ def _shift_costs(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mappi
     scaled = off.div(np.maximum(spread, _LEAST_SD_PX), axis=0)
     cost = (0.5 * np.minimum(scaled**2, _CAP)).groupby("frame").mean()  # a body's markers err together: one vote
     return 3.0 * cost.to_numpy(), cost.index.to_numpy()
+
+
+def _first_after(cost: np.ndarray, frames: np.ndarray, switch: int, path: np.ndarray, second: bool) -> int:
+    """Number, in the dropping camera's own count, of its first frame after the drop.
+
+    Around the drop the path is undecided (the dropped instant has no partner); each of the camera's own frames
+    is asked whether it meets the other camera better before or after.
+    """
+    row = {int(frame): i for i, frame in enumerate(frames)}
+    own = [_SHIFTS[path[i]] if second else 0 for i in (switch - 1, switch)]
+    about = range(int(frames[switch]) - own[1] - 6, int(frames[switch]) - own[1] + 7)
+    prefers = [cost[row[n + own[1]], path[switch]] - cost[row[n + own[0]], path[switch - 1]]
+               if n + own[0] in row and n + own[1] in row else 0.0 for n in about]
+    after = np.append(np.cumsum(prefers[::-1])[::-1], 0.0)
+    return about.start + int(np.argmin(after))
 
 
 def _rare_changes(cost: np.ndarray) -> tuple[np.ndarray, float]:
