@@ -1,0 +1,188 @@
+"""90 % intervals of the contact law by profile likelihood; a bound where the likelihood never comes down on one side.
+
+``min(beta_0, beta_1)``: an impact that sticks says nothing of wall friction but that it is larger than it needed; one that slides says
+the same of tangential restitution.  The profile of each parameter over the other (and over the scatter) shows it: it stays flat to
+the end of the range, and the answer is a bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from analysis.contact_law import LawData
+
+Array = NDArray[np.float64]
+LEVEL = 0.90
+# Ranges of the two parameters: friction of steel on plastic is far below 2; -1 is smooth, 1 full reversal.
+FRICTION_RANGE = (0.0, 2.0)
+TANGENTIAL_RANGE = (-1.0, 1.0)
+CLIP = 5.0
+
+
+@dataclass(frozen=True)
+class Interval:
+    """``value`` NaN where the data give a bound only; ``low`` or ``high`` NaN on a side that they leave open."""
+
+    value: float
+    sd: float
+    low: float
+    high: float
+
+
+def threshold(count: int, unknowns: int) -> float:
+    """Rise of -2 log L that bounds a 90 % interval, of ``count`` impacts with the scatter unknown too.
+
+    n log(1 + t^2/(n - p)), exact for a normal error of unknown variance; chi-square's 2.71 for many impacts."""
+    free = max(count - unknowns, 1)
+    return float(count * np.log1p(student.ppf(0.5 + LEVEL / 2, free) ** 2 / free))
+
+
+@njit(cache=True, nogil=True)
+def _cost(z2: float) -> float:
+    return z2 if z2 < 25.0 else 10.0 * np.sqrt(z2) - 25.0
+
+
+@njit(cache=True, nogil=True)
+def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
+    """Least -2 log L over the scatter s of variance + (s size)^2: a coarse scan of log s, then golden section."""
+    def value(s: float) -> float:
+        total = 0.0
+        for i in range(len(residual)):
+            v = variance[i] + (s * size[i]) ** 2
+            total += _cost(residual[i] ** 2 / v) + np.log(v)
+        return total
+
+    best, at = np.inf, 0
+    grid = np.empty(14)
+    for k in range(14):
+        grid[k] = np.log(1e-4) + k * (np.log(0.5) - np.log(1e-4)) / 13
+        f = value(np.exp(grid[k]))
+        if f < best:
+            best, at = f, k
+    low, high = grid[max(at - 1, 0)], grid[min(at + 1, 13)]
+    g = 0.6180339887498949
+    a, b = high - g * (high - low), low + g * (high - low)
+    fa, fb = value(np.exp(a)), value(np.exp(b))
+    for _ in range(12):
+        if fa < fb:
+            high, b, fb = b, a, fa
+            a = high - g * (high - low)
+            fa = value(np.exp(a))
+        else:
+            low, a, fa = a, b, fb
+            b = low + g * (high - low)
+            fb = value(np.exp(b))
+    return min(best, fa, fb)
+
+
+@njit(cache=True, nogil=True)
+def _tangential(slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, mu: float, beta: float) -> float:
+    residual = np.empty(len(slip))
+    for i in range(len(slip)):
+        stick = (1 + beta) * abs(slip[i]) / share
+        slide = mu * normal_impulse[i]
+        residual[i] = impulse[i] + np.sign(slip[i]) * min(stick, slide)
+    return _best_scatter(residual, variance, normal_impulse)
+
+
+def restitution_deviance(data: LawData) -> Callable[[float], float]:
+    """-2 log L of a restitution, the scatter chosen best."""
+    variance = data.normal_sd**2
+    return lambda eps: float(_best_scatter(data.after - eps * data.before, variance, data.before))
+
+
+def tangential_deviance(data: LawData) -> Callable[[float, float], float]:
+    """-2 log L of (wall friction, tangential restitution), the scatter chosen best."""
+    share = 1 + 1 / data.inertia_factor
+    variance = data.tangential_sd**2
+    return lambda mu, beta: float(_tangential(data.slip, data.normal_impulse, data.tangential_impulse, variance, share, mu, beta))
+
+
+def minimum(cost: Callable[[float], float], low: float, high: float, points: int, rounds: int = 3) -> tuple[float, float]:
+    """Least value on a grid that is refined around its best point (``cost`` may have several minima)."""
+    for _ in range(rounds):
+        grid = np.linspace(low, high, points)
+        values = [cost(float(x)) for x in grid]
+        k = int(np.argmin(values))
+        best = float(grid[k]), float(values[k])
+        low, high = float(grid[max(k - 1, 0)]), float(grid[min(k + 1, points - 1)])
+    return best
+
+
+def crossing(profile: Callable[[float], float], inside: float, limit: float, level: float, first_step: float) -> float:
+    """Where ``profile`` rises above ``level`` going from ``inside`` towards ``limit``; NaN when it never does."""
+    step, here = first_step, inside
+    direction = np.sign(limit - inside)
+    if direction == 0:
+        return float("nan")
+    while True:
+        further = here + direction * step
+        if (limit - further) * direction <= 0:
+            further = limit
+        if profile(float(further)) > level:
+            break
+        if further == limit:
+            return float("nan")
+        here, step = further, step * 1.7
+    outside = float(further)
+    for _ in range(24):
+        middle = 0.5 * (here + outside)
+        if profile(middle) > level:
+            outside = middle
+        else:
+            here = middle
+        if abs(outside - here) < 1e-3 * first_step:
+            break
+    return 0.5 * (here + outside)
+
+
+def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
+    """Restitution with its 90 % interval; with one impact the measured sd alone bounds it."""
+    if len(data) < 2:
+        half = 1.645 * sd
+        return Interval(value, sd, value - half, value + half)
+    profile = restitution_deviance(data)
+    best, least = minimum(profile, value - 5 * sd, value + 5 * sd, 11)
+    level = least + threshold(len(data), 1)
+    low, high = (crossing(profile, best, best + side * 50 * sd, level, 0.5 * sd) for side in (-1, 1))
+    return Interval(value, sd, low, high)
+
+
+def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[Interval, Interval]:
+    """Wall friction and tangential restitution, each profiled over the other.
+
+    A side on which the profile never rises is left open (NaN), and then there is no value: the data do not determine the parameter.
+    The sd is that of the interval (its width over 3.29).
+    """
+    cost = tangential_deviance(data)
+    least = cost(friction, beta)
+    level = least + threshold(len(data), 2)
+    width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-6) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
+    share = 1 + 1 / data.inertia_factor
+    width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-6) / max(np.sum(data.slip**2), 1e-9)) + 5e-4
+
+    def over_beta(mu: float) -> float:
+        near = minimum(lambda b: cost(mu, b), max(beta - 12 * width_beta, -1.0), min(beta + 12 * width_beta, 1.0), 9, 2)[1]
+        return near if near <= level else min(near, minimum(lambda b: cost(mu, b), *TANGENTIAL_RANGE, 25, 2)[1])
+
+    def over_friction(b: float) -> float:
+        near = minimum(lambda m: cost(m, b), max(friction - 12 * width, 0.0), friction + 12 * width, 9, 2)[1]
+        return near if near <= level else min(near, minimum(lambda m: cost(m, b), *FRICTION_RANGE, 41, 2)[1])
+
+    first = _interval(over_beta, friction, FRICTION_RANGE, level, width)
+    second = _interval(over_friction, beta, TANGENTIAL_RANGE, level, width_beta)
+    return first, second
+
+
+def _interval(profile: Callable[[float], float], value: float, limits: tuple[float, float], level: float, step: float) -> Interval:
+    inside = float(np.clip(value, *limits))
+    low = crossing(profile, inside, limits[0], level, step)
+    high = crossing(profile, inside, limits[1], level, step)
+    closed = np.isfinite(low) and np.isfinite(high)
+    return Interval(value if closed else np.nan, (high - low) / 3.29 if closed else np.nan, low, high)

@@ -1,0 +1,218 @@
+"""Tables ``impacts``, ``flights`` and ``identification`` from what was fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.contact_law import SPEED_FLOOR_M_PER_S, fit_restitution
+from analysis.identification_fit import RigFit
+from analysis.identification_intervals import Interval, restitution_interval, tangential_intervals
+from analysis.impacts import QUANTITIES
+
+Array = NDArray[np.float64]
+NORMAL_90 = 1.6449
+# A meeting this far inside or outside the wall (beyond four of its sd) is no impact on it.
+WALL_TOLERANCE_M = 3e-4
+# sd of a tangential speed from which the disk's angle says nothing about it (m/s).
+UNKNOWN_SPEED_M_PER_S = 10.0
+# Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
+REST_M_PER_S = 5e-3
+COLUMNS = {"normal_before": "normal_speed_before_m_per_s", "normal_after": "normal_speed_after_m_per_s",
+           "tangential_before": "tangential_speed_before_m_per_s", "tangential_after": "tangential_speed_after_m_per_s"}
+
+
+def accepted(rig: RigFit) -> NDArray[np.bool_]:
+    """Which meetings of two flights are impacts on the wall: on its circle, coming in, not going further in."""
+    impacts = rig.wall.impacts
+    off = np.abs(impacts.of("radius") - rig.wall.wall.distance(impacts.azimuth_rad))
+    before, after = impacts.of("normal_before"), impacts.of("normal_after")
+    change = before + after
+    return (off < WALL_TOLERANCE_M + 4 * impacts.sd("radius")) & (before > 0) & (change > 2 * impacts.sd("normal_before"))
+
+
+def impacts_table(rig: RigFit, run: int, law: dict[str, Interval]) -> pd.DataFrame:
+    """Table ``impacts`` of one run.
+
+    ``regime`` is what the law of all impacts says of this one; the parameter that it informs stands in its row with the sd of this
+    impact alone, the other is null.  Without an angle everything tangential is null.
+    """
+    impacts, meetings = rig.wall.impacts, rig.wall.impacts.meetings
+    chosen = np.flatnonzero(accepted(rig) & (meetings.run == run))
+    chosen = chosen[np.argsort(impacts.of("time")[chosen])]
+    table = pd.DataFrame({"impact": np.arange(len(chosen)), "time_s": impacts.of("time")[chosen], "time_sd_s": impacts.sd("time")[chosen],
+                          "azimuth_rad": impacts.azimuth_rad[chosen]})
+    floor = SPEED_FLOOR_M_PER_S
+    for quantity, column in COLUMNS.items():
+        sd = np.hypot(impacts.sd(quantity)[chosen], floor)
+        known = sd < UNKNOWN_SPEED_M_PER_S
+        table[column] = np.where(known, impacts.of(quantity)[chosen], np.nan)
+        table[column.replace("_m_per_s", "_sd_m_per_s")] = np.where(known, sd, np.nan)
+    angle = np.isfinite(table["tangential_speed_before_m_per_s"].to_numpy(float))
+    for when in ("before", "after"):
+        table[f"spin_{when}_rad_per_s"] = np.where(angle, impacts.of(f"spin_{when}")[chosen], np.nan)
+    value, covariance = impacts.value[chosen], impacts.covariance[chosen]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        restitution = value[:, 1] / value[:, 0]
+        table["restitution"] = restitution
+        table["restitution_sd"] = _sd_of(covariance, {"normal_after": 1 / value[:, 0], "normal_before": -restitution / value[:, 0]}, floor / value[:, 0])
+        share = 1 + 1 / rig.data.inertia_factor
+        beta = -value[:, 3] / value[:, 2]
+        beta_sd = _sd_of(covariance, {"tangential_after": 1 / value[:, 2], "tangential_before": beta / value[:, 2]}, floor / value[:, 2])
+        normal = value[:, 0] + value[:, 1]
+        change = value[:, 3] - value[:, 2]
+        friction = -np.sign(value[:, 2]) * change / share / normal
+        along = -np.sign(value[:, 2]) / share / normal
+        friction_sd = _sd_of(covariance, {"tangential_after": along, "tangential_before": -along, "normal_before": -friction / normal,
+                                          "normal_after": -friction / normal}, floor / normal)
+        regime = _regime(value[:, 2], normal, share, rig, law)
+    regime = np.where(angle & np.isfinite(beta), regime, None)
+    for name, values, sd, kind in (("tangential_restitution", beta, beta_sd, "stick"), ("wall_friction", friction, friction_sd, "slide")):
+        table[name] = np.where(regime == kind, values, np.nan)
+        table[f"{name}_sd"] = np.where(regime == kind, sd, np.nan)
+    table["regime"] = regime
+    return table
+
+
+def _regime(slip: Array, normal_impulse: Array, share: float, rig: RigFit, law: dict[str, Interval]) -> NDArray[np.object_]:
+    """"stick" where (1 + beta_0) |v_t| / (1 + 1/q) is within mu_c j_n; a parameter without value never is the smaller side."""
+    if rig.law is None or not rig.angle:
+        return np.full(len(slip), None, object)
+    friction, beta = law["wall_friction"], law["tangential_restitution"]
+    if np.isfinite(friction.value) and np.isfinite(beta.value):
+        stick = (1 + beta.value) * np.abs(slip) / share <= friction.value * normal_impulse
+    elif np.isfinite(beta.value):
+        stick = np.ones(len(slip), bool)
+    elif np.isfinite(friction.value):
+        stick = np.zeros(len(slip), bool)
+    else:
+        stick = (1 + rig.law.tangential_restitution) * np.abs(slip) / share <= rig.law.wall_friction * normal_impulse
+    return np.where(stick, "stick", "slide").astype(object)
+
+
+def _sd_of(covariance: Array, row: dict[str, Array], floor: Array) -> Array:
+    """sd of a linear combination of :data:`QUANTITIES` whose coefficients differ from impact to impact."""
+    coefficients = np.zeros((len(covariance), len(QUANTITIES)))
+    for name, values in row.items():
+        coefficients[:, QUANTITIES.index(name)] = values
+    return np.sqrt(np.einsum("ki,kij,kj->k", coefficients, covariance, coefficients) + floor**2)
+
+
+def law_intervals(rig: RigFit) -> dict[str, Interval]:
+    """Intervals of the contact law's three parameters; all NaN without an impact."""
+    unknown = Interval(np.nan, np.nan, np.nan, np.nan)
+    result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), unknown)
+    if rig.law is None:
+        return result
+    (value,), covariance, _, _ = fit_restitution(rig.data)
+    result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    if rig.angle:
+        result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
+            rig.data, rig.law.wall_friction, rig.law.tangential_restitution)
+    return result
+
+
+def identification_table(rig: RigFit, law: dict[str, Interval]) -> pd.DataFrame:
+    """Table ``identification``: one row per parameter; a bound has no value, what is open on both sides has nothing."""
+    n = len(rig.data)
+    rows: list[tuple[str, float, float, float, float, int | None]] = []
+    for name in ("restitution", "wall_friction", "tangential_restitution"):
+        i = law[name]
+        rows.append((name, i.value, i.sd, i.low, i.high, n))
+    if rig.law is not None and n > 2:
+        rows.append(("restitution_scatter", rig.law.scatter, rig.law.scatter / np.sqrt(2 * (n - 1)), np.nan, np.nan, n))
+    rows += [(*row, None) for row in _floor_rows(rig)]
+    rows += [(*row, int(rig.wall.used.sum())) for row in _wall_rows(rig)]
+    rows += [(*row, None) for row in _drive_rows(rig)]
+    table = pd.DataFrame(rows, columns=["parameter", "value", "sd", "low", "high", "n_impacts"])
+    table["n_impacts"] = pd.array(table["n_impacts"].tolist(), dtype="Int64")
+    return table
+
+
+UNDETERMINED_FRICTION = 0.3
+FLOOR_NAMES = {"friction": "floor_friction", "viscous": "viscous_drag_per_s", "air": "air_drag_per_m", "tilt_x": "table_tilt_x_m_per_s2",
+               "tilt_y": "table_tilt_y_m_per_s2", "drift": "friction_drift_per_s"}
+
+
+def _floor_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
+    rows = []
+    for k, name in enumerate(rig.floor.names):
+        value, sd = float(rig.floor.estimate[k]), float(np.sqrt(rig.floor.covariance[k, k]))
+        low, high = value - NORMAL_90 * sd, value + NORMAL_90 * sd
+        if name == "friction":
+            value, low, high = max(value, 0.0), max(low, 0.0), max(high, 0.0)
+            if sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
+                value, sd, low, high = np.nan, np.nan, np.nan, high if 0 < high < 1 else np.nan
+        rows.append((FLOOR_NAMES[name], value, sd, low, high))
+    if "friction" not in rig.floor.names:
+        rows.append(("floor_friction", np.nan, np.nan, np.nan, np.nan))
+    return rows
+
+
+def _wall_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
+    wall = rig.wall
+    names = {"radius": "contact_radius_m", "centre_x": "wall_centre_x_m", "centre_y": "wall_centre_y_m", "disk_x": "disk_centre_x_m",
+             "disk_y": "disk_centre_y_m", "ellipse_c": "wall_ellipticity_cos", "ellipse_s": "wall_ellipticity_sin"}
+    if not wall.used.any():
+        return []
+    rows = []
+    for k, term in enumerate(wall.terms):
+        value, sd = float(wall.estimate[k]), float(np.sqrt(wall.covariance[k, k]))
+        rows.append((names[term], value, sd, value - NORMAL_90 * sd, value + NORMAL_90 * sd))
+    return rows
+
+
+def _drive_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
+    """Drive frequency, weighted mean over the runs; nothing for a Host that stands still."""
+    found = [(run.data.host.frequency_hz, run.data.host.omega_sd_rad_per_s / (2 * np.pi)) for run in rig.runs
+             if run.data.host.omega_rad_per_s > 0 and np.isfinite(run.data.host.omega_sd_rad_per_s)]
+    if not found:
+        return []
+    value, sd = (np.array(c) for c in zip(*found, strict=True))
+    weight = np.maximum(sd, 1e-9) ** -2.0
+    mean, spread = float(np.average(value, weights=weight)), float(weight.sum() ** -0.5)
+    return [("drive_frequency_hz", mean, spread, mean - NORMAL_90 * spread, mean + NORMAL_90 * spread)]
+
+
+def flights_table(rig: RigFit, run: int) -> pd.DataFrame:
+    """Table ``flights``: the whole run cut into what each part of it is.
+
+    "flight" (fitted), "rest" (a flight with no motion against the floor), "contact" (sustained, at the wall), "unseen" (the NES hidden for
+    more frames than a flight bridges) and "unresolved" (seen, but no flight could be fitted): the last three are the excluded time.
+    """
+    data, fits, segments = rig.runs[run].data, rig.floor.fits[run], rig.runs[run].segments
+    if len(data.time_s) == 0:
+        return pd.DataFrame({"flight": [], "start_s": [], "end_s": [], "kind": []})
+    spans = [(float(data.time_s[f.first]), float(data.time_s[f.last]), _kind(fits, k)) for k, f in enumerate(fits.flights)]
+    meetings = rig.wall.impacts.meetings
+    for i in np.flatnonzero(meetings.run == run):
+        k, moment = int(meetings.flight[i]), float(meetings.time_s[i])
+        spans[k] = (spans[k][0], moment, spans[k][2])
+        spans[k + 1] = (moment, spans[k + 1][1], spans[k + 1][2])
+    spans += [(float(data.time_s[a]), float(data.time_s[b]), "contact") for a, b in segments.contact]
+    spans.sort()
+    seen = np.isfinite(data.xy_m[:, 0])
+    rows, here, end = [], float(data.time_s[0]), float(data.time_s[-1])
+    for start, stop, kind in [*spans, (end, end, "")]:
+        if start > here + 1e-9:
+            inside = (data.time_s > here) & (data.time_s < start)
+            rows.append((here, start, "unseen" if inside.any() and not seen[inside].any() else "unresolved"))
+        if kind and stop > max(start, here):
+            rows.append((max(start, here), stop, kind))
+        here = max(here, stop)
+    table = pd.DataFrame(rows, columns=["start_s", "end_s", "kind"])
+    table.insert(0, "flight", np.arange(len(table)))
+    return table
+
+
+def _kind(fits, k: int) -> str:
+    flight, run = fits.flights[k], fits.run
+    times = run.time_s[[flight.first, flight.last]]
+    states, _ = fits.propagate(k, times)
+    host, rate = run.host.at(times), run.host.at(times, 1)
+    arm = states[:, :2] - host[:, :2]
+    slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
+    known = np.any(run.angle_sd_rad[flight.first:flight.last + 1] < 1e5)
+    rim = run.radius_m * np.abs(states[:, 5] - rate[:, 3]) if known else np.zeros(2)
+    return "rest" if np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S) else "flight"
