@@ -46,7 +46,7 @@ class ErrorMap:
         """
         if self.open_ends():
             return None
-        inside = self.deviance <= 10 * REGION_90
+        inside = self.deviance <= 2 * REGION_90
         grids = []
         for values, hit in (
             (self.wall_friction, inside.any(1)),

@@ -86,7 +86,9 @@ def error_maps(
 def _deviance(ax: Axes, joint: ErrorMap) -> ContourSet:
     """Filled contours of the deviance; the 90 % region outlined."""
     x, y, z = joint.wall_friction, joint.tangential_restitution, joint.deviance.T
-    mesh = ax.contourf(x, y, z, levels=_LEVELS, norm=BoundaryNorm(_LEVELS, 256), cmap="cividis", extend="max")
+    mesh = ax.contourf(
+        x, y, z, levels=_LEVELS, norm=BoundaryNorm(_LEVELS, 256, extend="max"), cmap="cividis", extend="max"
+    )
     ax.contour(x, y, z, levels=[REGION_90], colors=[RED], linewidths=1.5)
     ax.plot([], [], color=RED, lw=1.5, label="90 % region")
     ax.grid(False)

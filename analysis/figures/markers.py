@@ -7,7 +7,9 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from analysis.figures.style import (
@@ -28,6 +30,8 @@ from analysis.figures.style import (
 )
 from analysis.host_circle import marker_positions
 
+# White letters stay readable on white markers.
+OUTLINE = [withStroke(linewidth=2, foreground="#222222")]
 BODY_COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN}
 
 
@@ -58,13 +62,7 @@ def tracks_over_frame(
     for ax, camera, (width, tall), view in zip(axes[:, 0], cameras, sizes, views, strict=True):
         image = (frames or {}).get(camera)
         if image is not None:
-            step = max(1, image.shape[1] // 1400)
-            ax.imshow(
-                image[::step, ::step],
-                cmap="gray",
-                extent=(-0.5, width - 0.5, tall - 0.5, -0.5),
-                aspect="equal",
-            )
+            _show_part(ax, image, view)
         ax.grid(False)
         for marker, path in tracks[tracks["camera"] == camera].groupby("marker", sort=True):
             path = path.sort_values("frame")
@@ -81,12 +79,28 @@ def tracks_over_frame(
                 textcoords="offset points",
                 fontsize=FONT_PT - 1.5,
                 color="white" if image is not None else "#222222",
+                path_effects=OUTLINE if image is not None else None,
                 parse_math=False,
             )
         ax.set(xlim=view[:2], ylim=(view[3], view[2]), aspect="equal")
         label(ax, "u (px)", "v (px)")
         ax.set_title(camera, fontsize=FONT_PT, loc="left", fontweight="bold", parse_math=False)
     return figure
+
+
+def _show_part(ax: Axes, image: NDArray, view: tuple[float, float, float, float]) -> None:
+    """The part of a frame that ``view`` shows, thinned to what a page can show, black to white of its type or
+    its own range.
+    """
+    left, right, top, bottom = (round(edge) for edge in view)
+    left, top = max(left, 0), max(top, 0)
+    part = image[top : bottom + 1, left : right + 1]
+    if not part.size:
+        return
+    step = max(1, part.shape[1] // 1400)
+    brightest = 255 if image.dtype == np.uint8 else max(float(part.max()), 1.0)
+    extent = (left - 0.5, left + part.shape[1] - 0.5, top + part.shape[0] - 0.5, top - 0.5)
+    ax.imshow(part[::step, ::step], cmap="gray", vmin=0, vmax=brightest, extent=extent, aspect="equal")
 
 
 def _around(path: pd.DataFrame, size: Sequence[float]) -> tuple[float, float, float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,9 +81,15 @@ def host_acceleration(motion: pd.DataFrame) -> float:
     return float(np.linalg.norm(fitted.at(time_s, 2)[:, :2], axis=1).max())
 
 
-def in_words(difference: Differences, impacts: pd.DataFrame, thesis: pd.DataFrame) -> list[str]:
-    """Paragraphs for the report: what was found by both, how far the restitutions differ, and what that comes
-    from.
+def in_words(
+    difference: Differences,
+    impacts: pd.DataFrame,
+    thesis: pd.DataFrame,
+    no_flight_s: Sequence[tuple[float, float]] = (),
+) -> list[str]:
+    """Paragraphs for the report: what both found, how far the restitutions differ, and what that comes from.
+
+    ``no_flight_s``: stretches that are no flight, where the flight model looks for no impact.
     """
     found = (
         f"The flight model found {_count(difference.n_flight, 'impact')}, the acceleration peaks "
@@ -99,7 +106,10 @@ def in_words(difference: Differences, impacts: pd.DataFrame, thesis: pd.DataFram
         )
     extra = difference.n_thesis - len(difference.pairs)
     if extra > 0:
-        found += f" {_count(extra, 'peak')} of the acceleration norm no two flights support."
+        unmatched = np.delete(thesis["time_s"].to_numpy(float), difference.pairs["thesis"].to_numpy(int))
+        held = sum(any(start <= time <= end for start, end in no_flight_s) for time in unmatched)
+        found += f" {_count(extra, 'peak')} of the acceleration norm no two flights support"
+        found += f", {held} of them in sustained contact or unresolved stretches." if held else "."
     paragraphs = [found]
     eps = impacts["restitution"].to_numpy(float)[difference.pairs["flight"].to_numpy(int)]
     line = thesis["restitution"].to_numpy(float)[difference.pairs["thesis"].to_numpy(int)]

@@ -11,7 +11,7 @@ from analysis.figures.trajectory import column
 from analysis.report.differences import compare_methods, in_words
 from analysis.report.numbers import MISSING, value_with_sd, with_unit
 from analysis.report.page import Page, Section
-from analysis.report.parameters import paragraph, parameter_rows
+from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows
 from analysis.report.results import Results
 from analysis.thesis_parameters import usable
 
@@ -28,15 +28,22 @@ def add_parameters(page: Page, results: Results) -> None:
         )
         return
     section.add_text(paragraph(identification))
+    principal = identification["parameter"].isin(PRINCIPAL)
     thesis = results.thesis_parameters if results.get("motion") is not None else None
     section.add_table(
         ("parameter", "symbol", "value ± sd", "90 % interval", "impacts", "thesis' method"),
-        parameter_rows(identification, thesis),
+        parameter_rows(identification[principal], thesis),
         "By maximum likelihood over flights and impacts; the last column is the thesis' recipe on the same "
-        "motion "
-        "(± is its scatter over the impacts, as in Table 16).",
+        "motion (± is its scatter over the impacts, as in Table 16).",
         (0, 1),
     )
+    if not principal.all():
+        section.add_table(
+            ("also fitted", "symbol", "value ± sd", "90 % interval", "impacts"),
+            [row[:5] for row in parameter_rows(identification[~principal], None)],
+            "What the fit had to know besides: geometry, drive, scatter.",
+            (0, 1),
+        )
     impacts = results.get("impacts")
     if impacts is None or not np.isfinite(column(impacts, "tangential_speed_after_m_per_s")).any():
         section.add_missing(
@@ -92,7 +99,7 @@ def add_impacts(page: Page, results: Results) -> None:
     thesis = results.thesis
     section.add_figure(
         "impact_detection",
-        impact_detection(motion, results.smooth, thesis, impacts, results.contacts_s),
+        impact_detection(motion, results.smooth, thesis, impacts, results.spans_s("contact")),
         "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the meetings of two "
         "flights (flight model).",
         "Acceleration norm and NES coordinates with detected impacts.",
@@ -110,9 +117,10 @@ def add_impacts(page: Page, results: Results) -> None:
     pairs = None
     if impacts is not None:
         difference = compare_methods(motion, impacts, thesis, results.settings)
+        no_flight = results.spans_s("contact", "unseen", "unresolved")
         pairs = difference.pairs
         section.add_heading("Why the two methods differ here")
-        for text in in_words(difference, impacts, thesis):
+        for text in in_words(difference, impacts, thesis, no_flight):
             section.add_text(text)
     columns, rows = _table_16(impacts, thesis, pairs)
     section.add_table(

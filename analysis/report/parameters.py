@@ -22,7 +22,7 @@ class Quantity:
 
 QUANTITIES = {
     "restitution": Quantity("Restitution", "ε"),
-    "restitution_scatter": Quantity("Scatter of the restitution from impact to impact", "σ(ε)"),
+    "restitution_scatter": Quantity("Scatter of the restitution", "σ(ε)"),
     "restitution_speed_slope_s_per_m": Quantity(
         "Change of the restitution with normal speed", "dε/dv", "s/m"
     ),
@@ -30,6 +30,10 @@ QUANTITIES = {
     "tangential_restitution": Quantity("Tangential restitution", "β₀"),
     "floor_friction": Quantity("Floor friction", "μ_s"),
     "contact_radius_m": Quantity("Contact radius", "R_c", "mm", 1e3),
+    "wall_centre_x_m": Quantity("Wall centre off its layout, x", "", "µm", 1e6),
+    "wall_centre_y_m": Quantity("Wall centre off its layout, y", "", "µm", 1e6),
+    "disk_centre_x_m": Quantity("Disk centre off its layout, x", "", "µm", 1e6),
+    "disk_centre_y_m": Quantity("Disk centre off its layout, y", "", "µm", 1e6),
     "drive_frequency_hz": Quantity("Drive frequency", "f", "Hz"),
 }
 PRINCIPAL = ("restitution", "wall_friction", "tangential_restitution", "floor_friction")

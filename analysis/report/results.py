@@ -111,13 +111,15 @@ class Results:
 
     @cached_property
     def close_map(self) -> ErrorMap | None:
-        """The joint map once more on a fine grid around its 90 % region, where that is small."""
-        grids = None if self.joint_map is None else self.joint_map.close_up()
-        if grids is None:
-            return None
-        return error_map(
-            self.tables["impacts"], self.parameter("restitution")[0], self.inertia_factor, *grids
-        )
+        """The joint map again on ever finer grids around its 90 % region, until that fills a fair part of it."""
+        close, here = None, self.joint_map
+        for _ in range(5):
+            grids = None if here is None else here.close_up()
+            if grids is None:
+                break
+            restitution = self.parameter("restitution")[0]
+            close = here = error_map(self.tables["impacts"], restitution, self.inertia_factor, *grids)
+        return close
 
     @property
     def inertia_factor(self) -> float:
@@ -139,14 +141,24 @@ class Results:
         value, sd, low, high = row.iloc[0][["value", "sd", "low", "high"]].astype(float)
         return value, sd, low, high
 
-    @property
-    def contacts_s(self) -> list[tuple[float, float]]:
-        """Sustained contacts as the segmentation found them."""
+    def spans_s(self, *kinds: str) -> list[tuple[float, float]]:
+        """Start and end of the segments of these kinds ("flight", "contact", ...) as the identification found
+        them.
+        """
         flights = self.get("flights")
         if flights is None:
             return []
-        chosen = flights[flights["kind"] == "contact"]
+        chosen = flights[flights["kind"].isin(kinds)]
         return list(zip(chosen["start_s"].astype(float), chosen["end_s"].astype(float), strict=True))
+
+    @property
+    def time_shares(self) -> dict[str, float]:
+        """Share of the segmented time by kind of segment."""
+        flights = self.get("flights")
+        if flights is None:
+            return {}
+        length = (flights["end_s"] - flights["start_s"]).groupby(flights["kind"]).sum()
+        return {str(kind): float(share) for kind, share in (length / length.sum()).items()}
 
 
 def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None) -> Results:

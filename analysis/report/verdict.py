@@ -17,6 +17,8 @@ POOR_REPROJECTION_PX = 0.5
 # The thesis calls 0.1 mm camera noise (Fig. 55) and 0.35 mm its largest circle error (Fig. 56).
 POOR_DISTANCE_SCATTER_M = 1e-4
 POOR_RADIUS_M = 3.5e-4
+# What a segment is called; "flight" and "rest" are used, the others are left out.
+LEFT_OUT = {"contact": "sustained wall contact", "unseen": "NES hidden", "unresolved": "unresolved"}
 
 
 def add_verdict(page: Page, results: Results) -> None:
@@ -119,13 +121,10 @@ def _how_good(results: Results) -> tuple[Status, str, list[str], list[str]]:
         if np.isfinite(sd):
             details.append(f"NES centre known to {with_unit(1e3 * sd, 'mm', 2)} in x (median sd).")
     faults += _wall_fits(results, details, actions)
-    excluded = sum(end - start for start, end in results.contacts_s)
-    if motion is not None and excluded:
-        span = float(motion["time_s"].max() - motion["time_s"].min())
-        details.append(
-            f"Sustained wall contact for {percent(excluded / span if span else np.nan)} of the time, left "
-            "out of the flights."
-        )
+    left_out = {kind: share for kind, share in results.time_shares.items() if kind in LEFT_OUT and share > 0}
+    if left_out:
+        parts = ", ".join(f"{LEFT_OUT[kind]} {percent(share)}" for kind, share in left_out.items())
+        details.append(f"Time left out of the flights: {parts}.")
     if not details:
         return "neutral", "Cannot be told", ["Neither points nor standard deviations are here."], actions
     status: Status = "good" if not faults else "caution" if faults == 1 else "bad"
