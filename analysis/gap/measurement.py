@@ -172,14 +172,39 @@ def _views(series: Series, notes: list[str]) -> list[Finding | None]:
         scale = max(1.0, 1.4826 * float(np.median(np.abs(z))))
         weight = 1 / (sd * scale) / np.sqrt(1 + (z / scale / 3) ** 2)
     error = np.sqrt(np.diag(covariance))
+    # A lens residual bends epipolar lines and heights alike; what it does to the former tells what to allow in the latter.
+    warp_px = _structure(a, b - a @ solution)
+    height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
+    lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
+    lens = warp_px * height_per_px / (2 * lever)
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
     window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
     return [
         _judge("sensor_window_offset", {"u_px": (wu, su), "v_px": (wv, sv)}, window, window / max(su, sv)),
         _judge("camera_clock_offset", {"offset_s": (delay, sd_delay)}, abs(delay), abs(delay) / sd_delay),
         # z = a x + b y is the world turned by b about x and by -a about y.
-        _judge("plane_tilt", {"x_rad": (slope_y, sy), "y_rad": (-slope_x, sx)}, tilt, tilt / max(sx, sy)),
+        _judge("plane_tilt", {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))}, tilt,
+               tilt / max(sx, sy, lens)),
     ]
+
+
+def _structure(a: Array, residual: Array) -> float:
+    """RMS (px) of what the epipolar residual shows in squares of 10 mm of the room beyond its noise: the lens residual."""
+    rows = np.flatnonzero((a[:, 3] == 0) & (a[:, 4] == 0))
+    heights = np.flatnonzero((a[:, 3] != 0) | (a[:, 4] != 0))
+    if len(rows) != len(heights) or len(rows) < 50:
+        return 0.0
+    place = np.floor(a[heights, 3:5] / 0.01).astype(int)
+    r = residual[rows]
+    keys = place[:, 0] * 1000 + place[:, 1]
+    total, weight = 0.0, 0
+    for key in np.unique(keys):
+        part = r[keys == key]
+        if len(part) >= 20:
+            part = part[np.abs(part - np.median(part)) < 5 * 1.4826 * np.median(np.abs(part - np.median(part))) + 1e-12]
+            total += (part.mean() ** 2 - part.var() / len(part)) * len(part)
+            weight += len(part)
+    return float(np.sqrt(max(total, 0.0) / weight)) if weight else 0.0
 
 
 def _body_rows(series: Series, points, motion, run, body: str):

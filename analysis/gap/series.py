@@ -108,3 +108,29 @@ def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
         xyz = p[["x_m", "y_m", "z_m"]].to_numpy(float) @ turn.T
         out.append(p.assign(x_m=xyz[:, 0], y_m=xyz[:, 1], z_m=xyz[:, 2]))
     return with_points(series, out)
+
+
+def without_jitter(series: Series, sd_s: float) -> Series:
+    """Frame times moved to where the Host's known motion puts them, as far as its noise allows; the rest widens the sds.
+
+    A frame that is late by d shows the Host v d further on: d is estimated per frame from the Host's residual, drawn to zero by
+    its prior sd; where the Host stands still for a moment nothing is learnt and the whole jitter stays in the NES' sd.
+    """
+    motions = []
+    for run, motion in zip(series.runs, series.motions, strict=True):
+        host, times = run.data.host, run.data.time_s
+        velocity = host.at(times, 1)[:, :2]
+        residual = np.where(np.isfinite(host.residual[:, :2]), host.residual[:, :2], 0.0)
+        variance = np.maximum(np.nanmedian(run.host_table[:, 4:6], 0), 1e-7) ** 2
+        information = np.sum(velocity**2 / variance, 1) * np.isfinite(host.residual[:, 0]) + 1 / sd_s**2
+        late = np.sum(velocity * residual / variance, 1) / information
+        left = 1 / np.sqrt(information)
+        speed = np.hypot(*(motion[f"nes_v{a}_m_per_s"].fillna(0.0).to_numpy(float) for a in "xy"))
+        spin = np.abs(motion["nes_spin_rad_per_s"].fillna(0.0).to_numpy(float))
+        moved = motion.assign(time_s=times + late)
+        for axis in "xy":
+            moved[f"nes_{axis}_sd_m"] = np.hypot(motion[f"nes_{axis}_sd_m"].to_numpy(float), speed * left)
+        moved["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), spin * left)
+        motions.append(moved)
+    fresh = from_motions(series.recordings, motions)
+    return replace(fresh, points=None, layouts=series.layouts)

@@ -1,0 +1,34 @@
+"""Measurement findings taken out one after the other, strongest first, each time measuring again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from analysis.gap.measurement import NEGLIGIBLE, Finding, MeasurementTests, measurement_tests
+from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
+
+#: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both bodies alike
+CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
+    "frame_rate_error": lambda s, f: retimed(s, 1 / f.parameters["ratio"][0]),
+    "length_scale_error": lambda s, f: scaled(s, 1 / f.parameters["scale"][0]),
+    "sensor_window_offset": lambda s, f: with_window_shift(s, (-f.parameters["u_px"][0], -f.parameters["v_px"][0])),
+    "plane_tilt": lambda s, f: levelled(s, -f.parameters["y_rad"][0], f.parameters["x_rad"][0]),
+    "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
+    "camera_clock_offset": lambda s, f: s,
+}
+
+
+def correct(series: Series, most: int = 3) -> tuple[Series, list[Finding], MeasurementTests]:
+    """Corrected series, what was found (strongest first) and the first round's tests."""
+    first = tests = measurement_tests(series)
+    found: list[Finding] = []
+    for _ in range(most):
+        taken = {f.effect for f in found}
+        left = [f for f in tests.findings.values() if f.found and f.effect not in taken]
+        if not left:
+            break
+        strongest = max(left, key=lambda f: f.size / NEGLIGIBLE[f.effect])
+        found.append(strongest)
+        series = CORRECTIONS[strongest.effect](series, strongest)
+        tests = measurement_tests(series)
+    return series, found, first

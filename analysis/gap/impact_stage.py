@@ -1,0 +1,254 @@
+"""The impacts' side of the ladder: contact distance, restitution, tangential and angular law; named effects and probes.
+
+Every statement is a regression of one residual per impact on something it may go with.  Restitution scatters from impact to impact, which
+is a nuisance in every model; structure in that scatter is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact_law import Law, LawData, fit_law, fit_restitution, law_data, predicted_tangential, sticks
+from analysis.flights import FlightFits
+from analysis.impacts import Meetings, meet
+from analysis.wall import WALL_TERMS, Wall
+from analysis.wall_fit import WallFit, fit_wall
+
+Array = NDArray[np.float64]
+
+# Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal model.
+NOMINAL_WALL = WALL_TERMS[:5]
+#: what a term must explain to be more than negligible, in the units of its residual
+NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "distance": 2.5e-5, "angular": 5e-3}
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactGain:
+    """What one term explains: fall of -2 log L, the rms of what it adds (units of the residual), coefficients and sd."""
+
+    name: str
+    residual: str
+    gain: float
+    size: float
+    estimate: Array
+    sd: Array
+    named: bool
+    significance: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactFit:
+    """Meetings of a series' flights, the wall and the law fitted to them, and which terms the model holds."""
+
+    meetings: Meetings
+    wall: WallFit
+    data: LawData
+    law: Law
+    contact_slope_s: float
+    contact_slope_sd_s: float
+    restitution_terms: tuple[str, ...]
+
+
+def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bool = False) -> ImpactFit:
+    """Wall (centre, radius, disk centre; ``ellipse`` and the slope of a ``finite`` contact on demand) and nominal law."""
+    meetings = meet(fits)
+    run = fits[0].run
+    terms = WALL_TERMS if ellipse else NOMINAL_WALL
+    extra = None
+    if finite and len(meetings):
+        first = fit_wall(meetings, Wall(run.contact_radius_m), terms)
+        extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
+    # Beside a real error of scale or centre a tight prior would bend the others: only the disk's own centre is held.
+    wall = fit_wall(meetings, Wall(run.contact_radius_m), terms, extra=extra)
+    data = law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor)
+    law = fit_law(data) if len(data) >= 4 else None
+    slope, slope_sd = (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
+    return ImpactFit(meetings, wall, data, law, slope, slope_sd, ())
+
+
+def covariates(data: LawData) -> dict[str, Array]:
+    """What a residual of an impact may go with, each centred and of unit spread unless it is an angle's cosine or sine."""
+    seen = data.azimuth_rad - data.host_angle_rad
+    plain = {"slip speed": np.abs(data.slip), "slip direction": np.sign(data.slip), "spin": np.abs(data.spin) / 100,
+             "sense of spin": data.spin / 100, "time in the run": data.time_s, "run": data.run.astype(float)}
+    out = {name: _standardised(values) for name, values in plain.items()}
+    out.update({"cos drive phase": np.cos(data.drive_rad), "sin drive phase": np.sin(data.drive_rad),
+                "cos 2 azimuth": np.cos(2 * seen), "sin 2 azimuth": np.sin(2 * seen),
+                "cos 3 azimuth": np.cos(3 * seen), "sin 3 azimuth": np.sin(3 * seen)})
+    return out
+
+
+def _standardised(values: Array) -> Array:
+    spread = np.std(values)
+    return (values - values.mean()) / spread if spread > 1e-12 else np.zeros_like(values)
+
+
+#: probes as groups of covariates that belong together
+PROBES = {"the slip speed": ("slip speed",), "the direction of slip": ("slip direction",), "the spin": ("spin",), "the sense of spin": ("sense of spin",),
+          "the time in the run": ("time in the run",), "the run": ("run",), "the drive's phase": ("cos drive phase", "sin drive phase"),
+          "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"), "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth")}
+SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
+
+
+def restitution_design(data: LawData, names: Sequence[str]) -> Array:
+    """Columns of restitution for a model with the effects ``names``: constant, falling with speed, with direction."""
+    columns = [np.ones(len(data))]
+    if "speed_dependent_restitution" in names:
+        scale = best_speed_scale(data)
+        columns.append(np.exp(-data.before / scale))
+    if "direction_dependent_restitution" in names:
+        columns += [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)]
+    return np.column_stack(columns)
+
+
+def best_speed_scale(data: LawData) -> float:
+    """Speed scale (m/s) of an exponential fall of restitution, by likelihood on a grid."""
+    values = [fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / s)]))[3] for s in SPEED_SCALES_M_PER_S]
+    return SPEED_SCALES_M_PER_S[int(np.argmin(values))]
+
+
+def restitution_gains(data: LawData, base: Sequence[str]) -> list[ImpactGain]:
+    """Named effects and probes in the restitution, on top of a model with the effects ``base``."""
+    design = restitution_design(data, base)
+    _, _, _, value = fit_restitution(data, design)
+    out = []
+
+    def add(name: str, columns: list[Array], named: bool, penalty: float = 0.0) -> None:
+        c, covariance, _, new = fit_restitution(data, np.column_stack([design, *columns]))
+        k = design.shape[1]
+        explained = np.column_stack(columns) @ c[k:]
+        sd = np.sqrt(np.diag(covariance))[k:]
+        significance = float(np.sqrt(max(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:], 0)))
+        out.append(ImpactGain(name, "restitution", value - new - penalty, float(np.std(explained)), c[k:], sd, named, significance))
+
+    if "speed_dependent_restitution" not in base:
+        add("speed_dependent_restitution", [np.exp(-data.before / best_speed_scale(data))], True)
+    else:
+        add("the approach speed in another way", [_standardised(data.before), _standardised(data.before**2)], False)
+    if "direction_dependent_restitution" not in base:
+        add("direction_dependent_restitution", [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)], True)
+    table = covariates(data)
+    for name, parts in PROBES.items():
+        add(name, [table[p] for p in parts], False)
+    spot = best_spot(data, design, value)
+    if spot is not None:
+        # Twenty places and two widths were tried: the best of them gains about 8 by chance.
+        add(f"a place on the wall at azimuth {spot[0]:.1f} rad", [spot[1]], False, penalty=8.0)
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def best_spot(data: LawData, design: Array, value: float) -> tuple[float, Array] | None:
+    """Bump of restitution at one place of the wall: the best of a scan over azimuth (Host's frame) and width."""
+    seen = data.azimuth_rad - data.host_angle_rad
+    best, found = 0.0, None
+    for width in (0.25, 0.5):
+        for centre in np.arange(-np.pi, np.pi, np.pi / 10):
+            away = np.angle(np.exp(1j * (seen - centre)))
+            bump = np.exp(-0.5 * (away / width) ** 2)
+            if np.count_nonzero(bump > 0.5) < 4:
+                continue
+            gain = value - fit_restitution(data, np.column_stack([design, bump]))[3]
+            if gain > best:
+                best, found = gain, (float(centre), bump)
+    return found
+
+
+def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, finite: bool) -> list[ImpactGain]:
+    """Ellipticity, finite contact and probes in the contact distance."""
+    used, wall = base.wall.used, base.wall
+    speed = np.maximum(wall.impacts.of("normal_before"), 0)
+    out = []
+    scatter = _scatter(wall, used)
+
+    def add(name: str, trial: WallFit, k: int, size: float, named: bool) -> None:
+        other = _scatter(trial, used)
+        n = int(used.sum())
+        gain = n * 2 * np.log(scatter / other) if other > 0 else 0.0
+        sd = np.sqrt(np.diag(trial.covariance))[-k:]
+        out.append(ImpactGain(name, "distance", float(gain), size, trial.estimate[-k:], sd, named,
+                              float(np.sqrt(np.sum((trial.estimate[-k:] / sd) ** 2)))))
+
+    held = speed[:, None] if finite else None
+    terms = WALL_TERMS if ellipse else NOMINAL_WALL
+    if not ellipse:
+        trial = fit_wall(base.meetings, wall.wall, WALL_TERMS, extra=held)
+        add("wall_ellipticity", trial, 2 + (1 if finite else 0), float(np.hypot(*trial.wall.ellipse) * trial.wall.contact_radius_m / np.sqrt(2)), True)
+    if not finite:
+        trial = fit_wall(base.meetings, wall.wall, terms, extra=speed[:, None])
+        add("finite_contact_time", trial, 1, float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
+    table = covariates(base.data)
+    for name, parts in PROBES.items():
+        if name in ("twice the azimuth",):
+            continue
+        full = np.zeros((len(base.meetings), len(parts)))
+        full[base.data.index] = np.column_stack([table[p] for p in parts])
+        trial = fit_wall(base.meetings, wall.wall, terms, extra=np.column_stack([full, held]) if finite else full, rounds=3)
+        k = len(parts)
+        estimate = trial.estimate[len(terms):len(terms) + k]
+        add(name, trial, k, float(np.std(full[used] @ estimate)), False)
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:
+    """Robust rms (m) of the contact distance's residual, outliers clipped."""
+    r = np.abs(wall.residual_m[used])
+    if len(r) == 0:
+        return float("nan")
+    limit = 4 * max(1.4826 * float(np.median(r)), 1e-6)
+    return float(np.sqrt(np.mean(np.minimum(r, limit) ** 2)))
+
+
+def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
+    """Probes in the tangential law (wall friction that follows something) and in the angular law."""
+    table = covariates(data)
+    seen = data.azimuth_rad - data.host_angle_rad
+    table = {**table, "cos azimuth": np.cos(seen), "sin azimuth": np.sin(seen), "approach speed": _standardised(data.before)}
+    groups = {**PROBES, "the azimuth": ("cos azimuth", "sin azimuth"), "the approach speed": ("approach speed",)}
+    sliding = ~sticks(data, law.wall_friction, law.tangential_restitution)
+    predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
+    out = []
+    for residual, part in (("sliding", sliding), ("sticking", ~sliding)):
+        # Relative to the impulse the law predicts; a percent of model error keeps the noise-free ones from ruling alone.
+        size = np.abs(predicted)
+        strong = part & (size > 0.02)
+        if np.count_nonzero(strong) < 15:
+            continue
+        y = (np.abs(data.tangential_impulse) - size)[strong] / size[strong]
+        error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + 0.01**2)
+        out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
+    angular_sd = np.sqrt(data.angular_sd**2 + (0.002 * data.normal_impulse) ** 2)
+    out += _regressions("angular", groups, table, data.angular, angular_sd)
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def _regressions(residual: str, groups: dict[str, tuple[str, ...]], table: dict[str, Array], y: Array, sd: Array) -> list[ImpactGain]:
+    out = []
+    for name, parts in groups.items():
+        gain, estimate, e, size, significance = _regress(np.column_stack([np.ones(len(y)), *[table[p] for p in parts]]), y, sd)
+        out.append(ImpactGain(name, residual, gain, size, estimate, e, False, significance))
+    return out
+
+
+def _regress(x: Array, y: Array, sd: Array) -> tuple[float, Array, Array, float, float]:
+    """Robust weighted regression; gain of the columns after the first over the first alone, in units of a fitted variance."""
+    def rms(columns: Array) -> tuple[float, Array, Array]:
+        w = 1 / sd
+        for _ in range(6):
+            a = columns * w[:, None]
+            covariance = np.linalg.pinv(a.T @ a, hermitian=True)
+            c = covariance @ (a.T @ (y * w))
+            z = (y - columns @ c) / sd
+            s = max(1.0, 1.4826 * float(np.median(np.abs(z))))
+            w = 1 / (sd * s) / np.sqrt(1 + (z / s / 3) ** 2)
+        clipped = np.minimum(np.abs(z), 5 * s)
+        return float(np.sqrt(np.mean(clipped**2))), c, covariance
+    r0, _, _ = rms(x[:, :1])
+    r1, c, covariance = rms(x)
+    gain = 2 * len(y) * np.log(max(r0, 1.0) / max(r1, 1.0))
+    k = c[1:]
+    significance = float(np.sqrt(max(k @ np.linalg.pinv(covariance[1:, 1:], hermitian=True) @ k, 0)))
+    return float(gain), k, np.sqrt(np.diag(covariance))[1:], float(np.std(x[:, 1:] @ k)), significance
