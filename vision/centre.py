@@ -28,6 +28,7 @@ _EDGE_SIGMAS = 3.2  # beyond, the Gaussian step is within 0.1 % of its level
 _HUBER = 3.0
 # A slope of the contrast costs a small disc up to half its precision; it is fitted where it shows (1 % of chi^2, 2 dof).
 _SLOPE_CHI2 = 9.2
+_STRUCTURE = 1.3  # residual over pixel noise from which the residual is no longer noise
 _FAST = {"reassoc", "contract", "arcp", "nsz"}  # not "nnan": comparisons with NaN must stay false
 # The Gaussian step and its slope, interpolated linearly (error 4e-6): erfc and exp were two thirds of the time.
 _TABLE_END, _TABLE_PER_UNIT = 6.0, 90.0
@@ -77,7 +78,8 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
 
     `full` false leaves the matrices alone and makes the right-hand sides only; `n_even` 2 holds shape and blur.  `sums`: 0 edge weight, 1 weighted
     squared residual, 2 edge pixels, 3 pixels wanted, 4 pixels inside the picture, 5 clipped edge pixels, 6 inner
-    n, 7 inner squares, 8 outer n, 9 outer squares, 10 squared edge weights (for the effective number of pixels).
+    n, 7 inner squares, 8 outer n, 9 outer squares, 10 squared edge weights (for the effective number of pixels),
+    11 neighbouring flat pixels, 12 squares of their differences.
     """
     if full:
         even[:] = 0.0
@@ -105,6 +107,7 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
     n_wanted = n_seen = 0
     for row in range(math.floor(cv - reach), math.ceil(cv + reach) + 1):
         y = row - cv
+        last_col, last_r = -10, 0.0
         for col in range(math.floor(cu - reach), math.ceil(cu + reach) + 1):
             x = col - cu
             mx = m11 * x + m12 * y
@@ -128,6 +131,10 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
                 k = 6 if f > 0.0 else 8
                 sums[k] += 1.0
                 sums[k + 1] += min(r * r, clip2)
+                if col == last_col + 1:
+                    sums[11] += 1.0
+                    sums[12] += min((r - last_r) ** 2, 2.0 * clip2)
+                last_col, last_r = col, r
                 wr = w * r
                 rhs[0] += wr
                 rhs[1] += f * wr
@@ -327,8 +334,12 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, n_even, even, o
     n_plateau = sums[6] + sums[8]
     plateau = math.sqrt((sums[7] + sums[9]) / max(n_plateau - 6.0, 1.0)) if n_plateau > 20 else edge
     noise = math.sqrt((effective * edge**2 + n_plateau * plateau**2) / (effective + n_plateau))
-    if edge > 1.35 * noise:  # structure, not noise: neighbouring residuals agree, so they average out less
-        noise = edge * edge / noise
+    # Neighbouring pixels differ by noise only; what the model misses (a shadow's edge, glare) they share, and it
+    # does not average out.
+    white = math.sqrt(0.5 * sums[12] / max(sums[11], 1.0)) if sums[11] > 30 else noise
+    structure = max(edge, plateau) / max(white, 0.3)
+    if structure > _STRUCTURE:
+        noise = max(edge, noise) * structure
     p[SD] = math.sqrt(0.5 * inverse_trace * (noise**2 + 1.0 / 144.0) + 4e-7)
     p[NOISE] = plateau
     p[MISFIT] = edge
@@ -361,7 +372,7 @@ def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, saturation=2
     even = np.empty((8, 8))
     odd = np.empty((6, 6))
     rhs = np.empty(14)
-    sums = np.empty(11)
+    sums = np.empty(13)
     for i in range(len(out)):
         _fit_one(image, out[i], max_iterations, tolerance_px, saturation, 2 if hold_shape else 8, even, odd, rhs, sums)
     return out

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from ovines.camera import Camera
-from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, fit_discs
+from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, S11, S22, fit_discs
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
 _MAX_MISFIT = 0.15
@@ -129,6 +129,19 @@ def _robust_pose(layout, xy, use, n, gate, pose):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
+def _same_disc(start, fit):
+    """Whether a fit is the disc it was started on: converged, as large, of the same polarity, its edge described."""
+    if fit[OK] == 0.0 or fit[COVERAGE] < 0.9:
+        return False
+    change = ((start[2] * start[4] - start[3] ** 2) / (fit[2] * fit[4] - fit[3] ** 2)) ** 0.25
+    if abs(change - 1.0) > _FAR_RADIUS or fit[CONTRAST] * start[CONTRAST] < 0.0:
+        return False
+    if max(fit[S11], fit[S22]) > 3.0 * max(start[S11], start[S22]) + 3.0:
+        return False  # a blur that jumps is a shadow's edge taken for the disc's
+    return fit[MISFIT] <= _MAX_MISFIT * abs(fit[CONTRAST]) + 2.0 * fit[NOISE] + 1.0
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, hold_shape, fits, xy, use, n_seen, rms_m):
     """Look for every marker of the active bodies where `pose` puts it.
 
@@ -160,17 +173,21 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
             fits[i, 0], fits[i, 1] = at[0], at[1]
             held = hold_shape and starts[i, MISFIT] < _STALE_SHAPE * starts[i, NOISE] + 0.3
             fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, held)
-            if held and (fits[i, OK] == 0.0 or fits[i, MISFIT] > _STALE_SHAPE * fits[i, NOISE] + 0.3):
+            quiet = _STALE_SHAPE * min(fits[i, NOISE], starts[i, NOISE]) + 0.3
+            if held and (fits[i, OK] == 0.0 or fits[i, MISFIT] > quiet):
                 fits[i] = starts[i]
                 fits[i, 0], fits[i, 1] = at[0], at[1]
                 fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, False)
-            if fits[i, OK] == 0.0 or fits[i, COVERAGE] < 0.9:
-                continue
-            change = ((starts[i, 2] * starts[i, 4] - starts[i, 3] ** 2) / (fits[i, 2] * fits[i, 4] - fits[i, 3] ** 2)) ** 0.25
-            if abs(change - 1.0) > _FAR_RADIUS or fits[i, CONTRAST] * starts[i, CONTRAST] < 0.0:
-                continue
-            if fits[i, MISFIT] > _MAX_MISFIT * abs(fits[i, CONTRAST]) + 2.0 * fits[i, NOISE] + 1.0:
-                continue
+                held = False
+            if not _same_disc(starts[i], fits[i]):
+                if held or fits[i, COVERAGE] < 0.9 or starts[i, OK] == 0.0:
+                    continue
+                # In a shadow's edge the shape fitted freely goes astray: keep the one it had.
+                fits[i] = starts[i]
+                fits[i, 0], fits[i, 1] = at[0], at[1]
+                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, True)
+                if not _same_disc(starts[i], fits[i]):
+                    continue
             use[i] = 1
             du, dv = fits[i, 0] - at[0], fits[i, 1] - at[1]
             det = at[2] * at[5] - at[3] * at[4]
