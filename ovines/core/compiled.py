@@ -14,7 +14,6 @@ from pathlib import Path
 
 from numba import njit
 
-
 CONSTANTS = ("parameters.py", "dop853.py", "compiled.py")  # compiled code holds their numbers
 
 
