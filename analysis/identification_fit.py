@@ -8,7 +8,7 @@ there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,3 +153,11 @@ def fit_contact_law(data: LawData, angle: bool) -> Law | None:
         return Law(float(restitution), scatter, np.nan, np.nan, normal, np.nan, np.nan)
     (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
     return Law(float(restitution), scatter, float(friction), float(np.clip(beta, -1, 1)), normal, tangential, tangential_scatter)
+
+
+def refit_law(rig: RigFit, meetings: NDArray[np.bool_]) -> RigFit:
+    """The contact law once more, on those of the usable impacts that are true for ``meetings`` (K,)."""
+    if not np.any(rig.wall.used & ~meetings):
+        return rig
+    data = law_data(rig.wall.impacts, rig.wall.used & meetings, rig.runs[0].data.radius_m, rig.runs[0].data.inertia_factor)
+    return replace(rig, data=data, law=fit_contact_law(data, rig.angle))

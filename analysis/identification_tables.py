@@ -7,14 +7,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact_law import SPEED_FLOOR_M_PER_S, fit_restitution
+from analysis.flights import FlightFits
+from analysis.identification_chatter import Chain, Merged
 from analysis.identification_fit import RigFit
 from analysis.identification_intervals import Interval, restitution_interval, tangential_intervals
 from analysis.impacts import QUANTITIES
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.6449
-# A meeting this far inside or outside the wall (beyond four of its sd) is no impact on it.
-WALL_TOLERANCE_M = 3e-4
 # sd of a tangential speed from which the disk's angle says nothing about it (m/s).
 UNKNOWN_SPEED_M_PER_S = 10.0
 # Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
@@ -23,25 +23,36 @@ COLUMNS = {"normal_before": "normal_speed_before_m_per_s", "normal_after": "norm
            "tangential_before": "tangential_speed_before_m_per_s", "tangential_after": "tangential_speed_after_m_per_s"}
 
 
-def accepted(rig: RigFit) -> NDArray[np.bool_]:
-    """Which meetings of two flights are impacts on the wall: on its circle, coming in, not going further in."""
-    impacts = rig.wall.impacts
-    off = np.abs(impacts.of("radius") - rig.wall.wall.distance(impacts.azimuth_rad))
-    before, after = impacts.of("normal_before"), impacts.of("normal_after")
-    change = before + after
-    return (off < WALL_TOLERANCE_M + 4 * impacts.sd("radius")) & (before > 0) & (change > 2 * impacts.sd("normal_before"))
-
-
-def impacts_table(rig: RigFit, run: int, law: dict[str, Interval]) -> pd.DataFrame:
-    """Table ``impacts`` of one run.
+def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merged) -> pd.DataFrame:
+    """Table ``impacts`` of one run: the meetings of two flights, and the impacts of its chains.
 
     ``regime`` is what the law of all impacts says of this one; the parameter that it informs stands in its row with the sd of this
-    impact alone, the other is null.  Without an angle everything tangential is null.
+    impact alone, the other is null.  An impact of a chain has time, place and what came before it; what came after it was predicted,
+    not measured on its own: null.  Without an angle everything tangential is null.
     """
-    impacts, meetings = rig.wall.impacts, rig.wall.impacts.meetings
-    chosen = np.flatnonzero(accepted(rig) & (meetings.run == run))
-    chosen = chosen[np.argsort(impacts.of("time")[chosen])]
-    table = pd.DataFrame({"impact": np.arange(len(chosen)), "time_s": impacts.of("time")[chosen], "time_sd_s": impacts.sd("time")[chosen],
+    chosen = np.flatnonzero(merged.meetings & (rig.wall.impacts.meetings.run == run))
+    parts = [_met(rig, chosen, law)] + [_chained(chain) for chain in merged.chains if chain.run == run]
+    table = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True).sort_values("time_s", ignore_index=True)
+    table.insert(0, "impact", np.arange(len(table)))
+    return table
+
+
+def _chained(chain: Chain) -> pd.DataFrame:
+    table = pd.DataFrame({"time_s": chain.of("time"), "time_sd_s": chain.sd("time"), "azimuth_rad": chain.of("azimuth")})
+    for quantity, column in COLUMNS.items():
+        known = quantity.endswith("before")
+        table[column] = chain.of(quantity) if known else np.nan
+        table[column.replace("_m_per_s", "_sd_m_per_s")] = np.hypot(chain.sd(quantity), SPEED_FLOOR_M_PER_S) if known else np.nan
+    table["spin_before_rad_per_s"], table["spin_after_rad_per_s"] = chain.of("spin_before"), np.nan
+    for name in ("restitution", "restitution_sd", "tangential_restitution", "tangential_restitution_sd", "wall_friction", "wall_friction_sd"):
+        table[name] = np.nan
+    table["regime"] = pd.Series([None] * len(table), dtype=object)
+    return table
+
+
+def _met(rig: RigFit, chosen: NDArray[np.int64], law: dict[str, Interval]) -> pd.DataFrame:
+    impacts = rig.wall.impacts
+    table = pd.DataFrame({"time_s": impacts.of("time")[chosen], "time_sd_s": impacts.sd("time")[chosen],
                           "azimuth_rad": impacts.azimuth_rad[chosen]})
     floor = SPEED_FLOOR_M_PER_S
     for quantity, column in COLUMNS.items():
@@ -71,7 +82,7 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval]) -> pd.DataFra
     for name, values, sd, kind in (("tangential_restitution", beta, beta_sd, "stick"), ("wall_friction", friction, friction_sd, "slide")):
         table[name] = np.where(regime == kind, values, np.nan)
         table[f"{name}_sd"] = np.where(regime == kind, sd, np.nan)
-    table["regime"] = regime
+    table["regime"] = pd.Series(list(regime), dtype=object)
     return table
 
 
@@ -175,22 +186,25 @@ def _drive_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
     return [("drive_frequency_hz", mean, spread, mean - NORMAL_90 * spread, mean + NORMAL_90 * spread)]
 
 
-def flights_table(rig: RigFit, run: int) -> pd.DataFrame:
+def flights_table(rig: RigFit, run: int, merged: Merged) -> pd.DataFrame:
     """Table ``flights``: the whole run cut into what each part of it is.
 
-    "flight" (fitted), "rest" (a flight with no motion against the floor), "contact" (sustained, at the wall), "unseen" (the NES hidden for
-    more frames than a flight bridges) and "unresolved" (seen, but no flight could be fitted): the last three are the excluded time.
+    "flight" (fitted), "rest" (a flight with no motion against the floor), "chatter" (hops of a chain, from its first impact to its last),
+    "contact" (sustained, at the wall), "unseen" (the NES hidden for more frames than a flight bridges) and "unresolved" (seen, but no flight
+    could be fitted).  All but the first two are time excluded from the fit of the floor.
     """
     data, fits, segments = rig.runs[run].data, rig.floor.fits[run], rig.runs[run].segments
     if len(data.time_s) == 0:
         return pd.DataFrame({"flight": [], "start_s": [], "end_s": [], "kind": []})
     spans = [(float(data.time_s[f.first]), float(data.time_s[f.last]), _kind(fits, k)) for k, f in enumerate(fits.flights)]
     meetings = rig.wall.impacts.meetings
-    for i in np.flatnonzero(meetings.run == run):
+    for i in np.flatnonzero((meetings.run == run) & merged.meetings):
         k, moment = int(meetings.flight[i]), float(meetings.time_s[i])
         spans[k] = (spans[k][0], moment, spans[k][2])
         spans[k + 1] = (moment, spans[k + 1][1], spans[k + 1][2])
     spans += [(float(data.time_s[a]), float(data.time_s[b]), "contact") for a, b in segments.contact]
+    for first, last in merged.chatter(run):
+        spans = [piece for span in spans for piece in _without(span, first, last)] + [(first, last, "chatter")]
     spans.sort()
     seen = np.isfinite(data.xy_m[:, 0])
     rows, here, end = [], float(data.time_s[0]), float(data.time_s[-1])
@@ -206,7 +220,13 @@ def flights_table(rig: RigFit, run: int) -> pd.DataFrame:
     return table
 
 
-def _kind(fits, k: int) -> str:
+def _without(span: tuple[float, float, str], first: float, last: float) -> list[tuple[float, float, str]]:
+    """What is left of a span outside first..last."""
+    start, end, kind = span
+    return [piece for piece in ((start, min(end, first), kind), (max(start, last), end, kind)) if piece[1] - piece[0] > 1e-9]
+
+
+def _kind(fits: FlightFits, k: int) -> str:
     flight, run = fits.flights[k], fits.run
     times = run.time_s[[flight.first, flight.last]]
     states, _ = fits.propagate(k, times)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from analysis.identification_fit import RigFit, fit_rig
+from analysis.identification_chatter import accepted, find_chains, merge
+from analysis.identification_fit import RigFit, fit_rig, refit_law
 from analysis.identification_tables import flights_table, identification_table, impacts_table, law_intervals
 from analysis.runs import prepare
 from ovines.recording import Recording
@@ -39,9 +40,12 @@ def identify_series(motions: Sequence[pd.DataFrame], recordings: Sequence[Record
     runs = prepare(motions, recordings)
     model = recordings[0].model
     rig = fit_rig(runs, model.effects if model else None)
+    meetings = accepted(rig)
+    merged = merge(rig, find_chains(rig, meetings), meetings)
+    rig = refit_law(rig, merged.meetings)
     law = law_intervals(rig)
     joint = checked(identification_table(rig, law), "identification")
     return joint, [
-        Identified(joint, checked(impacts_table(rig, k, law), "impacts"), checked(flights_table(rig, k), "flights"), rig.notes, rig)
+        Identified(joint, checked(impacts_table(rig, k, law, merged), "impacts"), checked(flights_table(rig, k, merged), "flights"), rig.notes, rig)
         for k in range(len(runs))
     ]
