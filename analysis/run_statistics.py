@@ -18,6 +18,8 @@ from ovines.core import Scenario, simulate
 Array = NDArray[np.float64]
 # Impacts below this drown in measured noise, and chatter has infinitely many: statistics count the others.
 COUNTED_SPEED_M_PER_S = 0.1
+# A flight of fewer frames gives no velocity worth the name.
+APART_FRAMES = 5
 
 
 def run_statistics(
@@ -41,9 +43,9 @@ def run_statistics(
         return pd.DataFrame(columns=["quantity", "measured", "simulated", "low", "high", "p", "ks"]), {}
     start_s, state = start
     duration = float(motion["time_s"].max()) - start_s
-    counted = impacts[
-        (impacts["time_s"] > start_s) & (impacts["normal_speed_before_m_per_s"] > COUNTED_SPEED_M_PER_S)
-    ]
+    rate = 1 / float(np.median(np.diff(motion["time_s"])))
+    later = impacts[impacts["time_s"] > start_s]
+    counted = later[_resolved(later["time_s"], later["normal_speed_before_m_per_s"], rate)]
     measured = _quantities(
         counted["normal_speed_before_m_per_s"],
         counted["azimuth_rad"],
@@ -52,7 +54,6 @@ def run_statistics(
     )
     copies = []
     drive = replace(scenario.host, drive=harmonics_from(host_motion, start_s))
-    rate = 1 / float(np.median(np.diff(motion["time_s"])))
     for _ in range(runs):
         scattered = np.array(state) + rng.normal(0, 1, 6) * (2e-5, 2e-5, 5e-3, 5e-3, 0.0, 0.5)
         result = simulate(
@@ -60,7 +61,8 @@ def run_statistics(
                 scenario, host=drive, initial_nes=tuple(scattered), duration_s=duration, sample_rate_hz=rate
             )
         )
-        hit = result.impacts[result.impacts["normal_speed_before_m_per_s"] > COUNTED_SPEED_M_PER_S]
+        hit = result.impacts
+        hit = hit[_resolved(hit["time_s"], hit["normal_speed_before_m_per_s"], rate)]
         copies.append(
             _quantities(
                 hit["normal_speed_before_m_per_s"],
@@ -94,6 +96,16 @@ def run_statistics(
     return pd.DataFrame(
         rows, columns=["quantity", "measured", "simulated", "low", "high", "p", "ks"]
     ), samples
+
+
+def _resolved(time_s: Array, normal_speed_m_per_s: Array, rate_hz: float) -> NDArray[np.bool_]:
+    """Which impacts a camera of this rate can tell: fast enough, ``APART_FRAMES`` from their neighbours.
+
+    Both sides are counted alike; otherwise simulated chatter, which no measurement resolves, would be a gap.
+    """
+    times = np.concatenate([[-np.inf], np.asarray(time_s, float), [np.inf]])
+    apart = np.minimum(np.diff(times)[:-1], np.diff(times)[1:]) >= APART_FRAMES / rate_hz
+    return apart & (np.asarray(normal_speed_m_per_s, float) > COUNTED_SPEED_M_PER_S)
 
 
 def _quantities(speeds: Array, azimuths: Array, rate_per_s: float, energies: Array) -> dict[str, Array]:

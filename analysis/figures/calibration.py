@@ -19,8 +19,7 @@ def view_errors(views: pd.DataFrame) -> Figure:
         rms = table["rms_px"].to_numpy(float)
         ax.bar(np.flatnonzero(used), rms[used], color=BLUE, label="used")
         ax.bar(np.flatnonzero(~used), rms[~used], fill=False, edgecolor=RED, hatch="//", label="dropped")
-        ax.set_title(camera, fontsize=9, loc="left", fontweight="bold", parse_math=False)
-        label(ax, "view", "RMS error (px)" if ax is axes[0, 0] else "")
+        label(ax, "view", "RMS error (px)" if ax is axes[0, 0] else "", camera, math=False)
         legend(ax)
     return figure
 

@@ -83,8 +83,7 @@ def tracks_over_frame(
                 parse_math=False,
             )
         ax.set(xlim=view[:2], ylim=(view[3], view[2]), aspect="equal")
-        label(ax, "u (px)", "v (px)")
-        ax.set_title(camera, fontsize=FONT_PT, loc="left", fontweight="bold", parse_math=False)
+        label(ax, "u (px)", "v (px)", camera, math=False)
     return figure
 
 
@@ -135,8 +134,8 @@ def coordinates(points: pd.DataFrame, markers: Sequence[str], columns: int = 3) 
                 value = value - np.nanmedian(value) if np.isfinite(value).any() else value
             t, value = thinned(time_s, value, points=500)
             ax.plot(t, value, color=colour, lw=0.9, ls=LINE_STYLES[k], label=axis)
-        label(ax, x="time (s)" if i + columns >= len(markers) else "", y="mm" if i % columns == 0 else "")
-        ax.set_title(marker, fontsize=FONT_PT, loc="left", fontweight="bold", parse_math=False)
+        last, first = i + columns >= len(markers), i % columns == 0
+        label(ax, "time (s)" if last else "", "mm" if first else "", marker, math=False)
         ax.locator_params(axis="both", nbins=4)
     for ax in axes.flat[len(markers) :]:
         ax.set_visible(False)
@@ -193,17 +192,10 @@ def host_distances(points: pd.DataFrame, markers: Sequence[str]) -> Figure:
         t, shown = thinned(time_s, distance - middle, points=500)
         ax.plot(t, shown, color=CYCLE[0], lw=0.7)
         ax.axhspan(-scatter, scatter, color=CYCLE[4], alpha=0.25, lw=0)
-        ax.set_title(
-            f"{markers[i]}–{markers[j]}: {middle:.2f} mm, sd {scatter:.3f} mm",
-            fontsize=FONT_PT - 1,
-            loc="left",
-            parse_math=False,
-        )
-        label(
-            ax,
-            x="time (s)" if n + columns >= len(pairs) else "",
-            y="deviation (mm)" if n % columns == 0 else "",
-        )
+        title = f"{markers[i]}–{markers[j]}: {middle:.2f} mm, sd {scatter:.3f}"
+        last, first = n + columns >= len(pairs), n % columns == 0
+        label(ax, "time (s)" if last else "", "deviation (mm)" if first else "", title, math=False)
+        ax.locator_params(axis="both", nbins=4)
     limits = robust_limits(np.concatenate(everything)) if everything else None
     if limits:
         axes.flat[0].set_ylim(*limits)

@@ -37,6 +37,8 @@ def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, f
         for end, marker in (("low", "^"), ("high", "v")):
             bound = scale * tests[f"{name}_{end}"].to_numpy(float)
             alone = ~np.isfinite(value) & np.isfinite(bound)
+            if not alone.any():
+                continue
             ax.plot(
                 number[alone],
                 bound[alone],

@@ -73,7 +73,7 @@ def comparison_page(comparison: Comparison) -> Page:
     section.add_figure(
         "run_distributions",
         run_distributions(comparison.samples),
-        f"Cumulative distributions; impacts above {COUNTED_SPEED_M_PER_S} m/s.",
+        f"Cumulative distributions; impacts above {COUNTED_SPEED_M_PER_S} m/s and five frames from the next.",
         "Distributions of impact rate, speed, energy and azimuth.",
     )
     section.add_table(

@@ -111,7 +111,7 @@ class Results:
 
     @cached_property
     def close_map(self) -> ErrorMap | None:
-        """The joint map again on ever finer grids around its 90 % region, until that fills a fair part of it."""
+        """The joint map again on ever finer grids around its 90 % region, until it fills a fair part."""
         close, here = None, self.joint_map
         for _ in range(5):
             grids = None if here is None else here.close_up()

@@ -125,14 +125,14 @@ def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | Non
     section.add_table(
         (
             "test",
-            "frequency",
-            "level",
+            "drive",
             "NES seen",
             "impacts",
-            *(f"{quantity(p).title} {quantity(p).symbol}" for p in PRINCIPAL),
+            *(quantity(p).symbol for p in PRINCIPAL),
         ),
         [_test_row(row) for _, row in tests.iterrows()],
-        "As the thesis' Tables 18 and 20.",
+        "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
+        "μ_s floor friction.",
     )
     return page
 
@@ -199,8 +199,7 @@ def _test_row(row: pd.Series) -> tuple[str, ...]:
             cells.append(interval(row[f"{name}_low"], row[f"{name}_high"]))
     return (
         str(row["test"]),
-        with_unit(row["frequency_hz"], "Hz"),
-        with_unit(row["acceleration_g"], "g", 2),
+        f"{with_unit(row['frequency_hz'], 'Hz')}, {with_unit(row['acceleration_g'], 'g', 2)}",
         percent(row["seen"]),
         MISSING if not np.isfinite(row["impacts"]) else str(int(row["impacts"])),
         *cells,
