@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from analysis.figures.style import BLACK, BLUE, GREY, ORANGE, label, legend, new_figure
+from analysis.figures.style import BLACK, BLUE, FONT_PT, GREY, ORANGE, label, new_figure
 from analysis.series_trend import weighted_trend
 
 
@@ -16,15 +16,15 @@ def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, f
     """Each parameter over the tests with sd, its weighted mean and straight trend; bounds as arrows.
 
     ``tests``: one row per recording with ``<name>``, ``<name>_sd``, ``<name>_low``, ``<name>_high``;
-    ``parameters``: (name, axis label, scale).
+    ``parameters``: (name, title, scale).
     """
     columns = 2 if len(parameters) > 1 else 1
     rows = -(-len(parameters) // columns)
     figure, axes = new_figure(
         rows,
         columns,
-        height_in=0.7 + 1.9 * rows,
-        margins_in=(0.72, 0.12, 0.46, 0.3),
+        height_in=0.95 + 1.9 * rows,
+        margins_in=(0.72, 0.12, 0.46, 0.55),
         gap_in=(0.75, 0.35),
         sharex=True,
     )
@@ -60,9 +60,14 @@ def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, f
                     ls="--",
                     label="trend",
                 )
-        label(ax, x="test" if n + columns >= len(parameters) else "", y=text)
+        label(ax, x="test" if n + columns >= len(parameters) else "", title=text)
         ax.locator_params(axis="x", integer=True)
     for ax in axes.flat[len(parameters) :]:
         ax.set_visible(False)
-    legend(axes[0, 0], loc="lower left", bbox_to_anchor=(0, 1.0))
+    named = {
+        text: handle for ax in axes.flat for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(named.values()), list(named), loc="upper right", ncols=5, frameon=False, fontsize=FONT_PT - 1
+    )
     return figure

@@ -92,6 +92,7 @@ def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | Non
             "Joint maximum likelihood over all impacts and tests.",
             (0, 1),
         )
+    section.add_text(_in_words(trends, len(tests)))
     section.add_table(
         (
             "parameter",
@@ -108,7 +109,7 @@ def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | Non
         (0, 1),
     )
     shown = [
-        (p, f"{quantity(p).title.lower()}", 1.0)
+        (p, quantity(p).title, 1.0)
         for p in PRINCIPAL
         if np.isfinite(tests[[p, f"{p}_low", f"{p}_high"]].to_numpy()).any()
     ]
@@ -176,6 +177,24 @@ def _add_verdict(
     )
     if not page.actions:
         page.actions.append("Nothing has to be done.")
+
+
+def _in_words(trends: dict[str, Trend], tests: int) -> str:
+    """One paragraph: each parameter's mean, whether the tests agree on it, and whether it drifts."""
+    sentences = []
+    for name, trend in trends.items():
+        mean = value_with_sd(trend.mean, trend.mean_sd)
+        agree = "agree within their sd" if trend.p_scatter > TREND_P else "scatter more than their sd explain"
+        drift = "no trend is seen"
+        if trend.p_slope < TREND_P:
+            drift = f"it changes by {value_with_sd(trend.slope, trend.slope_sd)} per test"
+        elif not np.isfinite(trend.p_slope):
+            drift = "two tests show no trend"
+        sentences.append(
+            f"{quantity(name).title} {quantity(name).symbol} = {mean}: {trend.n} of {tests} tests determine "
+            f"it and {agree}; {drift}."
+        )
+    return " ".join(sentences) or "No parameter was determined by two or more tests."
 
 
 def _trend_row(name: str, trend: Trend) -> tuple[str, ...]:

@@ -295,6 +295,8 @@ def test_a_drift_is_named(tmp_path):
             )
     page = write_series_report(tmp_path / "results", recordings, "s").read_text(encoding="utf-8")
     assert "Restitution changes by −0.0200" in page
+    assert "6 of 6 tests determine it and scatter more than their sd explain; it changes by" in page
+    assert "6 of 6 tests determine it and agree within their sd; no trend is seen." in page
     assert "Floor friction changes" not in page
 
 
