@@ -96,13 +96,23 @@ SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
 
 def restitution_design(data: LawData, names: Sequence[str]) -> Array:
     """Columns of restitution for a model with the effects ``names``: constant, falling with speed, with direction."""
-    columns = [np.ones(len(data))]
+    scale = best_speed_scale(data) if "speed_dependent_restitution" in names else 1.0
+    return restitution_columns(data.before, data.azimuth_rad, names, scale)
+
+
+def restitution_columns(before: Array, azimuth: Array, names: Sequence[str], scale: float) -> Array:
+    """As :func:`restitution_design`, at given approach speeds (K,), azimuths (K,) and speed scale (m/s)."""
+    columns = [np.ones(len(before))]
     if "speed_dependent_restitution" in names:
-        scale = best_speed_scale(data)
-        columns.append(np.exp(-data.before / scale))
+        columns.append(np.exp(-before / scale))
     if "direction_dependent_restitution" in names:
-        columns += [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)]
+        columns += [np.cos(azimuth), np.sin(azimuth)]
     return np.column_stack(columns)
+
+
+def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
+    """The contact law's view of a wall fit, with disk and inertia of ``impacts``."""
+    return law_data(wall.impacts, wall.used, impacts.meetings.radius_m, impacts.data.inertia_factor)
 
 
 def best_speed_scale(data: LawData) -> float:

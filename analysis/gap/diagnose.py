@@ -1,0 +1,208 @@
+"""From the ladder to the answer: verdict, equivalent set, parameters with intervals, how far the gap shrinks, what would have been seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.gap import predict
+from analysis.gap.ahead import through_impacts
+from analysis.gap.detectable import detectable_sizes
+from analysis.gap.flight_stage import FlightFit
+from analysis.gap.impact_stage import restitution_design
+from analysis.gap.ladder import LEFT_OVER, Cause, Ladder, climb
+from analysis.gap.series import Series
+from analysis.gap.words import CONFUSABLE, NEXT_TEST, NONE_TEST, unknown_test
+
+Array = NDArray[np.float64]
+NORMAL_90 = 1.645
+# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
+EQUIVALENT = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures show."""
+
+    summary: dict[str, Any]
+    predictions: pd.DataFrame
+    ladder: Ladder
+    errors: dict[str, predict.Errors | None]
+
+
+def diagnose(series: Series, rng: np.random.Generator) -> Diagnosis:
+    """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``)."""
+    ladder = climb(series)
+    verdict, causes = decide(ladder)
+    errors, table = _how_far(ladder, causes if verdict == "effect" else ())
+    gap = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
+    kind = "impact" if causes and causes[0].stage in ("impact", "geometry") and causes[0].effect != "centre_marker_offset" else "flight"
+    value, low, high = predict.shrinkage(*(getattr(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor")), rng) \
+        if verdict == "effect" else (0.0, 0.0, 0.0)
+    gap |= {"shrinkage": value, "shrinkage_low": low, "shrinkage_high": high, "shrinkage_of": "impact_m_per_s" if kind == "impact" else "flight_m"}
+    stage = causes[0].stage if verdict == "effect" else (ladder.structure[0].stage if verdict == "unknown" else None)
+    summary = {
+        "format": 1, "verdict": verdict, "effects": [c.effect for c in causes] if verdict == "effect" else [],
+        "equivalent": _equivalent(ladder, causes) if verdict == "effect" else [], "stage": stage,
+        "probabilities": _probabilities(ladder, verdict, causes),
+        "parameters": {c.effect: {n: _interval(v) for n, v in c.parameters.items()} for c in causes} if verdict == "effect" else {},
+        "where": _where(ladder, causes, verdict), "gap": gap, "detectable": detectable_sizes(ladder),
+        "next_test": _next_test(ladder, verdict, causes),
+        "goes_with": [{"stage": s.stage, "phase": s.phase, "coordinate": s.coordinate, "goes_with": s.goes_with,
+                       "times_negligible": s.strength} for s in ladder.structure] if verdict == "unknown" else [],
+        "nominal": _nominal_shift(ladder), "time": time_shares(ladder),
+    }
+    return Diagnosis(summary, table, ladder, errors)
+
+
+def decide(ladder: Ladder) -> tuple[str, tuple[Cause, ...]]:
+    """Verdict and the named causes, two at most, stronger first."""
+    strongest = max((c.strength for c in ladder.causes), default=0.0)
+    structure = max((s.strength for s in ladder.structure), default=0.0)
+    if ladder.structure and structure > LEFT_OVER * strongest:
+        return "unknown", ()
+    if not ladder.causes:
+        return "none", ()
+    return "effect", ladder.causes[:2]
+
+
+def _interval(value_sd: tuple[float, float]) -> dict[str, float]:
+    value, sd = value_sd
+    return {"value": value, "low": value - NORMAL_90 * sd, "high": value + NORMAL_90 * sd}
+
+
+def _equivalent(ladder: Ladder, causes: tuple[Cause, ...]) -> list[str]:
+    names = [c.effect for c in causes]
+    for cause in causes:
+        mine = next((g for g in ladder.flight_gains if g.term.name == cause.effect), None)
+        for rival in ladder.flight_gains:
+            if mine and rival.term.name in CONFUSABLE.get(cause.effect, ()) and mine.held_out - rival.held_out < EQUIVALENT:
+                names.append(rival.term.name)
+    return list(dict.fromkeys(names))
+
+
+def _probabilities(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> dict[str, float]:
+    """Softmax of capped evidence over named effects, none and unknown: a ranking, calibrated only as far as the blind trial says."""
+    score = {"none": 6.0 if verdict == "none" else 0.0, "unknown": 6.0 if verdict == "unknown" else 0.5}
+    for cause in ladder.causes:
+        score[cause.effect] = 4.0 + np.log1p(cause.strength) if cause in causes else 1.5
+    if verdict == "effect" and causes:
+        score[causes[0].effect] += 1.5
+    for gain in ladder.flight_gains:
+        score.setdefault(gain.term.name, -2.0)
+    for gain in ladder.impact_gains:
+        score.setdefault(gain.name, -2.0)
+    values = np.exp(np.array(list(score.values())) - max(score.values()))
+    return {k: float(round(v, 4)) for k, v in zip(score, values / values.sum(), strict=True)}
+
+
+def _where(ladder: Ladder, causes: tuple[Cause, ...], verdict: str) -> list[dict[str, Any]]:
+    items = [(c.stage, c.phase, c.coordinate, c.strength) for c in causes] if verdict == "effect" else \
+        [(s.stage, s.phase, s.coordinate, s.strength) for s in ladder.structure] if verdict == "unknown" else []
+    merged: dict[tuple[str, str, str], float] = {}
+    for stage, phase, coordinate, strength in items:
+        key = (stage, phase, coordinate)
+        merged[key] = max(merged.get(key, 0.0), strength**2)
+    total = sum(merged.values()) or 1.0
+    return [{"stage": k[0], "phase": k[1], "coordinate": k[2], "excess": round(v / total, 4)}
+            for k, v in sorted(merged.items(), key=lambda item: -item[1])]
+
+
+def _next_test(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> str:
+    if verdict == "effect":
+        return NEXT_TEST[causes[0].effect]
+    if verdict == "unknown":
+        return unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with)
+    return NONE_TEST
+
+
+def _nominal_shift(ladder: Ladder) -> dict[str, Any]:
+    """Nominal parameters as given, recalibrated, and with the effect: recalibration can hide a gap by bending them."""
+    model = ladder.series.recordings[0].model
+    out: dict[str, Any] = {"floor_friction": {"as_given": model.floor_friction if model else None,
+                                              "recalibrated": predict.friction_of(ladder.nominal.model),
+                                              "with_effect": predict.friction_of(ladder.flight.model)}}
+    if ladder.impacts is not None:
+        for name in ("restitution", "wall_friction", "tangential_restitution"):
+            out[name] = {"as_given": getattr(model, name, None) if model else None,
+                         "recalibrated": getattr(ladder.impacts_nominal.law, name), "with_effect": getattr(ladder.impacts.law, name)}
+        out["restitution_scatter"] = {"as_given": None, "recalibrated": ladder.impacts_nominal.law.scatter,
+                                      "with_effect": _scatter(ladder)}
+    return out
+
+
+def _scatter(ladder: Ladder) -> float:
+    from analysis.contact_law import fit_restitution
+
+    return float(fit_restitution(ladder.impacts.data, restitution_design(ladder.impacts.data, ladder.restitution_terms))[2])
+
+
+def time_shares(ladder: Ladder) -> dict[str, float]:
+    """Seconds of the series in free flight, sustained contact and left out (too short, unseen, or a flight that nothing fits)."""
+    flight = contact = total = 0.0
+    for run in ladder.series.runs:
+        t = run.data.time_s
+        period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+        total += t[-1] - t[0] + period
+        flight += sum(t[f.last] - t[f.first] + period for f in run.flights)
+        contact += sum(t[b] - t[a] + period for a, b in run.segments.contact)
+    return {"free_flight_s": float(flight), "sustained_contact_s": float(contact), "left_out_s": float(max(total - flight - contact, 0.0))}
+
+
+def _how_far(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[dict[str, predict.Errors | None], pd.DataFrame]:
+    """Errors of the four rungs and the predictions' table, all on runs held out of the fits behind them."""
+    runs = ladder.series.runs
+    model = ladder.series.recordings[0].model
+    effects = list(model.effects) if model else []
+    given = predict.given_model(effects, model.floor_friction) if model else None
+    nominal = _paths(runs, ladder.nominal)
+    final = _paths(runs, ladder.flight) if ladder.flight is not ladder.nominal else nominal
+    as_given = _given_paths(runs, given, ladder) if given is not None else None
+    floor = [predict.free_paths(run) for run in runs]
+    impact_run = ladder.impacts.data.run if ladder.impacts is not None else None
+    hits: dict[str, tuple[Array, Array] | None] = dict.fromkeys(("as_given", "recalibrated", "with_effect", "noise_floor"))
+    runs_of = {k: impact_run for k in hits}
+    if ladder.impacts is not None:
+        hits["recalibrated"] = predict.predicted_impacts(ladder.impacts_nominal, ())
+        runs_of["recalibrated"] = ladder.impacts_nominal.data.run
+        hits["with_effect"] = predict.predicted_impacts(ladder.impacts, ladder.restitution_terms)
+        hits["noise_floor"] = _impact_floor(ladder)
+        if model and None not in (model.restitution, model.wall_friction, model.tangential_restitution):
+            hits["as_given"] = predict.predicted_impacts(ladder.impacts_nominal, (), np.array([model.restitution]),
+                                                         (model.wall_friction, model.tangential_restitution))
+            runs_of["as_given"] = ladder.impacts_nominal.data.run
+    errors: dict[str, predict.Errors | None] = {}
+    for name, paths in (("as_given", as_given), ("recalibrated", nominal), ("with_effect", final), ("noise_floor", floor)):
+        hit = hits[name]
+        errors[name] = None if paths is None else predict.errors_of(runs, paths, hit[0] if hit else None, hit[1] if hit else None, runs_of[name])
+    columns = {"as_given": as_given, "recalibrated": nominal, "with_effect": final}
+    if causes and causes[0].stage in ("impact", "geometry") and ladder.impacts is not None and causes[0].effect != "centre_marker_offset":
+        columns["as_given"] = None
+        columns["recalibrated"] = through_impacts(runs, ladder.flight.fits, ladder.impacts_nominal, (), finite=False)
+        columns["with_effect"] = through_impacts(runs, ladder.flight.fits, ladder.impacts, ladder.restitution_terms, finite=ladder.finite)
+    return errors, predict.table(runs, columns)
+
+
+def _paths(runs, fitted: FlightFit) -> list[Array]:
+    models = predict.held_out_models(fitted, len(runs))
+    return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, models), strict=True)]
+
+
+def _given_paths(runs, given, ladder: Ladder) -> list[Array]:
+    from dataclasses import replace
+    model = replace(given, origin_m=ladder.nominal.model.origin_m)
+    return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, [model] * len(runs)), strict=True)]
+
+
+def _impact_floor(ladder: Ladder) -> tuple[Array, Array]:
+    """What no law can predict: noise of the measured velocities and the scatter of restitution from impact to impact."""
+    data, scatter = ladder.impacts.data, _scatter(ladder)
+    normal = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)
+    spin = data.angular_sd / (data.inertia_factor * ladder.impacts.meetings.radius_m)
+    return np.column_stack([normal, data.tangential_sd]), spin
+
+
