@@ -73,12 +73,12 @@ def _solve(a, b, first, n):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=_FAST)
-def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, sums):
+def _normal_equations(image, p, clip, full, n_even, even, odd, rhs, sums):
     """Accumulate the Gauss-Newton normal equations over the disc's window.
 
-    `full` false leaves the matrices alone and makes the right-hand sides only; `n_even` 2 holds shape and blur.  `sums`: 0 edge weight, 1 weighted
-    squared residual, 2 edge pixels, 3 pixels wanted, 4 pixels inside the picture, 5 clipped edge pixels, 6 inner
-    n, 7 inner squares, 8 outer n, 9 outer squares, 10 squared edge weights (for the effective number of pixels),
+    `full` false leaves the matrices alone and makes the right-hand sides only; `n_even` 2 holds shape and blur.  `sums`: 1 edge
+    squares, 2 edge pixels, 3 pixels wanted, 4 pixels inside the picture, 5 clipped edge pixels, 6 inner
+    n, 7 inner squares, 8 outer n, 9 outer squares,
     11 neighbouring flat pixels, 12 squares of their differences.
     """
     if full:
@@ -125,8 +125,6 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
             if q2 < q_in2 or q2 > q_edge2:
                 f = 1.0 if q2 < q_in2 else 0.0
                 r = value - base - f * contrast
-                if value >= saturation and r < 0.0:
-                    continue
                 w = 1.0 if abs(r) < clip else clip / abs(r)
                 k = 6 if f > 0.0 else 8
                 sums[k] += 1.0
@@ -170,8 +168,6 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
             part = place - cell
             step = _STEP[cell] + part * (_STEP[cell + 1] - _STEP[cell])
             r = value - base - contrast * step
-            if value >= saturation and r < 0.0:
-                continue
             w = 1.0 if abs(r) < clip else clip / abs(r)
             g = contrast * (_BELL[cell] + part * (_BELL[cell + 1] - _BELL[cell])) * inverse_s
             jo[0] = g * nx
@@ -185,10 +181,7 @@ def _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, 
                 rhs[8 + i] += wr * jo[i]
             je[0] = 1.0
             je[1] = step
-            g2 = g * g
-            sums[0] += g2
-            sums[1] += g2 * min(r * r, clip2)
-            sums[10] += g2 * g2
+            sums[1] += min(r * r, clip2)
             sums[2] += 1.0
             if w < 1.0:
                 sums[5] += 1.0
@@ -285,7 +278,7 @@ def _believable(p, r0, start_u, start_v):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _fit_one(image, p, max_iterations, tolerance_px, saturation, n_even, even, odd, rhs, sums):
+def _fit_one(image, p, max_iterations, tolerance_px, n_even, even, odd, rhs, sums):
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
     start_u, start_v = p[0], p[1]
     r0 = max(p[2] * p[4] - p[3] * p[3], 1e-12) ** -0.25
@@ -294,13 +287,16 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, n_even, even, o
     p[OK] = 0.0
     n_odd = 6 if p[CONTRAST_U] != 0.0 or p[CONTRAST_V] != 0.0 else 4
     before = 1e9
+    settled = 0
+    gain = 0.0
+    gradient = np.empty(14)
     for iteration in range(max_iterations):
-        _normal_equations(image, p, clip, saturation, full, n_even, even, odd, rhs, sums)
+        _normal_equations(image, p, clip, full, n_even, even, odd, rhs, sums)
         if sums[4] < 0.8 * sums[3] or sums[2] < 12:
             return
         # The noise for clipping: the edge's residual counts only once the model has settled.
         plateau = math.sqrt((sums[7] + sums[9] + 1e-3) / (sums[6] + sums[8] + 1e-3))
-        edge = math.sqrt(sums[1] / (sums[0] + 1e-30))
+        edge = math.sqrt(sums[1] / sums[2])
         clip = _HUBER * max(0.3, plateau if iteration > 0 and edge < 2.0 * plateau else max(edge, plateau))
         if full:
             for i in range(n_even):
@@ -309,31 +305,41 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, n_even, even, o
                 even[i, i] += 1e-4 * even[i, i] + 1e-9
             if not _factor(even, n_even) or not _factor(odd, 6):
                 return
+        gradient[:] = rhs
         _solve(even, rhs, 0, n_even)
         slope_test = _solve_odd(odd, rhs, n_odd)
+        gain = 0.0
+        for i in range(14):
+            if i < n_even or i >= 8:
+                gain += gradient[i] * rhs[i]
         length = _apply_step(p, rhs, r0)
         if not _believable(p, r0, start_u, start_v):
             return
         change = max(abs(rhs[2]), abs(rhs[3]), abs(rhs[4])) / max(p[2], p[4])
         blur_change = max(abs(rhs[5]), abs(rhs[6]), abs(rhs[7])) / max(p[5], p[7])
-        # Steps shrink about geometrically: stop when the next one would not matter.
-        if iteration > 0 and length * min(1.0, length / before) < tolerance_px and change < 0.02 and blur_change < 0.2:
+        # Steps shrink about geometrically: stop when all those to come together would not matter.
+        ratio = min(length / before, 0.95)
+        left = length * ratio / (1.0 - ratio)
+        full = length > 0.4 or ratio > 0.4 or change > 0.05 or blur_change > 0.2  # nearer, the old matrices serve
+        before = length
+        if iteration > settled and left < tolerance_px and change < 0.02 and blur_change < 0.2:
             if n_odd == 6 or slope_test < _SLOPE_CHI2 * (plateau * plateau + 0.1):
                 break
             n_odd = 6
-        before = length
-        full = length > 0.4 or change > 0.05 or blur_change > 0.2  # nearer, the old matrices converge as fast
+            full = True
+            settled = iteration + 1
     inverse_trace = 0.0
     for k in range(2):
         rhs[8:] = 0.0
         rhs[8 + k] = 1.0
         _solve(odd, rhs, 8, n_odd)
         inverse_trace += rhs[8 + k]
-    effective = sums[0] * sums[0] / (sums[10] + 1e-30)
-    edge = math.sqrt(sums[1] / (sums[0] + 1e-30) / max(1.0 - _FIT_FREEDOM / effective, 0.2))
+    # The sums are those before the last step, which took this much off them.
+    squares = max(sums[1] - gain, 0.1 * sums[1])
+    edge = math.sqrt(squares / max(sums[2] - _FIT_FREEDOM, 0.3 * sums[2]))
     n_plateau = sums[6] + sums[8]
     plateau = math.sqrt((sums[7] + sums[9]) / max(n_plateau - 6.0, 1.0)) if n_plateau > 20 else edge
-    noise = math.sqrt((effective * edge**2 + n_plateau * plateau**2) / (effective + n_plateau))
+    noise = math.sqrt((sums[2] * edge**2 + n_plateau * plateau**2) / (sums[2] + n_plateau))
     # Neighbouring pixels differ by noise only; what the model misses (a shadow's edge, glare) they share, and it
     # does not average out.
     white = math.sqrt(0.5 * sums[12] / max(sums[11], 1.0)) if sums[11] > 30 else noise
@@ -349,7 +355,7 @@ def _fit_one(image, p, max_iterations, tolerance_px, saturation, n_even, even, o
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, saturation=255.0, hold_shape=False):
+def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, hold_shape=False):
     """Fit every disc of `starts` in one picture.
 
     Parameters
@@ -357,7 +363,6 @@ def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, saturation=2
     image : (h, w) uint8 or uint16, C-contiguous
     starts : (n, 20) rows as `disc_start` makes them, or the rows of the frame before
     max_iterations, tolerance_px : stop when the centre's step falls below the tolerance
-    saturation : grey level at which the sensor clips; a clipped pixel below its model says nothing
     hold_shape : take shape and blur from the start and fit position and levels only: half the time, and as
         precise, because shape and blur keep their sign under reflection and position does not
 
@@ -374,7 +379,7 @@ def fit_discs(image, starts, max_iterations=12, tolerance_px=0.003, saturation=2
     rhs = np.empty(14)
     sums = np.empty(13)
     for i in range(len(out)):
-        _fit_one(image, out[i], max_iterations, tolerance_px, saturation, 2 if hold_shape else 8, even, odd, rhs, sums)
+        _fit_one(image, out[i], max_iterations, tolerance_px, 2 if hold_shape else 8, even, odd, rhs, sums)
     return out
 
 

@@ -38,13 +38,8 @@ def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = Non
         return np.empty((0, N_FIT))
     starts = np.array([disc_start(seed[0] + u0, seed[1] + v0, seed[2], a, c)
                        for seed, a, c in zip(seeds, level, contrast, strict=True)])
-    fits = fit_discs(image, starts, 15, 0.01, saturation_of(image))
+    fits = fit_discs(image, starts, 15, 0.01)
     return _distinct(fits[disc_like(fits)])
-
-
-def saturation_of(image: np.ndarray) -> float:
-    """Grey level at which the sensor clips: full scale of 8 bit; unknown (none) in 16 bit."""
-    return 255.0 if image.dtype == np.uint8 else 65535.0
 
 
 def disc_like(fits: np.ndarray) -> np.ndarray:

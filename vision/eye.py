@@ -9,7 +9,7 @@ import numpy as np
 
 from ovines.camera import Camera
 from vision.centre import N_FIT, U, V, on_plane
-from vision.detect import find_discs, saturation_of
+from vision.detect import find_discs
 from vision.follow import empty_fits, follow, packed
 from vision.identity import Match, match_layout, place, wrapped
 
@@ -90,7 +90,7 @@ class Eye:
 
     def _follow(self, image: np.ndarray, active: np.ndarray) -> None:
         follow(image, self.packed, self.place_m, self.layout.first, active, self.found, self.gate_m(), self.starts,
-               saturation_of(image), self.hold_shape, self.fits, self.xy, self.use, self.n_seen, self.rms_m)
+               self.hold_shape, self.fits, self.xy, self.use, self.n_seen, self.rms_m)
 
     def good(self, body: int, frame: int) -> bool:
         """Whether what was found is the body, where it can be."""

@@ -142,7 +142,7 @@ def _same_disc(start, fit):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, hold_shape, fits, xy, use, n_seen, rms_m):
+def follow(image, cam, layout, first, active, pose, gate_m, starts, hold_shape, fits, xy, use, n_seen, rms_m):
     """Look for every marker of the active bodies where `pose` puts it.
 
     Parameters
@@ -172,12 +172,12 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
             fits[i] = starts[i]
             fits[i, 0], fits[i, 1] = at[0], at[1]
             held = hold_shape and starts[i, MISFIT] < _STALE_SHAPE * starts[i, NOISE] + 0.3
-            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, held)
+            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, held)
             quiet = _STALE_SHAPE * min(fits[i, NOISE], starts[i, NOISE]) + 0.3
             if held and (fits[i, OK] == 0.0 or fits[i, MISFIT] > quiet):
                 fits[i] = starts[i]
                 fits[i, 0], fits[i, 1] = at[0], at[1]
-                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, False)
+                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, False)
                 held = False
             if not _same_disc(starts[i], fits[i]):
                 if held or fits[i, COVERAGE] < 0.9 or starts[i, OK] == 0.0:
@@ -185,7 +185,7 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, saturation, 
                 # In a shadow's edge the shape fitted freely goes astray: keep the one it had.
                 fits[i] = starts[i]
                 fits[i, 0], fits[i, 1] = at[0], at[1]
-                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, saturation, True)
+                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, True)
                 if not _same_disc(starts[i], fits[i]):
                     continue
             use[i] = 1
