@@ -80,7 +80,7 @@ def _seeds(part: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray
             if half - root < _FLATTEST**2 * (half + root):
                 continue
             hole = links[3] >= 0
-            found.append((moments["m10"] / a, moments["m01"] / a, np.sqrt(2 * np.sqrt(det)), index, -1.0 if hole else 1.0))
+            found.append((moments["m10"] / a, moments["m01"] / a, 2 * det**0.25, index, -1.0 if hole else 1.0))
     return np.array(found).reshape(-1, 5)
 
 

@@ -20,6 +20,11 @@ _LEARN_EVERY = 16
 _SETTLED = 30  # frames after which a body's own scatter sets the gate
 
 
+def layout_tolerance(extent_m: float, sd_m: float) -> float:
+    """How far a marker may lie from its place [m]: calibration, placing, and a plane that leans by 6 mrad."""
+    return 1.5e-4 + 3 * sd_m + 0.006 * extent_m
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """All markers of all bodies in a row: names, positions (n, 3) [m] in the bodies' frames.
@@ -100,6 +105,15 @@ class Eye:
             turned = abs(wrapped(self.found[body, 2] - self.expected[body, 2]))
             return free or (off < _JUMP_M * (1 + self.lost(body, frame)) and turned < _JUMP_RAD)
         return bool(self.n_seen[body] == 1 and off < _NEAR_M and self.lost(body, frame) < 5)
+
+    def snapshot(self, part: slice, body: int) -> tuple:
+        """What was found of a body in this frame, for `restore`."""
+        return (self.use[part].copy(), self.fits[part].copy(), self.xy[part].copy(), self.found[body].copy(),
+                self.n_seen[body], self.rms_m[body])
+
+    def restore(self, part: slice, body: int, state: tuple) -> None:
+        """Go back to what `snapshot` kept."""
+        (self.use[part], self.fits[part], self.xy[part], self.found[body], self.n_seen[body], self.rms_m[body]) = state
 
     def discs(self, image: np.ndarray, region: tuple[int, int, int, int] | None) -> np.ndarray:
         return find_discs(image, region)

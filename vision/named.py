@@ -11,7 +11,7 @@ import pandas as pd
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from vision.centre import U, V, on_plane
-from vision.eye import Eye
+from vision.eye import Eye, layout_tolerance
 from vision.identity import rigid_pose
 
 COLUMNS = ("camera", "marker", "u_px", "v_px")
@@ -112,4 +112,5 @@ def _build(body: int, eyes: Sequence[Eye], picked: Sequence[dict[int, np.ndarray
         layout.position_m[m] = [*point[:2] - middle, point[2]]
         for eye in eyes:
             eye.place_m[m] = layout.position_m[m]
+    layout.tolerance_m[body] = layout_tolerance(float(np.ptp(layout.position_m[part, :2], axis=0).max()), 1e-5)
     layout.known[body] = True

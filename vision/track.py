@@ -17,7 +17,7 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.centre import SD, U, circle_centres
-from vision.eye import Eye, Layout
+from vision.eye import Eye, Layout, layout_tolerance
 from vision.frames import open_sources, stream
 from vision.identity import match_in_both, wrapped
 from vision.named import adopt_names, check_names
@@ -130,6 +130,11 @@ class Tracker:
         good = [i for i in seeing if eyes[i].good(body, frame)]
         if len(good) == 2 and self._disagree(body):
             good = [min(good, key=lambda i: self._strain(i, body))]
+        # One marker of many fits anything: look for the rest before it is believed.
+        part = self.layout.of(body)
+        weak = {i: eyes[i].snapshot(part, body) for i in good
+                if eyes[i].n_seen[body] == 1 and part.stop - part.start > 1 and self._due(eyes[i], body, frame)}
+        good = [i for i in good if i not in weak]
         bad = [i for i in seeing if i not in good]
         for i in bad:
             eyes[i].use[self.layout.of(body)] = 0
@@ -138,6 +143,10 @@ class Tracker:
             self._search_beside(body, frame, images, good[0], bad[0], good)
         elif bad:
             self._search(body, frame, images, bad, good)
+        for i, state in weak.items():
+            if i not in good:
+                eyes[i].restore(part, body, state)
+                good.append(i)
         for i in good:
             eyes[i].accept(body, frame)
 
@@ -292,8 +301,7 @@ def layout_of(recording: Recording, names: pd.DataFrame | None = None) -> Layout
         place = np.array(body.layout_m, float) if body.layout_m else np.zeros((len(body.markers), 3))
         extent = np.ptp(place[:, :2], axis=0).max() if body.layout_m else 0.05
         positions.append(place)
-        # Placing, what a body's plane may lean against the world's (6 mrad), and the calibration.
-        tolerance.append(1.5e-4 + 3 * (body.layout_sd_m or 3e-5) + 0.006 * extent)
+        tolerance.append(layout_tolerance(extent, body.layout_sd_m or 3e-5))
         known.append(body.layout_m is not None)
         named = names is not None and set(body.markers) <= set(names["marker"])
         if body.layout_m is None and name != "ground" and not named:

@@ -7,13 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ovines.camera import write_calibration
+from ovines.camera import Camera, write_calibration
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from vision.identity import match_layout, place
 from vision.named import read_names
 from vision.render import Look, Markers, Pose, Rig, View, render_frame
-from vision.render_recording import look_at
 from vision.track import track
 
 SIZE = (900, 420)
@@ -21,6 +20,16 @@ GROUND = np.array([[-0.075, 0.02, 0.0], [0.078, 0.015, 0.0], [0.07, -0.028, 0.0]
 HOST = np.array([[0.030, 0.014, 0.01], [-0.016, 0.029, 0.01], [-0.031, -0.013, 0.01], [0.021, -0.026, 0.01]])
 NES = np.array([[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]])
 FRAME_RATE_HZ = 800.0
+
+
+def look_at(name, centre, target, focal, size, distortion, principal):
+    """A camera that looks from `centre` at `target`, u along the world's x as nearly as it can be."""
+    forward = (target - centre) / np.linalg.norm(target - centre)
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    matrix = np.array([[focal, 0, principal[0]], [0, focal, principal[1]], [0, 0, 1.0]])
+    return Camera(name, size, matrix, distortion, rotation, -rotation @ centre)
 
 
 def cameras_and_views():

@@ -5,9 +5,18 @@ import pytest
 
 from ovines.camera import Camera
 from vision.walls import fit_rim
-from vision.render_recording import look_at
 
 SIZE = (760, 620)
+
+
+def look_at(name, centre, target, focal, size, distortion, principal):
+    """A camera that looks from `centre` at `target`, u along the world's x as nearly as it can be."""
+    forward = (target - centre) / np.linalg.norm(target - centre)
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    matrix = np.array([[focal, 0, principal[0]], [0, focal, principal[1]], [0, 0, 1.0]])
+    return Camera(name, size, matrix, distortion, rotation, -rotation @ centre)
 
 
 def camera_pair():
@@ -15,7 +24,7 @@ def camera_pair():
                     np.array([-0.05, 0.1, 2e-4, -1e-4, 0]), (2050.0, 1530.0)) for name, side in (("VW1", -1), ("VW2", 1))]
 
 
-def supersampled(camera: Camera, offset, layers, rng, noise=2.0, n=3):
+def supersampled(camera: Camera, offset, layers, rng, noise=2.0, n=2):
     """A picture by asking each of n x n rays per pixel what it hits: layers from the top down, (z, inside(xy), grey)."""
     total = np.zeros(SIZE[::-1])
     for du in (np.arange(n) + 0.5) / n - 0.5:
