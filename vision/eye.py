@@ -15,6 +15,7 @@ from vision.identity import Match, match_layout, place, wrapped
 
 _JUMP_M, _JUMP_RAD = 0.006, 0.8  # a body does not move further from its prediction, impacts included
 _NEAR_M = 0.0004  # a single marker is believed this near to its prediction only
+_NEAR_RAD = 0.1
 _SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
 _LEARN_EVERY = 16
 _SETTLED = 30  # frames after which a body's own scatter sets the gate
@@ -105,6 +106,11 @@ class Eye:
             turned = abs(wrapped(self.found[body, 2] - self.expected[body, 2]))
             return free or (off < _JUMP_M * (1 + self.lost(body, frame)) and turned < _JUMP_RAD)
         return bool(self.n_seen[body] == 1 and off < _NEAR_M and self.lost(body, frame) < 5)
+
+    def near(self, body: int) -> bool:
+        """Whether the body is where its last motion carries it, so that few markers suffice to name them."""
+        off = np.hypot(*(self.found[body, :2] - self.expected[body, :2]))
+        return bool(off < _NEAR_M and abs(wrapped(self.found[body, 2] - self.expected[body, 2])) < _NEAR_RAD)
 
     def snapshot(self, part: slice, body: int) -> tuple:
         """What was found of a body in this frame, for `restore`."""

@@ -130,10 +130,10 @@ class Tracker:
         good = [i for i in seeing if eyes[i].good(body, frame)]
         if len(good) == 2 and self._disagree(body):
             good = [min(good, key=lambda i: self._strain(i, body))]
-        # One marker of many fits anything: look for the rest before it is believed.
+        # One or two markers of many fit anything (look-alikes a quarter turn on): look for the rest first.
         part = self.layout.of(body)
         weak = {i: eyes[i].snapshot(part, body) for i in good
-                if eyes[i].n_seen[body] == 1 and part.stop - part.start > 1 and self._due(eyes[i], body, frame)}
+                if eyes[i].n_seen[body] < min(3, part.stop - part.start) and self._due(eyes[i], body, frame)}
         good = [i for i in good if i not in weak]
         bad = [i for i in seeing if i not in good]
         for i in bad:
@@ -146,7 +146,11 @@ class Tracker:
         for i, state in weak.items():
             if i not in good:
                 eyes[i].restore(part, body, state)
-                good.append(i)
+                if eyes[i].near(body):
+                    good.append(i)
+                else:
+                    eyes[i].use[part] = 0
+                    eyes[i].n_seen[body] = 0
         for i in good:
             eyes[i].accept(body, frame)
 
