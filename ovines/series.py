@@ -6,15 +6,17 @@ import errno
 import os
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 from tqdm import tqdm
 
 from ovines.errors import InputError
-from ovines.recording import read_recording, series_folders
-from ovines.running import Progress, locked, run_stages
+from ovines.pages import recording_figures, remove_figures, write_calibration_page
+from ovines.recording import Recording, read_recording, series_folders
+from ovines.running import Done, Progress, locked, run_stages
+from ovines.series_results import write_series_results
 from ovines.system_library import missing_library
 
 Status = Literal["done", "refused", "failed"]
@@ -30,26 +32,39 @@ class Outcome:
     stages: dict[str, str] = field(default_factory=dict)
     message: str = ""
     notes: list[str] = field(default_factory=list)
+    whole_series: bool = False  # joint identification and page, not a recording
 
 
 def run_series(
-    folder: Path, out: Path, only: str | None = None, force: bool = False, jobs: int = 1, bars: bool = True
+    folder: Path,
+    out: Path,
+    only: str | None = None,
+    force: bool = False,
+    jobs: int = 1,
+    bars: bool = True,
+    figures: bool = False,
+    cluster: str | None = None,
 ) -> list[Outcome]:
     """Run the recording or every recording of the series ``folder``; results in ``out`` or its subfolders.
 
     A recording's results go into ``out`` itself, those of a series into ``out / name of the recording's folder``,
-    with a page over all of them in ``out``.  With ``jobs`` > 1 recordings run in as many processes; the results
-    are the same bytes.
+    with the joint identification and a page over all of them in ``out``.  With ``jobs`` > 1 recordings run in as
+    many processes, with ``cluster`` on the workers of that Dask scheduler; the results are the same bytes.
+    ``figures`` also writes every figure as SVG and PDF.
     """
     folders = series_folders(folder)
     single = is_recording(folder)
     tasks = [(one, out if single else out / one.name) for one in folders]
-    if jobs == 1 or len(tasks) == 1:
-        outcomes = [run_one(one, target, only, force, bars) for one, target in tasks]
+    if cluster is not None:
+        from ovines.on_cluster import run_on_cluster
+
+        outcomes = run_on_cluster(tasks, only, force, figures, cluster, bars)
+    elif jobs == 1 or len(tasks) == 1:
+        outcomes = [run_one(one, target, only, force, bars, figures) for one, target in tasks]
     else:
-        outcomes = _in_processes(tasks, only, force, jobs, bars)
-    if not single and only in (None, "report"):
-        outcomes += _series_report(folder, out, outcomes)
+        outcomes = _in_processes(tasks, only, force, jobs, bars, figures)
+    if not single and only in (None, "identify", "report"):
+        outcomes += _together(folder, out, outcomes, only, force, figures)
     return outcomes
 
 
@@ -57,11 +72,15 @@ def is_recording(folder: Path) -> bool:
     return folder.is_file() or (folder / "recording.toml").is_file()
 
 
-def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) -> Outcome:
+def run_one(
+    folder: Path, out: Path, only: str | None, force: bool, bars: bool, figures: bool = False
+) -> Outcome:
     """Run one recording and say how it ended; no exception leaves here."""
     try:
         with _bar(folder.name, bars) as progress:
-            done = run_stages(read_recording(folder), out, only, force, progress)
+            recording = read_recording(folder)
+            done = run_stages(recording, out, only, force, progress)
+            _beside(recording, out, only, done, figures)
         return Outcome(folder, out, "done", done.stages, notes=done.notes)
     except InputError as error:
         return Outcome(folder, out, "refused", message=str(error))
@@ -70,6 +89,17 @@ def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool) 
     except Exception as error:  # noqa: BLE001  our bug: kept with its traceback, for this recording alone
         line = missing_library(error) if isinstance(error, ImportError) else None
         return Outcome(folder, out, "refused" if line else "failed", message=line or traceback.format_exc())
+
+
+def _beside(recording: Recording, out: Path, only: str | None, done: Done, figures: bool) -> None:
+    """What belongs to the pages and is no stage of its own."""
+    if only == "calibrate":
+        write_calibration_page(recording, out, figures, done.stages.get("calibrate") == "run")
+    if only in (None, "report"):
+        if figures:
+            recording_figures(recording, out)
+        elif done.stages.get("report") == "run":
+            remove_figures(out)  # of an earlier page
 
 
 ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO)
@@ -88,7 +118,7 @@ def _no_room(folder: Path, out: Path, error: OSError) -> Outcome:
 
 
 def _in_processes(
-    tasks: list[tuple[Path, Path]], only: str | None, force: bool, jobs: int, bars: bool
+    tasks: list[tuple[Path, Path]], only: str | None, force: bool, jobs: int, bars: bool, figures: bool
 ) -> list[Outcome]:
     """Each recording in a process of its own; recordings whose process was killed are run once more, one by one."""
     from joblib.externals.loky import ProcessPoolExecutor
@@ -97,7 +127,7 @@ def _in_processes(
     outcomes: dict[Path, Outcome] = {}
     workers = os.cpu_count() or 1 if jobs < 1 else jobs
     with ProcessPoolExecutor(max_workers=min(workers, len(tasks))) as pool:
-        futures = {one: pool.submit(run_one, one, target, only, force, False) for one, target in tasks}
+        futures = {one: pool.submit(run_one, one, target, only, force, False, figures) for one, target in tasks}
         for one, future in tqdm(futures.items(), desc="recordings", unit="", disable=None if bars else True):
             try:
                 outcomes[one] = future.result()
@@ -105,40 +135,40 @@ def _in_processes(
                 pass  # which recording brought its process down cannot be told: see below
     for one, target in tasks:
         if one not in outcomes:
-            outcomes[one] = _alone(one, target, only, force)
+            outcomes[one] = _alone(one, target, only, force, figures)
     return [outcomes[one] for one, _ in tasks]
 
 
-def _alone(folder: Path, out: Path, only: str | None, force: bool) -> Outcome:
+def _alone(folder: Path, out: Path, only: str | None, force: bool, figures: bool) -> Outcome:
     from joblib.externals.loky import ProcessPoolExecutor
     from joblib.externals.loky.process_executor import BrokenProcessPool
 
     with ProcessPoolExecutor(max_workers=1) as pool:
         try:
-            return pool.submit(run_one, folder, out, only, force, False).result()
+            return pool.submit(run_one, folder, out, only, force, False, figures).result()
         except BrokenProcessPool:
             return Outcome(
                 folder, out, "failed", message=f"the process that worked on {folder} was killed (memory?)"
             )
 
 
-def _series_report(folder: Path, out: Path, outcomes: list[Outcome]) -> list[Outcome]:
-    """The page over the whole series, from the recordings that came through."""
-    from analysis.report.series_report import write_series_report
-
+def _together(
+    folder: Path, out: Path, outcomes: list[Outcome], only: str | None, force: bool, figures: bool
+) -> list[Outcome]:
+    """Joint identification and page of the whole series, from the recordings that came through."""
     done = [read_recording(one.folder) for one in outcomes if one.status == "done"]
     if not done:
         return []
     try:
         with locked(out):
-            write_series_report(out, done, folder.resolve().name)
+            stages, notes = write_series_results(out, done, folder.resolve().name, only, force, figures)
     except InputError as error:
-        return [Outcome(folder, out, "refused", message=str(error))]
+        return [Outcome(folder, out, "refused", message=str(error), whole_series=True)]
     except OSError as error:
-        return [_no_room(folder, out, error)]
+        return [replace(_no_room(folder, out, error), whole_series=True)]
     except Exception:  # noqa: BLE001  as above
-        return [Outcome(folder, out, "failed", message=traceback.format_exc())]
-    return []
+        return [Outcome(folder, out, "failed", message=traceback.format_exc(), whole_series=True)]
+    return [Outcome(folder, out, "done", stages, notes=notes, whole_series=True)]
 
 
 class _bar:

@@ -11,6 +11,7 @@ from typing import Any
 from ovines.camera import read_calibration
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
+from ovines.recording import Recording
 from ovines.running import Work
 from ovines.tables import checked, read_table
 
@@ -78,6 +79,7 @@ def identify(work: Work) -> dict[str, Any]:
     from analysis.identify import identify as identify_parameters
 
     found = identify_parameters(read_table(work.path("motion.parquet"), "motion"), work.recording)
+    work.notes.extend(found.notes)
     return {
         "identification.parquet": found.identification,
         "impacts.parquet": found.impacts,
@@ -90,17 +92,19 @@ def report(work: Work) -> dict[str, Any]:
     from analysis.report.results import read_results
 
     return {
-        "report.html": recording_page(read_results(work.out, work.recording, _first_frames(work))).render()
+        "report.html": recording_page(
+            read_results(work.out, work.recording, first_frames(work.recording))
+        ).render()
     }
 
 
-def _first_frames(work: Work) -> dict[str, Any] | None:
+def first_frames(recording: Recording) -> dict[str, Any] | None:
     """One grey image per camera to draw the tracks on, where the recording brings frames."""
-    if "first frames" not in work.inputs:
+    if not any(recording.frame_files(camera.name) for camera in recording.cameras):
         return None
     from vision.frames import open_sources, stream
 
-    sources, notes = open_sources(work.recording)
+    sources, notes = open_sources(recording)
     found: dict[str, Any] = {}
     for _, images in stream(sources, notes):
         for source, image in zip(sources, images, strict=True):

@@ -7,9 +7,13 @@ from ovines.commands import stage_command
 
 NAME = "calibrate"
 HELP = stage(NAME).help
-add_arguments = stage_command.add_arguments
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    stage_command.add_arguments(parser)
+    stage_command.add_figures(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the stage where it is stale."""
+    """Run the stage where it is stale; its page calibration.html stands beside the results."""
     return stage_command.run(args, NAME)

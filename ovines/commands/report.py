@@ -18,15 +18,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="results of `ovines run` (or a recording or series with results/ inside)")  # fmt: skip
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--force", action="store_true", help="write it again even where nothing has changed")
+    stage_command.add_figures(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Write report.html of the recording, or of every recording and of the series."""
     folder: Path = args.folder
     if not (folder / SOURCE).is_file() and (args.out or (folder / "results").is_dir()):
-        return stage_command.tell(run_series(folder, args.out or folder / "results", NAME, args.force))
+        return stage_command.tell(run_series(folder, args.out or folder / "results", NAME, args.force, figures=args.figures))
     if (folder / SOURCE).is_file():
-        return stage_command.tell([run_one(source_of(folder), folder, NAME, args.force, bars=True)])
+        return stage_command.tell([run_one(source_of(folder), folder, NAME, args.force, True, args.figures)])
     inside = sorted(path.parent for path in folder.glob(f"*/{SOURCE}"))
     if not inside:
         raise InputError(
@@ -36,8 +37,8 @@ def run(args: argparse.Namespace) -> int:
         )
     series = {source_of(one).resolve().parent for one in inside}
     if len(series) == 1:
-        return stage_command.tell(run_series(series.pop(), folder, NAME, args.force))
-    return stage_command.tell([run_one(source_of(one), one, NAME, args.force, bars=True) for one in inside])
+        return stage_command.tell(run_series(series.pop(), folder, NAME, args.force, figures=args.figures))
+    return stage_command.tell([run_one(source_of(one), one, NAME, args.force, True, args.figures) for one in inside])
 
 
 def source_of(results: Path) -> Path:

@@ -1,8 +1,14 @@
 """`ovines run`: everything the files allow, up to the report."""
 
+import argparse
+
 from ovines.commands import stage_command
 
 NAME = "run"
 HELP = "everything the files allow, from where the recording enters up to the report"
-add_arguments = stage_command.add_arguments
 run = stage_command.run
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    stage_command.add_arguments(parser)
+    stage_command.add_figures(parser)

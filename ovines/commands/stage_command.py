@@ -16,12 +16,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the recording)")  # fmt: skip
     parser.add_argument("--force", action="store_true", help="run again even where nothing has changed")
     parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="recordings at a time; 0: one per processor (default: 1)")  # fmt: skip
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run the recordings on this Dask scheduler (its workers see the same folders)")  # fmt: skip
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    """``--figures``, for the commands that write pages."""
+    parser.add_argument("--figures", action="store_true", help="also write every figure of the pages as SVG and PDF")
 
 
 def run(args: argparse.Namespace, only: str | None = None) -> int:
     """Run the whole chain, or the stage ``only``; say what was done; the exit status."""
     out = results_folder(args.recording, args.out)
-    outcomes = run_series(args.recording, out, only, args.force, args.jobs)
+    outcomes = run_series(
+        args.recording,
+        out,
+        only,
+        args.force,
+        args.jobs,
+        figures=getattr(args, "figures", False),
+        cluster=args.cluster,
+    )
     return tell(outcomes)
 
 
@@ -45,8 +59,10 @@ def tell(outcomes: Sequence[Outcome]) -> int:
         if len(outcomes) > 1:
             print(f"\n{one.folder.resolve().name}: {one.status}", file=sys.stderr)
         print(one.message.rstrip(), file=sys.stderr)
+    recordings = [one for one in outcomes if not one.whole_series]
     if unfinished and len(outcomes) > 1:
-        print(f"\n{len(unfinished)} of {len(outcomes)} did not come through", file=sys.stderr)
+        lost = sum(one.status != "done" for one in recordings)
+        print(f"\n{lost} of {len(recordings)} recordings did not come through", file=sys.stderr)
     if any(one.status == "failed" for one in outcomes):
         return 1
     return 2 if unfinished else 0

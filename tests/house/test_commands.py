@@ -151,12 +151,12 @@ def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
     assert [one.status for one in outcomes] == ["done"] * 3
 
 
-def _dies_once(folder, out, only, force, bars):
+def _dies_once(folder, out, only, force, bars, figures):
     mark = Path(os.environ["OVINES_TEST_MARK"])
     if folder.name == "run-02" and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return run_one(folder, out, only, force, bars)
+    return run_one(folder, out, only, force, bars, figures)
 
 
 def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch):

@@ -1,0 +1,41 @@
+"""What a recording's results hold beside the stages' own files: the calibration page, the figures as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ovines.recording import Recording
+from ovines.running import locked
+
+FIGURES = "figures"
+CALIBRATION_PAGE = "calibration.html"
+
+
+def write_calibration_page(recording: Recording, out: Path, figures: bool, again: bool) -> None:
+    """``calibration.html`` in ``out`` from the calibration there; a page that is there stays, unless ``again``."""
+    if (out / CALIBRATION_PAGE).is_file() and not (again or figures):
+        return
+    from analysis.report.calibration_report import write_calibration_report
+
+    with locked(out):
+        write_calibration_report(out, recording, figures)
+
+
+def recording_figures(recording: Recording, out: Path) -> None:
+    """Every figure of ``report.html`` as SVG and PDF in ``out/figures``, those of an earlier page removed."""
+    from analysis.report import recording_page
+    from analysis.report.results import read_results
+    from ovines.stages import first_frames
+
+    with locked(out):
+        remove_figures(out)
+        recording_page(read_results(out, recording, first_frames(recording))).save_figures(out / FIGURES)
+
+
+def remove_figures(out: Path) -> None:
+    """Remove the SVG and PDF files of an earlier page; other files of the folder stay."""
+    for pattern in ("*.svg", "*.pdf"):
+        for path in (out / FIGURES).glob(pattern):
+            path.unlink(missing_ok=True)
+    if (out / FIGURES).is_dir() and not any((out / FIGURES).iterdir()):
+        (out / FIGURES).rmdir()

@@ -1,0 +1,64 @@
+"""What a series has as a whole, and what stands beside the pages: joint identification, figures, calibration page."""
+
+import numpy as np
+import pytest
+
+from ovines.pages import FIGURES
+from ovines.recording import read_recording
+from ovines.series import run_series
+from ovines.series_results import write_series_results
+from ovines.tables import read_table
+from tests.conftest import write_small_recording
+
+
+@pytest.fixture(scope="module")
+def run_of_two(tmp_path_factory):
+    """Two runs of one rig whose restitution is 0.72, with figures."""
+    folder = tmp_path_factory.mktemp("two") / "series"
+    for number in (1, 2):
+        write_small_recording(folder / f"run-{number:02d}", seed=number)
+    outcomes = run_series(folder, folder.parent / "out", bars=False, figures=True)
+    assert [one.status for one in outcomes] == ["done"] * 3, [one.message for one in outcomes]
+    return folder, folder.parent / "out", outcomes
+
+
+def test_the_joint_identification_knows_more_than_one_run(run_of_two):
+    _, out, outcomes = run_of_two
+    assert outcomes[-1].whole_series and outcomes[-1].stages == {"identify": "run", "report": "run"}
+    joint = read_table(out / "identification.parquet", "identification").set_index("parameter")
+    one = read_table(out / "run-01" / "identification.parquet", "identification").set_index("parameter")
+    assert joint.loc["restitution", "n_impacts"] > one.loc["restitution", "n_impacts"]
+    low, high = joint.loc["restitution", ["low", "high"]]
+    assert low - 0.01 < 0.72 < high + 0.01 and np.isfinite([low, high]).all()
+
+
+def test_the_joint_identification_runs_again_only_when_a_run_changed(run_of_two):
+    folder, out, _ = run_of_two
+    recordings = [read_recording(folder / name) for name in ("run-01", "run-02")]
+    before = (out / "identification.parquet").read_bytes()
+    assert write_series_results(out, recordings, "s", "identify", False, False)[0] == {"identify": "up to date"}
+    assert write_series_results(out, recordings[:1], "s", "identify", False, False)[0] == {"identify": "run"}
+    assert (out / "identification.parquet").read_bytes() != before
+    assert write_series_results(out, recordings, "s", "identify", False, False)[0] == {"identify": "run"}
+    assert (out / "identification.parquet").read_bytes() == before
+
+
+def test_runs_of_two_rigs_get_no_joint_table_and_a_reason(run_of_two, tmp_path):
+    folder, out, _ = run_of_two
+    other = write_small_recording(tmp_path / "run-02", seed=2).folder / "recording.toml"
+    other.write_text(other.read_text().replace("inner_radius_m = 0.05", "inner_radius_m = 0.06"))
+    recordings = [read_recording(folder / "run-01"), read_recording(tmp_path / "run-02")]
+    stages, notes = write_series_results(out, recordings, "s", "identify", False, False)
+    assert stages == {"identify": "not possible"} and "inner_radius_m of run-02 differs" in notes[0]
+    assert not (out / "identification.parquet").exists()
+
+
+def test_figures_are_files_and_those_of_an_earlier_page_go(run_of_two):
+    folder, out, _ = run_of_two
+    for place in (out, out / "run-01"):
+        names = {path.suffix for path in (place / FIGURES).iterdir()}
+        assert names == {".svg", ".pdf"}
+    (out / "run-01" / FIGURES / "mine.txt").write_text("kept")
+    run_series(folder, out, "report", force=True, bars=False)
+    assert [path.name for path in (out / "run-01" / FIGURES).iterdir()] == ["mine.txt"]
+    assert not (out / FIGURES).exists()
