@@ -189,8 +189,10 @@ def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: 
     return best
 
 
-def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shared: Array) -> FlightFits:
-    """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames."""
+def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shared: Array, start: FlightFits | None = None) -> FlightFits:
+    """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames.
+
+    ``start``: an earlier fit of the same flights to begin from (other parameters, say); the minimum is the same, found sooner."""
     states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
     reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
     arguments = _arguments(run)
@@ -198,7 +200,10 @@ def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shar
         index = np.arange(f.first, f.last + 1)
         index = index[np.isfinite(run.xy_m[index, 0])]
         reference[k] = 0.5 * (run.time_s[f.first] + run.time_s[f.last])
-        start_state(run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, f.last, reference[k], states[k])
+        if start is None:
+            start_state(run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, f.last, reference[k], states[k])
+        else:
+            states[k] = start.states[k]
         lens = warp_basis(run.xy_m[index], run.contact_radius_m)
         n = len(WARP_POWERS)
         misfit[k] = fit_single(states[k], reference[k], run.time_s[index], run.xy_m[index, 0] - lens @ shared[2:2 + n],

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.chain_model import COMMON, RECORD, chain_residual
-from analysis.flights import FlightFits, start_state
+from analysis.flights import WARP_POWERS, FlightFits, start_state, warp_basis
 from analysis.identification_fit import RigFit
 
 Array = NDArray[np.float64]
@@ -210,7 +210,9 @@ class _ChainFit:
         self.times = np.ascontiguousarray(data.time_s[self.index])
         self.period = float(np.median(np.diff(data.time_s)))
         self.start_s = float(data.time_s[first])
-        self.observed = np.column_stack([data.xy_m[self.index], data.angle_rad[self.index]])
+        lens, n = warp_basis(data.xy_m[self.index], data.contact_radius_m), len(WARP_POWERS)
+        off = np.column_stack([lens @ fits.shared[2:2 + n], lens @ fits.shared[2 + n:]])
+        self.observed = np.column_stack([data.xy_m[self.index] - off, data.angle_rad[self.index]])
         self.scale = max(rig.floor.scale, 1.0)
         self.sd = np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale
         self.rig = np.array([wall.contact_radius_m, *wall.centre_m, *wall.disk_m, *wall.ellipse, law.wall_friction, law.tangential_restitution,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact_law import SPEED_FLOOR_M_PER_S, fit_restitution
+from analysis.contact_law import SPEED_FLOOR_M_PER_S, fit_restitution, restitution_gain
 from analysis.flights import FlightFits
 from analysis.identification_chatter import Chain, Merged
 from analysis.identification_fit import RigFit
@@ -133,6 +133,9 @@ def identification_table(rig: RigFit, law: dict[str, Interval]) -> pd.DataFrame:
         rows.append((name, i.value, i.sd, i.low, i.high, n))
     if rig.law is not None and n > 2:
         rows.append(("restitution_scatter", rig.law.scatter, rig.law.scatter / np.sqrt(2 * (n - 1)), np.nan, np.nan, n))
+    if rig.law is not None and n >= FEWEST_FOR_SLOPE:
+        _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
+        rows.append(("restitution_speed_slope_s_per_m", float(slope), float(sd), float(slope - NORMAL_90 * sd), float(slope + NORMAL_90 * sd), n))
     rows += [(*row, None) for row in _floor_rows(rig)]
     rows += [(*row, int(rig.wall.used.sum())) for row in _wall_rows(rig)]
     rows += [(*row, None) for row in _drive_rows(rig)]
@@ -142,8 +145,10 @@ def identification_table(rig: RigFit, law: dict[str, Interval]) -> pd.DataFrame:
 
 
 UNDETERMINED_FRICTION = 0.3
+FEWEST_FOR_SLOPE = 5
 FLOOR_NAMES = {"friction": "floor_friction", "viscous": "viscous_drag_per_s", "air": "air_drag_per_m", "tilt_x": "table_tilt_x_m_per_s2",
-               "tilt_y": "table_tilt_y_m_per_s2", "drift": "friction_drift_per_s"}
+               "tilt_y": "table_tilt_y_m_per_s2", "drift": "friction_drift_per_s",
+               "load": "vertical_motion_share", "centre_host": "centre_force_per_s2"}
 
 
 def _floor_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
@@ -154,7 +159,7 @@ def _floor_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
         if name == "friction":
             value, low, high = max(value, 0.0), max(low, 0.0), max(high, 0.0)
             if sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
-                value, sd, low, high = np.nan, np.nan, np.nan, high if 0 < high < 1 else np.nan
+                value, sd, low, high = np.nan, np.nan, np.nan, np.nan
         rows.append((FLOOR_NAMES[name], value, sd, low, high))
     if "friction" not in rig.floor.names:
         rows.append(("floor_friction", np.nan, np.nan, np.nan, np.nan))
