@@ -20,6 +20,7 @@ from ovines.errors import InputError
 from ovines.system_library import missing_library
 
 ORDER = (
+    "new",
     "run",
     "check",
     "calibrate",

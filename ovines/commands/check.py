@@ -1,6 +1,7 @@
 """`ovines check`: what is there, what is missing or wrong, what would run."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 from ovines.camera import read_calibration
@@ -8,9 +9,10 @@ from ovines.chain import STAGES, Stage, inputs_of, is_fresh, stage, stages_of, s
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
 from ovines.hashing import hash_inputs
-from ovines.recording import Recording, read_recording, series_folders
+from ovines.recording import FILE, Recording, read_recording, series_folders
 from ovines.series import is_recording
 from ovines.tables import read_table
+from ovines.toml_input import line_of
 
 NAME = "check"
 HELP = "what is there, what is missing or wrong, and what would run"
@@ -49,14 +51,54 @@ def check_recording(recording: Recording, out: Path) -> list[InputError]:
         except InputError as error:
             problems.append(error)
     earlier: str | None = None
+    states: dict[str, str] = {}
     for one in stages_of(recording):
         what, problem = _would(one, recording, out, earlier)
         if problem is not None:
             problems.append(problem)
         if what != "up to date":
             earlier = earlier or one.name
-        print(f"  {one.name + ':':<12} {what}")
-    return problems
+        states[one.name] = what
+    print(drawing(recording.entry(), states))
+    return [_with_line(problem, recording) for problem in problems]
+
+
+MARKS = {"up to date": "[x]", "would run": "[ ]", "cannot run": "[!]"}
+
+
+def drawing(entry: str, states: Mapping[str, str]) -> str:
+    """The chain as a line of boxes, and what each stage would do below it."""
+    boxes = [f"{MARKS.get(what, '[ ]')} {name}" for name, what in states.items()]
+    lines = ["  " + " -> ".join([entry, *boxes])]
+    lines += [f"  {name + ':':<12} {what}" for name, what in states.items()]
+    return "\n".join(lines)
+
+
+# what a message speaks of -> the key of recording.toml that it is about
+KEYS: tuple[tuple[str, tuple[int | str, ...]], ...] = (
+    ("[model] effects", ("model", "effects")),
+    ("no board", ("calibration", "board")),
+    ("intrinsic images", ("calibration", "intrinsic")),
+    ("extrinsic images", ("calibration", "extrinsic")),
+    ("[calibration]", ("calibration",)),
+    ("calibration", ("calibration", "file")),
+    ("trigger", ("time", "trigger")),
+    ("frame_rate_hz", ("time",)),
+)
+
+
+def _with_line(problem: InputError, recording: Recording) -> InputError:
+    """The same message with the line of recording.toml to change, where it has one and does not say it yet."""
+    if "recording.toml, line" in problem.found:
+        return problem
+    keys = [("camera " + camera.name, ("cameras", i, "frames")) for i, camera in enumerate(recording.cameras)]
+    keys += [("sensor of " + camera.name, ("cameras", i, "sensor_size_px")) for i, camera in enumerate(recording.cameras)]
+    text = (recording.folder / FILE).read_text(encoding="utf-8-sig")
+    for word, location in (*keys, *KEYS):
+        line = line_of(text, location) if word in problem.found else None
+        if line is not None:
+            return InputError(problem.found, problem.expected, f"{problem.do} ({FILE}, line {line})")
+    return problem
 
 
 def _cameras(recording: Recording) -> None:

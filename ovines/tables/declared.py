@@ -215,5 +215,20 @@ TABLES: dict[str, Table] = {
             ),
             key=("camera", "parameter"),
         ),
+        Table(
+            "truth", "camera, frame, marker of a rendered recording",
+            (
+                text("camera", "name of the camera"), FRAME, TIME, text("body", "ground, host or nes"),
+                text("marker", "name of the marker"), number("u_px", "to the right, in the window"),
+                number("v_px", "downwards, in the window"), *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
+                flag("visible", "whether the camera sees the whole marker"),
+                *(
+                    number(f"{body}_{name}", f"{meaning} of the {title}")
+                    for body, title in BODIES.items()
+                    for name, meaning in (("x_m", "x"), ("y_m", "y"), ("angle_rad", "angle"))
+                ),
+            ),
+            key=("camera", "frame", "marker"), clock="camera",
+        ),
     )
 }  # fmt: skip

@@ -1,0 +1,96 @@
+"""`ovines new` writes a file that is valid; `ovines check` draws the chain and says which line to change."""
+
+import re
+
+import pytest
+
+from ovines.__main__ import main
+from ovines.commands.check import drawing
+from ovines.errors import InputError
+from ovines.recording import read_recording
+from tests.conftest import write_small_recording
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("--name", 'x" <b> ä # [y]', "--images", "mp4", "--cameras", "left", "right", "top"),
+        ("--calibration", "../calibration.json", "--frequency-hz", "11", "--acceleration-g", "8", "--host-radius-mm", "60"),
+    ],
+)
+def test_a_new_recording_is_valid(tmp_path, options):
+    assert main(["new", str(tmp_path / "ä b"), *options]) == 0
+    recording = read_recording(tmp_path / "ä b")
+    assert recording.entry() == "frames"
+    if "--name" in options:
+        assert recording.name == 'x" <b> ä # [y]' and [one.name for one in recording.cameras] == ["left", "right", "top"]
+        assert recording.cameras[0].frames == "left.mp4"
+    if "--calibration" in options:
+        assert recording.excitation.frequency_hz == 11.0
+        assert recording.bodies["host"].inner_radius_m == pytest.approx(0.06)
+    else:
+        assert recording.board == "charuco_5x7_8mm"
+
+
+def test_every_commented_line_is_valid_too(tmp_path):
+    """The lines to switch on by taking '# ' away (all that hold no '...' and no second choice)."""
+    assert main(["new", str(tmp_path / "r")]) == 0
+    path = tmp_path / "r" / "recording.toml"
+    text = re.sub(r"^# (trigger|window_\w+|exposure_s|restitution|wall_friction|tangential_restitution|floor_friction) =", r"\1 =", path.read_text(), flags=re.MULTILINE)
+    assert text.count("\n# ") < path.read_text().count("\n# ") - 9
+    path.write_text(text)
+    assert read_recording(path).model.restitution == 0.72
+
+
+@pytest.mark.parametrize("options", [("--cameras", "a", "a"), ("--rate-hz", "nan"), ("--nes-radius-mm", "80"), ("--sensor", "0", "9")])
+def test_options_that_no_recording_may_have_are_refused_and_leave_nothing(tmp_path, options, capsys):
+    assert main(["new", str(tmp_path / "r"), *options]) == 2
+    assert "correct the option" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_recording_is_kept(tmp_path):
+    assert main(["new", str(tmp_path / "r")]) == 0
+    before = (tmp_path / "r" / "recording.toml").read_text()
+    assert main(["new", str(tmp_path / "r"), "--rate-hz", "500"]) == 2
+    assert (tmp_path / "r" / "recording.toml").read_text() == before
+    assert main(["new", str(tmp_path / "r"), "--rate-hz", "500", "--force"]) == 0
+    assert read_recording(tmp_path / "r").frame_rate_hz == 500
+
+
+def test_the_drawing():
+    drawn = drawing("tracks", {"triangulate": "up to date", "analyse": "would run", "report": "would run after analyse"})
+    assert drawn.splitlines()[0] == "  tracks -> [x] triangulate -> [ ] analyse -> [ ] report"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "key"),
+    [
+        (lambda text: text.replace('"floor_friction"', '"flor_friction"'), "effects ="),
+        (lambda text: text.replace("VW1/*", "nowhere/*"), 'frames = "nowhere'),
+        (lambda text: text, "intrinsic ="),
+    ],
+)
+def test_check_names_the_line_to_change(tmp_path, spoil, key, capsys):
+    assert main(["new", str(tmp_path)]) == 0
+    path = tmp_path / "recording.toml"
+    path.write_text(spoil(path.read_text()))
+    line = next(i for i, one in enumerate(path.read_text().splitlines(), 1) if one.startswith(key))
+    assert main(["check", str(tmp_path)]) == 2
+    assert f"recording.toml, line {line})" in capsys.readouterr().out
+
+
+def test_a_missing_calibration_is_said_with_its_line(tmp_path, capsys):
+    folder = write_small_recording(tmp_path / "run-01", frames=20).folder
+    (tmp_path / "calibration.json").unlink()
+    assert main(["check", str(folder)]) == 2
+    line = (folder / "recording.toml").read_text().splitlines().index('file = "../calibration.json"') + 1
+    assert f"recording.toml, line {line})" in capsys.readouterr().out
+
+
+def test_an_input_error_keeps_its_three_parts_in_a_pickle():
+    import pickle
+
+    error = pickle.loads(pickle.dumps(InputError("a", "b", "c")))
+    assert (error.found, error.expected, error.do) == ("a", "b", "c")
