@@ -45,6 +45,7 @@ class LawData:
     azimuth_rad: Array
     host_angle_rad: Array
     drive_rad: Array
+    drive_start_rad: Array
     index: NDArray[np.int64]
     inertia_factor: float
 
@@ -81,7 +82,7 @@ def law_data(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia
     m = impacts.meetings
     return LawData(v[:, 0], v[:, 1], v[:, 2], v @ normal, v @ tangential, v @ angular,
                    np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + SPEED_FLOOR_M_PER_S**2), sd(tangential), sd(angular), v[:, 4], m.run[at],
-                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], at, inertia_factor)
+                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], m.drive_start_rad[at], at, inertia_factor)
 
 
 def _row(entries: dict[str, float]) -> Array:

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from analysis.compiled import compiled
 from analysis.flight_model import INDEX, PARAMETERS, STATES, fly_with_derivatives
 from analysis.flights import ORIGIN, SHARED, WARP_POWERS, FlightFits, _arguments, warp_basis
 
@@ -78,7 +78,7 @@ def gather(fits: FlightFits, columns: Sequence[int], correlation: float = 0.0, m
     return Evidence(columns, total, score, float(sums[0]), int(sums[1]), int(good.sum()), int((~good).sum()), float(lag))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _flight_evidence(state: Array, t0: float, time: Array, index: NDArray[np.int64], observed: Array, sd: Array, parameters: Array,
                      shared: Array, basis: Array, free: NDArray[np.int64], steps: Array, offsets: NDArray[np.int64], n_warp: int,
                      correlation: float, harmonics: Array, omega: float, radius: float, inertia: float, contact_radius: float,

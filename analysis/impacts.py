@@ -29,7 +29,8 @@ QUANTITIES = ("normal_before", "normal_after", "tangential_before", "tangential_
 class Meetings:
     """K meetings of flights: ``state`` (K, 12) before and after (x, y, angle, vx, vy, spin each) at ``time_s``, ``covariance``
     (K, 13, 13) with the time's as last; Host's pose and rate (K, 4) there; ``mismatch`` chi-square of continuity (2 degrees);
-    ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of the drive."""
+    ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of the
+    drive there and ``drive_start_rad`` at t = 0."""
 
     state: Array
     time_s: Array
@@ -41,6 +42,7 @@ class Meetings:
     run: NDArray[np.int64]
     flight: NDArray[np.int64]
     drive_rad: Array
+    drive_start_rad: Array
     radius_m: float
 
     def __len__(self) -> int:
@@ -89,9 +91,9 @@ def meet(fits: Sequence[FlightFits]) -> Meetings:
     if not rows:
         none = np.zeros(0)
         return Meetings(np.zeros((0, 12)), none, np.zeros((0, 13, 13)), np.zeros((0, 4)), np.zeros((0, 4)), none, none,
-                        np.zeros(0, np.int64), np.zeros(0, np.int64), none, radius)
-    state, time, covariance, host, rate, mismatch, sideways, drive, run, flight = (np.array(c) for c in zip(*rows, strict=True))
-    return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, flight, drive, radius)
+                        np.zeros(0, np.int64), np.zeros(0, np.int64), none, none, radius)
+    state, time, covariance, host, rate, mismatch, sideways, drive, start, run, flight = (np.array(c) for c in zip(*rows, strict=True))
+    return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, flight, drive, start, radius)
 
 
 def _meet(fits: FlightFits, k: int):
@@ -130,7 +132,7 @@ def _meet(fits: FlightFits, k: int):
     t += float(state[12])
     moment = np.array([t])
     return (state[:12], t, posterior, run.host.at(moment)[0], run.host.at(moment, 1)[0], mismatch, float(innovation[:2] @ across),
-            run.host.omega_rad_per_s * t + run.host.phase_rad)
+            run.host.omega_rad_per_s * t + run.host.phase_rad, run.host.phase_rad)
 
 
 def measure(meetings: Meetings, wall: Wall) -> Impacts:

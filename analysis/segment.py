@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from analysis.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ REACH_FRAMES = 4
 SIGNIFICANCE = 6.0
 
 
-@njit(cache=True)
+@compiled
 def hinge(time: Array, x: Array, y: Array, sd: Array, left: int, right: int, gap: int, reach: int) -> tuple[float, float, float]:
     """Velocity step (x, y) between frames gap and gap + 1 and its significance (in sd), frames left..right only.
 
@@ -68,7 +69,7 @@ def hinge(time: Array, x: Array, y: Array, sd: Array, left: int, right: int, gap
     return step_x / scale, step_y / scale, np.sqrt((step_x * step_x + step_y * step_y) / inverse[2, 2])
 
 
-@njit(cache=True)
+@compiled
 def find_kinks(time: Array, x: Array, y: Array, sd: Array, left: int, right: int, significance: float, reach: int) -> Array:
     """Gaps (i between frames i and i + 1) of frames left..right at which the velocity jumps: rows (gap, step x, step y, sd's)."""
     found = np.zeros((right - left + 1, 4))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from analysis.contact_law import Law, LawData, fit_law, fit_restitution, law_data, predicted_tangential, sticks
 from analysis.flights import FlightFits
@@ -76,6 +77,9 @@ def covariates(data: LawData) -> dict[str, Array]:
     plain = {"slip speed": np.abs(data.slip), "slip direction": np.sign(data.slip), "spin": np.abs(data.spin) / 100,
              "sense of spin": data.spin / 100, "time in the run": data.time_s, "run": data.run.astype(float)}
     out = {name: _standardised(values) for name, values in plain.items()}
+    # Seconds of the recording at the drive's frequency: what another machine in step with the drive would follow.
+    clock = data.drive_rad - data.drive_start_rad
+    out.update({"cos clock": np.cos(clock), "sin clock": np.sin(clock)})
     out.update({"cos drive phase": np.cos(data.drive_rad), "sin drive phase": np.sin(data.drive_rad),
                 "cos 2 azimuth": np.cos(2 * seen), "sin 2 azimuth": np.sin(2 * seen),
                 "cos 3 azimuth": np.cos(3 * seen), "sin 3 azimuth": np.sin(3 * seen)})
@@ -90,6 +94,7 @@ def _standardised(values: Array) -> Array:
 #: probes as groups of covariates that belong together
 PROBES = {"the slip speed": ("slip speed",), "the direction of slip": ("slip direction",), "the spin": ("spin",), "the sense of spin": ("sense of spin",),
           "the time in the run": ("time in the run",), "the run": ("run",), "the drive's phase": ("cos drive phase", "sin drive phase"),
+          "the recording's time at the drive's frequency": ("cos clock", "sin clock"),
           "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"), "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth")}
 SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
 
@@ -116,9 +121,24 @@ def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
 
 
 def best_speed_scale(data: LawData) -> float:
-    """Speed scale (m/s) of an exponential fall of restitution, by likelihood on a grid."""
-    values = [fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / s)]))[3] for s in SPEED_SCALES_M_PER_S]
-    return SPEED_SCALES_M_PER_S[int(np.argmin(values))]
+    """Speed scale (m/s) of an exponential fall of restitution, by likelihood: a grid, then a bounded search about its best."""
+    grid = [_scale_misfit(data, s) for s in SPEED_SCALES_M_PER_S]
+    at = int(np.argmin(grid))
+    low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
+    found = minimize_scalar(lambda u: _scale_misfit(data, np.exp(u)), bounds=(np.log(low), np.log(high)), method="bounded",
+                            options={"xatol": 1e-3})
+    return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
+
+
+def _scale_misfit(data: LawData, scale: float) -> float:
+    return fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / scale)]))[3]
+
+
+def speed_scale_sd(data: LawData, scale: float) -> float:
+    """Standard deviation (m/s) of the speed scale from the curvature of its profile likelihood."""
+    h = 0.05
+    curvature = (_scale_misfit(data, scale * np.exp(h)) + _scale_misfit(data, scale * np.exp(-h)) - 2 * _scale_misfit(data, scale)) / h**2
+    return float(scale * np.sqrt(2 / curvature)) if curvature > 1e-9 else scale
 
 
 def restitution_gains(data: LawData, base: Sequence[str]) -> list[ImpactGain]:

@@ -117,6 +117,8 @@ def climb(series: Series) -> Ladder:
         impact_probes += distance_probes
         structure += _distance_structure(distance_probes, base, shape)
         impacts = base
+        structure += _unexplained_scatter(base, restitution, structure)
+    structure += _unexplained_misfit(flight, structure)
     known = set(effects)
     causes += [c for c in (*flight_causes, *impact_causes, *_centres(corrected, flight, impacts)) if c.effect not in known]
     return Ladder(corrected, tests, tuple(findings), nominal, flight, tuple(flight_gains), tuple(probes), impacts_nominal, impacts,
@@ -328,7 +330,12 @@ def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) 
     strength = gain.size / impact_stage.NEGLIGIBLE["restitution"]
     if gain.name == "speed_dependent_restitution":
         scale = impact_stage.best_speed_scale(data)
-        parameters = {"restitution_fast": (float(c[0]), float(sd[0])), "speed_scale_m_per_s": (scale, 0.35 * scale)}
+        scale_sd = impact_stage.speed_scale_sd(data, scale)
+        # The fast limit moves with the scale: both ends of the scale's interval are tried.
+        ends = [impact_stage.fit_restitution(data, impact_stage.restitution_columns(data.before, data.azimuth_rad, names, s))[0][0]
+                for s in (max(scale - scale_sd, 0.05), scale + scale_sd)]
+        fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
+        parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
     else:
         a, b = c[-2:]
         size = float(np.hypot(a, b))
@@ -342,6 +349,33 @@ def _distance_structure(probes: Sequence[ImpactGain], base: ImpactFit, causes: S
     return [Structure("geometry", "impact", "radius", p.name, p.size / impact_stage.NEGLIGIBLE["distance"], p.gain) for p in probes
             if p.gain > 2 * IMPACT_GAIN and p.significance > SIGNIFICANCE and p.size > impact_stage.NEGLIGIBLE["distance"]
             and p.size / impact_stage.NEGLIGIBLE["distance"] > LEFT_OVER * strongest]
+
+
+# Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a cause.
+USUAL_SCATTER, USUAL_DISTANCE_M, USUAL_MISFIT = 0.03, 4e-5, 2.0
+
+
+def _unexplained_scatter(base: ImpactFit, restitution: Sequence[str], found: Sequence[Structure]) -> list[Structure]:
+    """Scatter of the impacts beyond what is usual, where no covariate explains it."""
+    if any(s.stage in ("impact", "geometry") for s in found):
+        return []
+    out = []
+    scatter = float(impact_stage.fit_restitution(base.data, impact_stage.restitution_design(base.data, restitution))[2])
+    if scatter > 1.35 * USUAL_SCATTER:
+        out.append(Structure("impact", "impact", "normal", "none of the covariates tested (scatter from impact to impact)",
+                             scatter / USUAL_SCATTER, 0.0))
+    if base.wall.scatter_m > USUAL_DISTANCE_M:
+        out.append(Structure("geometry", "impact", "radius", "none of the covariates tested (scatter of the contact distance)",
+                             base.wall.scatter_m / USUAL_DISTANCE_M, 0.0))
+    return out
+
+
+def _unexplained_misfit(flight: FlightFit, found: Sequence[Structure]) -> list[Structure]:
+    """Misfit of the flights beyond the noise, where no probe explains it."""
+    excess = flight.misfit / max(flight.count, 1)
+    if excess < USUAL_MISFIT or any(s.stage in ("flight", "measurement") for s in found):
+        return []
+    return [Structure("flight", "free flight", "x", "none of the probes tested (misfit of the flights)", excess / USUAL_MISFIT, 0.0)]
 
 
 # --- centres -------------------------------------------------------------------------------------------------------------
@@ -360,12 +394,13 @@ def _centres(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> li
             if size > limit and size > SIGNIFICANCE * sd[terms.index(names[0])]:
                 parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
                 out.append(Cause(effect, "geometry", parameters, size / limit, (size / max(error[0], 1e-9)) ** 2, "radius", "impact"))
-    marker = _centre_marker(series, flight)
+    marker = _centre_marker(series, flight, impacts, any(c.effect == "mass_centre_offset" for c in out))
     return out + ([marker] if marker else [])
 
 
-def _centre_marker(series: Series, flight: FlightFit) -> Cause | None:
-    """Centre marker against the disk's centre of mass: its place in the layout plus the layout's origin, which the flights know."""
+def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None, off_centre: bool) -> Cause | None:
+    """Centre marker against the disk's geometric centre: its place in the layout plus the layout's origin against the centre of
+    mass, which the flights know; and where the two centres differ, what the impacts say of the geometric one."""
     recording: Recording = series.recordings[0]
     nes = recording.bodies.get("nes")
     marker = getattr(nes, "centre_marker", None)
@@ -374,6 +409,8 @@ def _centre_marker(series: Series, flight: FlightFit) -> Cause | None:
     at = list(nes.markers).index(marker)
     design = np.asarray(nes.layout_m, float)[at, :2]
     offset = series.layouts["nes"][at, :2] + flight.model.origin_m - design
+    if off_centre and impacts is not None:
+        offset = offset - impacts.wall.wall.disk_m
     size = float(np.hypot(*offset))
     if size < CENTRE_NEGLIGIBLE_M:
         return None

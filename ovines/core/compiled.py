@@ -30,14 +30,21 @@ def source_stamp(folder: Path = Path(__file__).parent) -> str:
 STAMP = source_stamp()
 
 
-def compiled(function: Callable) -> Callable:
-    """Compile ``function`` at its first call and keep the code on disk under :data:`STAMP`."""
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
-    index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
-        return njit(nogil=True, error_model="numpy")(function)
-    index._source_stamp = STAMP
-    return dispatcher
+def compiler(stamp: str) -> Callable[[Callable], Callable]:
+    """A decorator that compiles at the first call and keeps the code on disk under ``stamp``."""
+
+    def decorate(function: Callable) -> Callable:
+        dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
+        index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+        if not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
+            return njit(nogil=True, error_model="numpy")(function)
+        index._source_stamp = stamp
+        return dispatcher
+
+    return decorate
+
+
+compiled = compiler(STAMP)
 
 
 # For small functions on the hot path: a call hands eight arrays over and counts references on each, which costs more
