@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
             read_recording(trial)
         except InputError as error:
             raise InputError(
-                f"the options give no valid recording.toml: {error.found.removeprefix(str(trial)).lstrip(":, ")}",
+                f"the options give no valid recording.toml: {error.found.removeprefix(str(trial)).lstrip(', :')}",
                 error.expected,
                 "correct the option",
             ) from None
