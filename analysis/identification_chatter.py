@@ -31,11 +31,13 @@ MOST_IMPACTS = 16
 # Restitution of slow impacts may differ from the mean of all (speed dependence): sd of a common shift.
 COMMON_SD = 0.05
 LEAST_SCATTER = 0.005
-# Misfit per residual (clipped at 5 sd each), against the usual one, up to which a chain is believed.
-BELIEVED = 2.0
+# Misfit per residual, its worst frames left out (wrong points), up to which a chain is believed; below WELL no other path to it is tried.
+BELIEVED, WELL = 2.0, 1.25
+WORST_SHARE = 0.06
 CLIP = 5.0
 MOST_RECORDS = 60
-FRAMES_AT_ONCE = 3
+# Frames added at a time, by the paths tried one after another.
+FRAMES_AT_ONCE = (3, 2, 5)
 STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4], np.full(MOST_IMPACTS, 1e-4)])
 
 
@@ -170,7 +172,7 @@ def _windows(rig: RigFit, number: int, resolved: NDArray[np.bool_]) -> Iterator[
     met = {int(k) for k in meetings.flight[(meetings.run == number) & resolved]}
     ahead = np.flatnonzero(seen[:flights[anchors[0]].first])
     contact = rig.runs[number].segments.contact
-    if len(ahead) >= 3 and not any(a <= ahead[0] <= b for a, b in contact):
+    if len(ahead) >= 2 and not any(a <= ahead[0] <= b for a, b in contact):
         yield None, int(ahead[0]), flights[anchors[0]].first, anchors[0]
     for k, following in zip(anchors, [*anchors[1:], None], strict=True):
         if following == k + 1 and k in met:
@@ -186,16 +188,22 @@ def _follow(rig: RigFit, fits: FlightFits, number: int, start: int | None, first
     t0 = float(data.time_s[first])
     if start is None:
         state = np.empty(6)
-        few = np.flatnonzero(np.isfinite(data.xy_m[:, 0]))
-        end = int(few[few >= first][2])
+        few = np.flatnonzero(np.isfinite(data.xy_m[:stop, 0]))
+        end = int(few[few >= first][:3][-1])
         start_state(data.time_s, data.xy_m[:, 0], data.xy_m[:, 1], data.angle_rad, first, end, t0, state)
     else:
         state = fits.propagate(start, np.array([t0]))[0][0]
     fit = _ChainFit(rig, fits, number, first, last, state)
-    for ends in ((last, False), (stop - 1, True)):
-        result = fit.solve(*ends)
-        if result is not None:
-            return result
+    for end, open_end in ((last, False), (stop - 1, True)):
+        best = None
+        for frames in FRAMES_AT_ONCE:
+            chain = fit.solve(end, open_end, frames)
+            if chain is not None and (best is None or chain.misfit < best.misfit):
+                best = chain
+            if best is not None and best.misfit < WELL:
+                break
+        if best is not None and best.misfit < BELIEVED:
+            return best
     return None
 
 
@@ -240,8 +248,8 @@ class _ChainFit:
         flat, w = jacobian.reshape(-1, len(theta)), weight.ravel()
         return _Evaluated(theta, cost, r.ravel() * w, flat * w[:, None] if slopes else flat, records[:impacts], settled)
 
-    def solve(self, last: int, open_end: bool) -> Chain | None:
-        """The best chain up to frame ``last``; None where it has no impact or does not fit.
+    def solve(self, last: int, open_end: bool, at_once: int) -> Chain | None:
+        """The best chain up to frame ``last``, ``at_once`` frames at a time; None where it has no impact or does not fit.
 
         Frames are added a few at a time: each impact's restitution is known before the frames that depend on it come in, and the fit does
         not lock onto a chain that is one hop off.
@@ -259,7 +267,7 @@ class _ChainFit:
             if count >= min(whole, limit):
                 whole = min(whole, limit)
                 break
-            count = min(count + FRAMES_AT_ONCE, whole)
+            count = min(count + at_once, whole)
             here = self.evaluate(here.theta, count)
         if whole < 4:
             return None
@@ -286,7 +294,8 @@ class _ChainFit:
         return here
 
     def _chain(self, here: _Evaluated, count: int, open_end: bool) -> Chain | None:
-        misfit = float(np.sum(here.residual**2) / max(3 * count - 6, 1))
+        per_frame = np.sort(np.sum(here.residual.reshape(-1, 3) ** 2, 1))[:max(count - int(np.ceil(WORST_SHARE * count)), 1)]
+        misfit = float(per_frame.sum() / max(3 * len(per_frame) - 6, 1))
         if len(here.records) == 0 or misfit > BELIEVED or (open_end and not np.isfinite(here.settled)):
             return None
         covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian / self.inflation + np.diag(self.prior**2), hermitian=True)
