@@ -1,0 +1,217 @@
+"""Impacts: restitution, contact distance, tangential and angular law against what they may go with; held-out gains of each covariate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from analysis.contact_law import Law, LawData, fit_restitution, predicted_tangential
+from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
+from analysis.gap.figures import Candidate, Panel
+from analysis.gap.impact_stage import PROBES, ImpactFit, best_speed_scale, covariates, restitution_design
+from analysis.gap.ladder import Ladder
+from analysis.wall import wall_design
+
+Array = NDArray[np.float64]
+DEGREES = 180 / np.pi
+# Losses of single impacts are cut here (sd squared), as in the fits.
+CLIP = 25.0
+
+#: residual and covariates that show a finding; findings are effects, coordinates of structure, or groups of probes
+VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "speed_dependent_restitution": ("restitution", ("approach speed", "azimuth in the room")),
+    "direction_dependent_restitution": ("restitution", ("azimuth in the room", "approach speed")),
+    "finite_contact_time": ("distance", ("approach speed", "azimuth in the room")),
+    "wall_ellipticity": ("distance", ("azimuth in the room", "approach speed")),
+    "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
+    "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
+}
+SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
+GOES_WITH = {"the slip speed": "slip", "the direction of slip": "slip", "the spin": "spin before", "the sense of spin": "spin before",
+             "the time in the run": "time in the run", "the run": "run", "the drive's phase": "drive phase",
+             "twice the azimuth": "azimuth in the Host", "three times the azimuth": "azimuth in the Host", "the azimuth": "azimuth in the Host",
+             "the recording's time at the drive's frequency": "clock of the drive", "the approach speed": "approach speed", "the approach speed in another way": "approach speed"}
+CIRCULAR = ("azimuth in the room", "azimuth in the Host", "azimuth in the disk", "drive phase", "clock of the drive")
+UNITS = {"approach speed": "m/s", "slip": "m/s", "spin before": "rad/s", "time in the run": "s", "run": "number"}
+RESIDUALS = {"restitution": "restitution − model", "distance": "contact distance − wall (µm)", "tangential": "tangential impulse / law − 1",
+             "angular": "angular law (mm/s)"}
+
+
+def impact_view(finding: str, coordinate: str = "") -> tuple[str, str]:
+    """Residual and first covariate for a finding (an effect, or what a structure goes with and its coordinate)."""
+    if finding in VIEWS:
+        return VIEWS[finding][0], VIEWS[finding][1][0]
+    if "place on the wall" in finding:
+        return SHOWN_OF.get(coordinate, "restitution"), "azimuth in the Host"
+    return SHOWN_OF.get(coordinate, "restitution"), GOES_WITH.get(finding, "approach speed")
+
+
+def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Panel]:
+    """Panels of the finding's residual against its own covariate, and against five others."""
+    before, after = ladder.impacts_nominal, ladder.impacts
+    if before is None or after is None:
+        return []
+    residual, first = impact_view(finding, coordinate)
+    others = ("approach speed", "azimuth in the room", "azimuth in the Host", "azimuth in the disk", "slip", "spin before", "drive phase",
+              "time in the run", "run")
+    names = tuple(dict.fromkeys((first, *VIEWS.get(finding, ("", ()))[1], *others)))[:6]
+    return [_panel(ladder, residual, name, finding) for name in names]
+
+
+def overview_panels(ladder: Ladder) -> list[Panel]:
+    """One look at every residual of the impacts."""
+    if ladder.impacts is None or ladder.impacts_nominal is None:
+        return []
+    pairs = (("restitution", "approach speed"), ("restitution", "azimuth in the room"), ("distance", "azimuth in the room"),
+             ("distance", "approach speed"), ("tangential", "slip"), ("angular", "spin before"))
+    return [_panel(ladder, residual, covariate, "") for residual, covariate in pairs]
+
+
+def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel:
+    pairs = []
+    for fitted, terms in ((ladder.impacts_nominal, ()), (ladder.impacts, ladder.restitution_terms)):
+        after = fitted is ladder.impacts and terms is ladder.restitution_terms
+        pairs.append((covariate_of(fitted, covariate), residual_of(fitted, terms, residual, "" if after else finding)))
+    (x, y), (x_after, y_after) = pairs
+    unit = "°" if covariate in CIRCULAR else UNITS[covariate]
+    return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
+
+
+def covariate_of(fitted: ImpactFit, name: str) -> Array:
+    """A covariate (K,) of the usable impacts; angles in degrees from -180 to 180."""
+    d = fitted.data
+    angles = {"azimuth in the room": d.azimuth_rad, "azimuth in the Host": d.azimuth_rad - d.host_angle_rad,
+              "azimuth in the disk": fitted.wall.impacts.body_rad[d.index], "drive phase": d.drive_rad,
+              "clock of the drive": d.drive_rad - d.drive_start_rad}
+    if name in angles:
+        return DEGREES * np.angle(np.exp(1j * angles[name]))
+    return {"approach speed": d.before, "slip": d.slip, "spin before": d.spin, "time in the run": d.time_s, "run": d.run + 1.0}[name]
+
+
+def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: str, put_back: str = "") -> Array:
+    """One residual (K,) per usable impact; ``put_back`` names a centre whose offset the nominal wall has taken up already."""
+    d = fitted.data
+    if residual == "restitution":
+        design = restitution_design(d, restitution_terms)
+        return d.after / d.before - design @ fit_restitution(d, design)[0]
+    if residual == "distance":
+        r = fitted.wall.residual_m[d.index]
+        if put_back in ("wall_centre_offset", "mass_centre_offset"):
+            # The layout's wall, not the recalibrated one, is what the effect is an error of.
+            wall = fitted.wall.wall
+            design = wall_design(d.azimuth_rad, d.host_angle_rad, fitted.wall.impacts.body_rad[d.index], wall.contact_radius_m)
+            r = r + (design[:, 1:3] @ wall.centre_m if put_back == "wall_centre_offset" else design[:, 3:5] @ wall.disk_m)
+        return 1e6 * r
+    if residual == "angular":
+        return 1e3 * d.angular
+    law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    return np.where(law > 0.02, np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1, np.nan)
+
+
+def law_figure(ladder: Ladder) -> Figure:
+    """The measured law itself: leaving over approach speed, tangential over normal impulse, angular law; lines are the models."""
+    before, after = ladder.impacts_nominal, ladder.impacts
+    d = after.data
+    figure, axes = new_figure(1, 3, height_in=2.8, gap_in=(0.68, 0.3))
+    ax = axes[0, 0]
+    ax.plot(d.before, d.after / d.before, ".", ms=3, color=GREY, alpha=0.7)
+    order = np.argsort(d.before)
+    ax.axhline(before.law.restitution, color=RED, lw=1.2, ls="--", label="recalibrated")
+    design = restitution_design(d, ladder.restitution_terms)
+    model = design @ fit_restitution(d, design)[0]
+    ax.plot(d.before[order], model[order], "-" if "direction_dependent_restitution" not in ladder.restitution_terms else ".", color=BLUE, lw=1.2, ms=2.5,
+            label="with the effect")
+    limits = robust_limits(d.after / d.before, 0.01, 0.2)
+    if limits:
+        ax.set_ylim(*limits)
+    label(ax, "approach speed (m/s)", "restitution")
+    legend(ax)
+    ax = axes[0, 1]
+    share = np.abs(d.slip) / d.normal_impulse
+    ax.plot(share, np.abs(d.tangential_impulse) / d.normal_impulse, ".", ms=3, color=GREY, alpha=0.7)
+    grid = np.linspace(0, np.quantile(share, 0.98), 200)
+    for law, colour, style in ((before.law, RED, "--"), (after.law, BLUE, "-")):
+        ax.plot(grid, _tangential(grid, law, d), color=colour, ls=style, lw=1.2)
+    ax.set_xlim(0, grid[-1])
+    ax.set_ylim(0, 1.6 * float(max(before.law.wall_friction, after.law.wall_friction)))
+    label(ax, "slip / normal impulse", "tangential / normal impulse")
+    ax = axes[0, 2]
+    ax.plot(d.tangential_impulse, d.angular + d.tangential_impulse, ".", ms=3, color=GREY, alpha=0.7)
+    ends = np.array([d.tangential_impulse.min(), d.tangential_impulse.max()])
+    ax.plot(ends, ends, color=BLACK, lw=0.9)
+    label(ax, "tangential impulse / mass (m/s)", "q R Δω (m/s)")
+    return figure
+
+
+def _tangential(share: Array, law: Law, data: LawData) -> Array:
+    return np.minimum((1 + law.tangential_restitution) * share / (1 + 1 / data.inertia_factor), law.wall_friction)
+
+
+# --- ranking -------------------------------------------------------------------------------------------------------------
+
+def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
+    """Gain of each effect (on the recalibrated model) or of each probe (on the final one) on runs held out of its estimate."""
+    fitted = ladder.impacts if probes else ladder.impacts_nominal
+    if fitted is None:
+        return []
+    d, runs = fitted.data, len(ladder.series.runs)
+    terms = ladder.restitution_terms if probes else ()
+    design = restitution_design(d, terms)
+    scatter = fit_restitution(d, design)[2]
+    restitution = (d.after / d.before, np.hypot(d.normal_sd / d.before, scatter), design)
+    wall = fitted.wall
+    distance_sd = np.hypot(wall.impacts.sd("radius")[d.index], max(wall.scatter_m, 2e-6))
+    every = wall_design(d.azimuth_rad, d.host_angle_rad, wall.impacts.body_rad[d.index], wall.wall.contact_radius_m)
+    speed = d.before[:, None]
+    base = np.hstack([every if ladder.ellipse and probes else every[:, :5], speed if ladder.finite and probes else speed[:, :0]])
+    distance = (wall.residual_m[d.index], distance_sd, base)
+    if not probes:
+        named = {"speed_dependent_restitution": (restitution, np.exp(-d.before / best_speed_scale(d))[:, None]),
+                 "direction_dependent_restitution": (restitution, np.column_stack([np.cos(d.azimuth_rad), np.sin(d.azimuth_rad)])),
+                 "wall_ellipticity": (distance, every[:, 5:]), "finite_contact_time": (distance, speed)}
+        found = {c.effect for c in ladder.causes}
+        return [Candidate(name, True, _held_out(*data, columns, d.run, runs), name in found) for name, (data, columns) in named.items()]
+    table = covariates(d)
+    found = {(s.coordinate, s.goes_with) for s in ladder.structure}
+    tangential_size = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    strong = tangential_size > 0.02
+    share = np.where(strong, np.abs(d.tangential_impulse) / np.maximum(tangential_size, 1e-9) - 1, 0.0)
+    share_sd = np.where(strong, np.hypot(d.tangential_sd / np.maximum(tangential_size, 1e-9), 0.01), 1e3)
+    one = np.ones((len(d), 1))
+    angular_sd = np.hypot(d.angular_sd, 0.002 * d.normal_impulse)
+    out = []
+    for name, parts in PROBES.items():
+        columns = np.column_stack([table[p] for p in parts])
+        for residual, coordinate, data in (("restitution", "normal", restitution), ("distance", "radius", distance),
+                                           ("tangential", "tangential", (share, share_sd, one)), ("angular", "spin", (d.angular, angular_sd, one))):
+            if residual == "distance" and name == "twice the azimuth":
+                continue
+            out.append(Candidate(f"{residual} with {name}", False, _held_out(*data, columns, d.run, runs), (coordinate, name) in found))
+    return out
+
+
+def _held_out(y: Array, sd: Array, base: Array, columns: Array, run: NDArray[np.int64], runs: int) -> Array:
+    """Fall of -2 log L per run when ``columns`` join ``base``, each run's coefficients from the others; losses clipped."""
+    full = np.hstack([base, columns])
+    gains = np.zeros(runs)
+    for number in range(runs):
+        here = run == number
+        rest = ~here if np.any(~here) else here
+        a, b = ((y - design @ _robust(design[rest], y[rest], sd[rest])) / sd for design in (base, full))
+        # The scatter of the model without the columns is the unit of both.
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(a[rest]))))
+        gains[number] = np.minimum((a[here] / scale) ** 2, CLIP).sum() - np.minimum((b[here] / scale) ** 2, CLIP).sum()
+    return gains
+
+
+def _robust(design: Array, y: Array, sd: Array) -> Array:
+    w = 1 / sd
+    for _ in range(5):
+        c = np.linalg.lstsq(design * w[:, None], y * w, rcond=None)[0]
+        z = (y - design @ c) / sd
+        w = 1 / sd / np.sqrt(1 + (z / max(1.0, 1.4826 * float(np.median(np.abs(z)))) / 3) ** 2)
+    return c
+

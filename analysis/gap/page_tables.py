@@ -1,0 +1,94 @@
+"""Tables of the gap's page: tests, parameters, shifts, detectable sizes, shares, as ready-made texts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from analysis.gap.ladder import Ladder
+from analysis.gap.measurement import NEGLIGIBLE, SIGNIFICANT
+from analysis.gap.page_words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
+from analysis.report.numbers import MISSING, percent, with_unit
+
+Row = tuple[str, ...]
+NOMINAL = {"floor_friction": "floor friction μ_s", "restitution": "restitution ε", "restitution_scatter": "scatter of restitution",
+           "wall_friction": "wall friction μ_c", "tangential_restitution": "tangential restitution β₀"}
+
+
+def measurement_rows(ladder: Ladder) -> list[Row]:
+    """Each test: what was measured with sd, how many sd from nothing, negligible size, verdict."""
+    rows = []
+    for name, finding in ladder.measurement.findings.items():
+        values = "; ".join(_with_sd(p, *v) for p, v in finding.parameters.items())
+        first = next(iter(finding.parameters))
+        found = any(f.effect == name for f in ladder.findings)
+        verdict = "found" if finding.found else ("negligible" if finding.significance > SIGNIFICANT else "nothing")
+        if finding.found and not found:
+            verdict = "gone after the other corrections"
+        elif found and not finding.found:
+            verdict = "found after another correction"
+        rows.append((plain(name), values, f"{finding.significance:.1f}", _size(first, NEGLIGIBLE[name]), verdict))
+    return rows
+
+
+def _with_sd(parameter: str, value: float, sd: float) -> str:
+    if parameter in RATIOS:
+        return f"{value:.6f} ± {sd:.6f}"
+    factor, unit = unit_of(parameter)
+    name = f"{parameter_words(parameter)} " if parameter[:2] in ("u_", "v_", "x_", "y_") else ""
+    return f"{name}{factor * value:.3g} ± {factor * sd:.2g} {unit}".replace("-", "−")
+
+
+def _size(parameter: str, size: float) -> str:
+    """A smallest size; that of a ratio is its distance from 1."""
+    return f"{size:.2g} of 1" if parameter in RATIOS else shown(parameter, size, 2)
+
+
+def parameter_rows(parameters: dict[str, Any]) -> list[Row]:
+    return [(plain(effect), parameter_words(name), shown(name, v["value"], 4), shown_interval(name, v["low"], v["high"]))
+            for effect, values in parameters.items() for name, v in values.items()]
+
+
+def nominal_rows(nominal: dict[str, Any]) -> list[Row]:
+    """How the nominal parameters moved, and by how much of themselves the effect moves them back."""
+    rows = []
+    for name, values in nominal.items():
+        a, b = values.get("recalibrated"), values.get("with_effect")
+        change = f"{100 * (b / a - 1):+.2f} %".replace("-", "−") if a and b is not None else MISSING
+        rows.append((NOMINAL.get(name, name.replace("_", " ")), *(_number(values.get(k)) for k in ("as_given", "recalibrated", "with_effect")), change))
+    return rows
+
+
+def _number(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.4f}"
+
+
+def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> list[Row]:
+    """Smallest size of each effect that would have been named, and what was found of it."""
+    rows = []
+    for effect, entry in detectable.items():
+        found = parameters.get(effect, {}).get(entry["parameter"])
+        rows.append((plain(effect), parameter_words(entry["parameter"]), _size(entry["parameter"], entry["size"]),
+                     shown(entry["parameter"], found["value"]) if found else MISSING))
+    return rows
+
+
+def gap_rows(gap: dict[str, Any]) -> list[Row]:
+    names = {"as_given": "as given", "recalibrated": "recalibrated", "with_effect": "with the effect", "noise_floor": "noise floor"}
+    rows = []
+    for key, name in names.items():
+        rung = gap.get(key) or {}
+        rows.append((name, *(with_unit(scale * rung[q], unit) if rung.get(q) is not None else MISSING
+                             for q, scale, unit in (("flight_m", 1e3, "mm"), ("impact_m_per_s", 1e3, "mm/s"), ("spin_rad_per_s", 1.0, "rad/s")))))
+    return rows
+
+
+def where_rows(where: Sequence[dict[str, Any]]) -> list[Row]:
+    return [(w["stage"], w["phase"], w["coordinate"], percent(w["excess"])) for w in where]
+
+
+def time_rows(time: dict[str, float]) -> list[Row]:
+    total = sum(time.values()) or 1.0
+    names = {"free_flight_s": ("free flight", "fitted"), "sustained_contact_s": ("sustained contact with the wall", "left out: no flight, no single impact"),
+             "left_out_s": ("unseen, too short or between pieces", "left out")}
+    return [(names[k][0], with_unit(v, "s"), percent(v / total), names[k][1]) for k, v in time.items() if k in names]
