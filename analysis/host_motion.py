@@ -111,16 +111,20 @@ def _basis_slope(time_s: Array, omega: float, overtones: int) -> Array:
 
 
 def _robust_sd(residual: Array) -> Array:
-    with np.errstate(all="ignore"):
-        if not np.isfinite(residual).any():
-            return np.full(residual.shape[1], np.nan)
-        return 1.4826 * np.nanmedian(np.abs(residual - np.nanmedian(residual, 0)), 0)
+    spread = np.full(residual.shape[1], np.nan)
+    for axis in range(residual.shape[1]):
+        known = residual[np.isfinite(residual[:, axis]), axis]
+        if known.size:
+            spread[axis] = 1.4826 * float(np.median(np.abs(known - np.median(known))))
+    return spread
 
 
 def _moves(position: Array, sd: Array) -> bool:
-    spread = np.nanstd(position[:, :2], 0) if np.isfinite(position[:, :2]).any() else np.zeros(2)
-    noise = np.nanmedian(sd[:, :2], 0) if np.isfinite(sd[:, :2]).any() else np.zeros(2)
-    return bool(np.any(spread > np.maximum(10 * noise, 2e-5)))
+    for axis in range(2):
+        known = np.isfinite(position[:, axis]) & np.isfinite(sd[:, axis])
+        if known.sum() > 1 and np.std(position[known, axis]) > max(10 * float(np.median(sd[known, axis])), 2e-5):
+            return True
+    return False
 
 
 def _standing(position: Array, sd: Array) -> HostMotion:
@@ -131,7 +135,7 @@ def _standing(position: Array, sd: Array) -> HostMotion:
 
 
 def _spectral_peak(time_s: Array, position: Array) -> float:
-    axis = int(np.argmax(np.nanstd(position[:, :2], 0)))
+    axis = int(np.argmax([np.std(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0 for column in position[:, :2].T]))
     seen = np.isfinite(position[:, axis])
     uniform = np.linspace(time_s[0], time_s[-1], len(time_s))
     signal = np.interp(uniform, time_s[seen], position[seen, axis])

@@ -78,17 +78,21 @@ def _columns(motion: pd.DataFrame, body: str, suffix: str) -> Array:
 
 def _noise(values: Array) -> Array:
     """Noise per column from third differences (a smooth motion leaves nothing there); a micrometre at least."""
-    with np.errstate(all="ignore"):
-        third = np.diff(values, 3, axis=0)
-        sd = np.nanmedian(np.abs(third), 0) / 0.6745 / np.sqrt(20.0) if len(third) and np.isfinite(third).any() else np.full(values.shape[1], 1e-5)
-    return np.where(np.isfinite(sd), np.maximum(sd, 1e-6), 1e-5)
+    sd = np.full(values.shape[1], 1e-5)
+    third = np.abs(np.diff(values, 3, axis=0))
+    for column in range(values.shape[1]):
+        known = third[np.isfinite(third[:, column]), column]
+        if known.size:
+            sd[column] = max(float(np.median(known)) / 0.6745 / np.sqrt(20.0), 1e-6)
+    return sd
 
 
 def cut(data: RunData, host_table: Array, frame: NDArray[np.int64], wall_m: Array | float) -> Run:
     """Segment a run, ``wall_m`` (scalar or per frame) being the contact distance."""
     relative = data.xy_m - data.host.at(data.time_s)[:, :2]
     distance = np.hypot(relative[:, 0], relative[:, 1])
-    limit = np.broadcast_to(np.asarray(wall_m, float) - CONTACT_MARGIN_M - 3 * np.nanmedian(data.xy_sd_m), distance.shape)
+    noise = float(np.median(data.xy_sd_m)) if len(data.xy_sd_m) else 0.0
+    limit = np.broadcast_to(np.asarray(wall_m, float) - CONTACT_MARGIN_M - 3 * noise, distance.shape)
     segments = segment(data.time_s, data.xy_m, data.xy_sd_m, distance, limit)
     flights = flights_from_segments(np.isfinite(data.xy_m[:, 0]), segments.gaps, segments.contact)
     return Run(data, segments, tuple(flights), distance, host_table, frame)
