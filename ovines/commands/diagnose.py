@@ -52,9 +52,10 @@ def run(args: argparse.Namespace) -> int:
             bar.set_postfix_str("report")
             made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
             write_table(diagnosis.predictions, "predictions", out / "predictions.parquet", made)
+            # The answer first: the page is drawn from it.
+            write_text_whole(json.dumps({**diagnosis.summary, "provenance": made}, indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
             write_text_whole(gap_page(diagnosis, args.series.resolve().name).render(), out / "gap.html")
             bar.update()
-            write_text_whole(json.dumps({**diagnosis.summary, "provenance": made}, indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
             if args.write_model is not None:
                 write_text_whole(model_section(diagnosis.summary, recordings[0]), args.write_model)
             bar.update()
