@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from analysis.figures.style import (
@@ -33,9 +35,9 @@ BINS = 12
 
 def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
     """RMS of the held-out predictions at each rung: all runs (bar) and each run (dots); flights, impacts, spins."""
-    figure, axes = new_figure(1, 3, height_in=2.9, margins_in=(0.62, 0.12, 0.72, 0.32), gap_in=(0.6, 0.3))
+    figure, axes = new_figure(1, 3, height_in=2.9, margins_in=(0.5, 0.12, 0.45, 0.32), gap_in=(0.5, 0.3))
     panels = (("flight", "flight_count", 1e3, "flight ahead (mm RMS)"), ("impact", "impact_count", 1e3, "impact ahead (mm/s RMS)"),
-              ("spin", "impact_count", 1.0, "spin after an impact (rad/s RMS)"))
+              ("spin", "impact_count", 1.0, "spin ahead (rad/s RMS)"))
     for ax, (total, count, scale, title) in zip(axes[0], panels, strict=True):
         heights = []
         for at, (rung, (_, colour)) in enumerate(RUNGS.items()):
@@ -50,7 +52,7 @@ def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
             per_run = scale * np.sqrt(getattr(e, total)[n > 0] / n[n > 0])
             spread = np.linspace(-0.2, 0.2, len(per_run)) if len(per_run) > 1 else np.zeros(1)
             ax.plot(at + spread, per_run, "o", ms=2.4, color=BLACK, alpha=0.7, mew=0)
-            ax.annotate(f"{value:.3g}", (at, max(value, per_run.max())), ha="center", va="bottom", fontsize=FONT_PT - 1.5, xytext=(0, 2),
+            ax.annotate(f"{value:.2g}" if value < 100 else f"{value:.0f}", (at, max(value, per_run.max())), ha="center", va="bottom", fontsize=FONT_PT - 1.5, xytext=(0, 2),
                         textcoords="offset points")
             heights += [value, *per_run[per_run > 0]]
         if heights and max(heights) > 8 * min(heights):
@@ -58,7 +60,7 @@ def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
             ax.set_ylim(0.6 * min(heights), 2.2 * max(heights))
         elif heights:
             ax.set_ylim(0, 1.15 * max(heights))
-        ax.set_xticks(range(len(RUNGS)), [name.replace(" ", "\n", 1) for name, _ in RUNGS.values()], fontsize=FONT_PT - 2)
+        ax.set_xticks(range(len(RUNGS)), ["as\ngiven", "recali-\nbrated", "with the\neffect", "noise\nfloor"], fontsize=FONT_PT - 2)
         ax.set_xlim(-0.6, len(RUNGS) - 0.4)
         ax.grid(False, axis="x")
         label(ax, title=title)
@@ -84,13 +86,13 @@ class Candidate:
 def ranking_figure(candidates: Sequence[Candidate], threshold: float, title: str) -> Figure:
     """Gain per held-out run: mean (bar) and each run (dots), named effects in blue, probes in grey, accepted ones in green."""
     rows = sorted(candidates, key=lambda c: c.per_run.sum())
-    figure, axes = new_figure(1, 1, height_in=0.95 + 0.185 * len(rows), margins_in=(3.2, 0.55, 0.5, 0.3))
+    figure, axes = new_figure(1, 1, height_in=0.95 + 0.185 * len(rows), margins_in=(3.3, 0.55, 0.5, 0.3))
     ax = axes[0, 0]
     for at, row in enumerate(rows):
         mean = float(row.per_run.mean())
         ax.barh(at, mean, 0.66, color=GREEN if row.accepted else (BLUE if row.named else GREY), alpha=0.75, lw=0)
         ax.plot(row.per_run, np.full(len(row.per_run), at), "o", ms=2.3, color=BLACK, alpha=0.65, mew=0)
-        ax.annotate(f"{row.per_run.sum():.0f}", (1.0, at), xycoords=ax.get_yaxis_transform(), xytext=(3, 0), textcoords="offset points",
+        ax.annotate(f"{row.per_run.sum():.0f}".replace("-0", "0").replace("-", "−"), (1.0, at), xycoords=ax.get_yaxis_transform(), xytext=(3, 0), textcoords="offset points",
                     fontsize=FONT_PT - 2, va="center", color="#38424f")
     ax.axvline(0, color=BLACK, lw=0.8)
     ax.axvline(threshold, color=ORANGE, lw=1.0, ls="--", label="threshold")
@@ -125,7 +127,7 @@ class Panel:
 def residual_panels(panels: Sequence[Panel], columns: int = 2, one_model: bool = False) -> Figure:
     """Residuals before and after: faint dots, and means over bins of equal count with their standard error."""
     rows = -(-len(panels) // columns)
-    figure, axes = new_figure(rows, columns, height_in=0.75 + 2.05 * rows, margins_in=(0.66, 0.12, 0.5, 0.42), gap_in=(0.72, 0.6))
+    figure, axes = new_figure(rows, columns, height_in=0.75 + 2.05 * rows, margins_in=(0.72, 0.12, 0.5, 0.42), gap_in=(0.82, 0.6))
     for ax, panel in zip(axes.flat, panels, strict=False):
         draw_panel(ax, panel, one_model)
         if ax is axes[0, 0]:
@@ -146,7 +148,7 @@ def draw_panel(ax: Axes, panel: Panel, one_model: bool = False) -> None:
         if len(x) < 2:
             continue
         keep = np.random.default_rng(0).permutation(len(x))[:700]
-        ax.plot(x[keep], y[keep], ".", ms=2.0, color=colour, alpha=0.28, mew=0, rasterized=True)
+        ax.plot(x[keep], y[keep], ".", ms=3.0, color=colour, alpha=0.4, mew=0, rasterized=True)
         centres, means, errors = binned(x, y, panel.circular)
         ax.errorbar(centres, means, errors, fmt=marker + "-", ms=3.4, lw=1.1, elinewidth=0.9, color=colour, label=name)
         values.append(y)
@@ -155,6 +157,13 @@ def draw_panel(ax: Axes, panel: Panel, one_model: bool = False) -> None:
     if limits:
         ax.set_ylim(min(limits[0], 0), max(limits[1], 0))
     label(ax, panel.x_name, panel.y_name, panel.title)
+    _room(ax)
+
+
+def _room(ax: Axes) -> None:
+    """Fewer ticks, and the label further out: residuals have long numbers."""
+    ax.yaxis.set_major_locator(MaxNLocator(5))
+    ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.53, 0, ax.get_figure().dpi_scale_trans))  # type: ignore[union-attr]
 
 
 def binned(x: Array, y: Array, circular: bool = False, bins: int = BINS) -> tuple[Array, Array, Array]:

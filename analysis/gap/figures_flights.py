@@ -61,79 +61,93 @@ def flight_views(name: str) -> tuple[tuple[str, str], ...]:
 
 def flight_panels(ladder: Ladder, name: str) -> list[Panel]:
     """Panels for a finding: acceleration that the flights ask for beyond the model, recalibrated and with the effect."""
-    tables: dict[tuple[str, int], pd.DataFrame] = {}
-
-    def table(which: str, frames: int) -> pd.DataFrame:
-        if (which, frames) not in tables:
-            tables[which, frames] = missing_acceleration(ladder.series.runs, ladder.nominal if which == "before" else ladder.flight, frames)
-        return tables[which, frames]
-
+    runs = ladder.series.runs
+    after = residual_frames(runs, ladder.flight)
+    before = after if ladder.nominal is ladder.flight else residual_frames(runs, ladder.nominal)
+    tables = {frames: (missing_acceleration(before, frames), missing_acceleration(after, frames)) for frames in (LONG, SHORT)}
     panels = []
     for component, covariate in flight_views(name):
-        frames = SHORT if covariate in QUICK else LONG
-        before, after = table("before", frames), table("after", frames)
-        if before.empty or after.empty or before[component].notna().sum() < 5 or np.ptp(before[covariate].dropna()) < 1e-9:
+        a, b = tables[SHORT if covariate in QUICK else LONG]
+        if min(len(a), len(b)) < 5 or a[component].notna().sum() < 5 or not np.ptp(a[covariate].dropna()) > 1e-9:
             continue
-        if component == "spin":
-            y_name = "spin (rad/s²)"
-        else:
-            y_name = f"{component} (m/s²)"
-        panels.append(Panel(before[covariate].to_numpy(), before[component].to_numpy(), after[covariate].to_numpy(),
-                            after[component].to_numpy(), f"{covariate} ({UNITS[covariate]})", y_name, covariate in CIRCULAR))
+        unit = "rad/s²" if component == "spin" else "m/s²"
+        panels.append(Panel(a[covariate].to_numpy(), a[component].to_numpy(), b[covariate].to_numpy(), b[component].to_numpy(),
+                            f"{covariate} ({UNITS[covariate]})", f"{component} ({unit})", covariate in CIRCULAR))
     return panels
 
 
-def missing_acceleration(runs: tuple[Run, ...], fitted: FlightFit, frames: int) -> pd.DataFrame:
+def residual_frames(runs: tuple[Run, ...], fitted: FlightFit) -> pd.DataFrame:
+    """Frames of all flights: residual of x, y (m) and angle (rad, NaN where unknown), state and Host; ``run``, ``flight``."""
+    parts = []
+    for number, (run, fits) in enumerate(zip(runs, fitted.fits, strict=True)):
+        data, (ox, oy) = run.data, fits.shared[:2]
+        place, velocity = data.host.at(data.time_s), data.host.at(data.time_s, 1)
+        lift = data.host.at(data.time_s, 2)[:, 2]
+        for k, flight in enumerate(fits.flights):
+            i = np.arange(flight.first, flight.last + 1)
+            i = i[np.isfinite(data.xy_m[i, 0])]
+            if len(i) < FEWEST:
+                continue
+            states, _ = fits.propagate(k, data.time_s[i])
+            c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+            angle = np.where(data.angle_sd_rad[i] < 1e3, data.angle_rad[i] - states[:, 2], np.nan)
+            parts.append(np.column_stack([
+                np.full(len(i), number), np.full(len(i), k), data.time_s[i], data.xy_m[i, 0] - states[:, 0] - c * ox + s * oy,
+                data.xy_m[i, 1] - states[:, 1] - s * ox - c * oy, angle, states[:, [0, 1, 3, 4, 5]], place[i, :2], velocity[i, :2], lift[i],
+                data.host.omega_rad_per_s * data.time_s[i] + data.host.phase_rad, np.full(len(i), data.radius_m)]))
+    columns = ["run", "flight", "t", "rx", "ry", "ra", "x", "y", "vx", "vy", "omega", "hx", "hy", "hvx", "hvy", "lift", "phase", "radius"]
+    return pd.DataFrame(np.vstack(parts) if parts else np.zeros((0, len(columns))), columns=columns)
+
+
+def missing_acceleration(frames: pd.DataFrame, length: int) -> pd.DataFrame:
     """Acceleration (m/s^2; rad/s^2 for ``spin``) that the measured positions show beyond a fitted model, per piece of flight.
 
-    Each flight's residual is cut into pieces of about ``frames`` frames; a parabola in each, free of level and slope, gives
-    the acceleration that the model lacks there.  Columns: components, covariates, ``sd`` (m/s^2) of a piece.
+    The residuals of :func:`residual_frames` are cut into pieces of about ``length`` frames; a parabola in each, free of level and
+    slope, gives the acceleration that the model lacks there.  Columns: the components and covariates of :data:`VIEWS`.
     """
-    rows = []
-    for number, (run, fits) in enumerate(zip(runs, fitted.fits, strict=True)):
-        data = run.data
-        for k, flight in enumerate(fits.flights):
-            index = np.arange(flight.first, flight.last + 1)
-            index = index[np.isfinite(data.xy_m[index, 0])]
-            if len(index) < FEWEST:
-                continue
-            states, _ = fits.propagate(k, data.time_s[index])
-            c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
-            ox, oy = fits.shared[:2]
-            residual = np.column_stack([data.xy_m[index] - states[:, :2] - np.column_stack([c * ox - s * oy, s * ox + c * oy]),
-                                        np.where(data.angle_sd_rad[index] < 1e3, data.angle_rad[index] - states[:, 2], np.nan)])
-            for part in np.array_split(np.arange(len(index)), max(1, round(len(index) / frames))):
-                if len(part) >= FEWEST:
-                    rows.append(_piece(run, number, index[part], states[part], residual[part]))
-    return pd.DataFrame(rows)
+    if frames.empty:
+        return pd.DataFrame()
+    flight = frames.groupby(["run", "flight"], sort=False)
+    count, at = flight["t"].transform("size"), flight.cumcount()
+    pieces = np.maximum(np.round(count / length), 1)
+    piece = frames.groupby(["run", "flight", np.floor(at * pieces / count)], sort=False).ngroup().to_numpy()
+    by = frames.groupby(piece)
+    mean = by.mean()
+    c = frames["t"].to_numpy() - mean["t"].to_numpy()[piece]
+    n = np.bincount(piece)
+    c2, c3 = np.bincount(piece, c**2), np.bincount(piece, c**3)
+    q = c**2 - (c2 / n)[piece] - (c3 / c2)[piece] * c
+    a = {r: 2 * np.bincount(piece, q * _clipped(frames[r], piece)) / np.bincount(piece, q**2) for r in ("rx", "ry", "ra")}
+    return _components(mean, a["rx"], a["ry"], a["ra"])[n >= FEWEST]
 
 
-def _piece(run: Run, number: int, index: NDArray[np.int64], states: Array, residual: Array) -> dict[str, float]:
-    data = run.data
-    t = data.time_s[index]
-    centred = t - t.mean()
-    q = centred**2
-    base, _ = np.linalg.qr(np.vander(centred / max(np.ptp(t), 1e-9), 2))
-    q = q - base @ (base.T @ q)
-    ax, ay, spin = 2 * (q @ _clipped(residual)) / (q @ q)
-    host, host_v = data.host.at(t)[:, :2].mean(0), data.host.at(t, 1)[:, :2].mean(0)
-    place, v, omega = states[:, :2].mean(0), states[:, 3:5].mean(0), float(states[:, 5].mean())
-    relative, sliding = place - host, v - host_v
-    out, path, slide = (w / max(np.hypot(*w), 1e-9) for w in (relative, v, sliding))
-    a = np.array([ax, ay])
-    speed, slip = float(np.hypot(*v)), float(np.hypot(*sliding))
-    phase = data.host.omega_rad_per_s * t.mean() + data.host.phase_rad
-    return {"x": ax, "y": ay, "spin": spin, "outwards": a @ out, "swirl": a @ np.array([-out[1], out[0]]), "along the path": a @ path,
-            "across the path": a @ np.array([-path[1], path[0]]), "along sliding": a @ slide, "sd": 2 * float(np.median(data.xy_sd_m[index])) / np.sqrt(q @ q),
-            "sliding speed": slip, "speed": speed, "time in the run": t.mean(), "run": float(number + 1), "radius": 1e3 * float(np.hypot(*relative)),
-            "drive phase": float(np.degrees(np.angle(np.exp(1j * phase)))), "spin of the disk": omega, "spin times speed": omega * speed,
-            "x in the room": 1e3 * place[0], "y in the room": 1e3 * place[1], "x in the Host": 1e3 * relative[0], "y in the Host": 1e3 * relative[1],
-            "direction of sliding": float(np.degrees(np.arctan2(sliding[1], sliding[0]))),
-            "vertical acceleration of the Host": float(data.host.at(t, 2)[:, 2].mean()), "rim over sliding speed": abs(omega) * data.radius_m / max(slip, 1e-3)}
+def _clipped(residual: pd.Series, piece: NDArray[np.int64]) -> Array:
+    """Wrong frames drawn in to 5 robust sd about their piece's median, so that one of them does not make an acceleration."""
+    middle = residual.groupby(piece).median().to_numpy()[piece]
+    away = (residual - middle).to_numpy()
+    limit = 5 * 1.4826 * np.maximum(pd.Series(np.abs(away)).groupby(piece).median().to_numpy()[piece], 1e-9)
+    return np.clip(away, -limit, limit)
 
 
-def _clipped(residual: Array) -> Array:
-    """Wrong frames drawn in to 5 robust sd about the piece's median, so that one of them does not make an acceleration."""
-    middle = np.median(residual, axis=0)
-    spread = np.maximum(1.4826 * np.median(np.abs(residual - middle), axis=0), 1e-9)
-    return np.clip(residual, middle - 5 * spread, middle + 5 * spread)
+def _components(mean: pd.DataFrame, ax: Array, ay: Array, spin: Array) -> pd.DataFrame:
+    """Components of the missing acceleration and its covariates, from the pieces' mean states."""
+    relative = mean[["x", "y"]].to_numpy() - mean[["hx", "hy"]].to_numpy()
+    v = mean[["vx", "vy"]].to_numpy()
+    sliding = v - mean[["hvx", "hvy"]].to_numpy()
+    radius, speed, slip = (np.hypot(*w.T) for w in (relative, v, sliding))
+    out, path, slide = (w / np.maximum(size, 1e-9)[:, None] for w, size in ((relative, radius), (v, speed), (sliding, slip)))
+    omega = mean["omega"].to_numpy()
+
+    def along(w: Array) -> Array:
+        return ax * w[:, 0] + ay * w[:, 1]
+
+    def across(w: Array) -> Array:
+        return ay * w[:, 0] - ax * w[:, 1]
+
+    return pd.DataFrame({
+        "x": ax, "y": ay, "spin": spin, "outwards": along(out), "swirl": across(out), "along the path": along(path), "across the path": across(path),
+        "along sliding": along(slide), "sliding speed": slip, "speed": speed, "time in the run": mean["t"].to_numpy(), "run": mean["run"].to_numpy() + 1,
+        "radius": 1e3 * radius, "drive phase": np.degrees(np.angle(np.exp(1j * mean["phase"].to_numpy()))), "spin of the disk": omega,
+        "spin times speed": omega * speed, "x in the room": 1e3 * mean["x"].to_numpy(), "y in the room": 1e3 * mean["y"].to_numpy(),
+        "x in the Host": 1e3 * relative[:, 0], "y in the Host": 1e3 * relative[:, 1], "direction of sliding": np.degrees(np.arctan2(*sliding.T[::-1])),
+        "vertical acceleration of the Host": mean["lift"].to_numpy(), "rim over sliding speed": np.abs(omega) * mean["radius"].to_numpy() / np.maximum(slip, 1e-3)})

@@ -36,7 +36,7 @@ GOES_WITH = {"the slip speed": "slip", "the direction of slip": "slip", "the spi
              "the recording's time at the drive's frequency": "clock of the drive", "the approach speed": "approach speed", "the approach speed in another way": "approach speed"}
 CIRCULAR = ("azimuth in the room", "azimuth in the Host", "azimuth in the disk", "drive phase", "clock of the drive")
 UNITS = {"approach speed": "m/s", "slip": "m/s", "spin before": "rad/s", "time in the run": "s", "run": "number"}
-RESIDUALS = {"restitution": "restitution − model", "distance": "contact distance − wall (µm)", "tangential": "tangential impulse / law − 1",
+RESIDUALS = {"restitution": "restitution − model", "distance": "distance − wall (µm)", "tangential": "tangential excess (%)",
              "angular": "angular law (mm/s)"}
 
 
@@ -108,7 +108,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
     if residual == "angular":
         return 1e3 * d.angular
     law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
-    return np.where(law > 0.02, np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1, np.nan)
+    return np.where(law > 0.02, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan)
 
 
 def law_figure(ladder: Ladder) -> Figure:
@@ -189,7 +189,7 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
                                            ("tangential", "tangential", (share, share_sd, one)), ("angular", "spin", (d.angular, angular_sd, one))):
             if residual == "distance" and name == "twice the azimuth":
                 continue
-            out.append(Candidate(f"{residual} with {name}", False, _held_out(*data, columns, d.run, runs), (coordinate, name) in found))
+            out.append(Candidate(f"{residual} with {name}".replace("the recording's time at the drive's frequency", "the drive's clock"), False, _held_out(*data, columns, d.run, runs), (coordinate, name) in found))
     return out
 
 

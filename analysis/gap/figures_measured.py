@@ -60,7 +60,7 @@ def measured_figure(ladder: Ladder) -> Figure | None:
     """The two views' residuals, the frame times and rates, and the lengths; None where none of them can be shown."""
     panels = view_panels(ladder)
     rows = (2 if panels else 0) + 1
-    figure, axes = new_figure(rows, 2, height_in=0.8 + 2.1 * rows, margins_in=(0.66, 0.12, 0.5, 0.42), gap_in=(0.72, 0.6))
+    figure, axes = new_figure(rows, 2, height_in=0.8 + 2.1 * rows, margins_in=(0.72, 0.12, 0.5, 0.42), gap_in=(0.82, 0.6))
     one = not any(f.effect in ("camera_clock_offset", "sensor_window_offset", "plane_tilt") for f in ladder.findings)
     for ax, panel in zip(axes.flat, panels, strict=False):
         draw_panel(ax, panel, one)
@@ -144,7 +144,7 @@ def layout_figure(ladder: Ladder) -> Figure | None:
     bodies = [b for b in ("host", "nes") if b in series.layouts and series.recordings[0].bodies[b].layout_m is not None]
     if not bodies:
         return None
-    figure, axes = new_figure(1, 2, height_in=3.4, gap_in=(0.7, 0.3))
+    figure, axes = new_figure(1, 2, height_in=3.7, margins_in=(0.62, 0.12, 0.5, 0.55), gap_in=(0.7, 0.3))
     scale_found = _finding(ladder, "length_scale_error")
     factor = scale_found.parameters["scale"][0] if scale_found else 1.0
     for ax, body in zip(axes[0], bodies, strict=False):
@@ -156,7 +156,7 @@ def layout_figure(ladder: Ladder) -> Figure | None:
         reach = float(np.abs(design).max()) or 1.0
         magnified = reach / 3 / max(float(np.nanmax(np.abs(seen * factor - design))), 0.15)
         ax.plot(*design.T, "+", color=BLACK, ms=6, label="layout")
-        for values, colour, name in ((seen * factor, RED, "as measured"), (seen, BLUE, "corrected")):
+        for values, colour, name in ((seen * factor, RED if scale_found else BLUE, "as measured"), (seen, BLUE, "corrected")):
             if name == "corrected" and scale_found is None:
                 continue
             tips = design + magnified * (values - design)
@@ -171,7 +171,7 @@ def layout_figure(ladder: Ladder) -> Figure | None:
         ax.set_aspect("equal", adjustable="datalim")
         ax.margins(0.12)
         label(ax, "x (mm)", "y (mm)", {"host": "Host", "nes": "NES"}[body] + f", errors × {magnified:.0f}")
-        legend(ax)
+        legend(ax, loc="lower left", bbox_to_anchor=(-0.02, 1.07))
     for ax in axes[0][len(bodies):]:
         ax.set_visible(False)
     return figure

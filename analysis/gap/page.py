@@ -89,8 +89,8 @@ def _verdict_card(page: Page, summary: dict[str, Any]) -> None:
     if verdict == "effect":
         details = [f"It lies {STAGES.get(summary['stage'], summary['stage'])}."]
         for effect, values in summary["parameters"].items():
-            details += [f"{parameter_words(k).capitalize()} {shown_interval(k, v['low'], v['high'])} (90 %)." if len(summary["effects"]) == 1 else
-                        f"{plain(effect)}, {parameter_words(k)}: {shown_interval(k, v['low'], v['high'])} (90 %)." for k, v in values.items()]
+            details += [f"{parameter_words(k).capitalize()} {shown_interval(k, v['low'], v['high'])} (90 %)." if len(summary["effects"]) == 1 else
+                        f"{plain(effect)}, {parameter_words(k)}: {shown_interval(k, v['low'], v['high'])} (90 %)." for k, v in values.items()]
         others = [plain(e) for e in summary["equivalent"] if e not in summary["effects"]]
         details.append(f"These data cannot tell it from: {', '.join(others)}." if others else "No other effect of the library fits these data as well.")
         page.add_card("What causes the gap?", " and ".join(plain(e) for e in summary["effects"]), "caution", details)
@@ -115,7 +115,7 @@ def _gap_card(page: Page, summary: dict[str, Any]) -> None:
     if summary["verdict"] == "effect":
         shrinkage = gap["shrinkage"]
         status = "good" if shrinkage > 0.8 else ("caution" if shrinkage > 0.4 else "bad")
-        answer = f"By {percent(shrinkage)} ({percent(gap['shrinkage_low'])} to {percent(gap['shrinkage_high'])})"
+        answer = f"By {percent(shrinkage)} ({percent(gap['shrinkage_low']).removesuffix(' %')} to {percent(gap['shrinkage_high'])})".replace(" %", " %")
         if summary["stage"] == "measurement":
             details.append("The measurement was corrected before anything else was fitted: all rungs here already stand on the corrected data.")
         page.add_card("How far does the gap shrink with it?", answer, status, [*details, "Share of the squared gap above the floor; 90 % interval over runs."])
@@ -248,7 +248,7 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
 
 
 def _where_section(page: Page, diagnosis: Diagnosis) -> None:
-    section = page.add_section("Where, and the motion re-simulated", "where")
+    section = page.add_section("Where, and the motion", "where")
     if diagnosis.summary["where"]:
         section.add_table(("stage", "phase", "coordinate", "share of the excess"), where_rows(diagnosis.summary["where"]), text_columns=(0, 1, 2))
     paths = paths_figures.paths_of(diagnosis.ladder, diagnosis.predictions)
@@ -328,7 +328,7 @@ def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
 
 def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
     summary = diagnosis.summary
-    section = page.add_section("What would have been seen, and what was used", "limits")
+    section = page.add_section("What would have been seen", "limits")
     section.add_table(("effect", "parameter", "smallest size named", "found"), detectable_rows(summary["detectable"], summary["parameters"]), text_columns=(0, 1))
     section.add_table(("phase", "time", "share", "use"), time_rows(summary["time"]), "Time of the series.", text_columns=(0, 3))
     ladder = diagnosis.ladder

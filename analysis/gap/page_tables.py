@@ -8,7 +8,7 @@ from typing import Any
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import NEGLIGIBLE, SIGNIFICANT
 from analysis.gap.page_words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
-from analysis.report.numbers import MISSING, percent, with_unit
+from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 
 Row = tuple[str, ...]
 NOMINAL = {"floor_friction": "floor friction μ_s", "restitution": "restitution ε", "restitution_scatter": "scatter of restitution",
@@ -33,10 +33,10 @@ def measurement_rows(ladder: Ladder) -> list[Row]:
 
 def _with_sd(parameter: str, value: float, sd: float) -> str:
     if parameter in RATIOS:
-        return f"{value:.6f} ± {sd:.6f}"
+        return f"1 + {value_with_sd(value - 1, sd)}".replace("+ (−", "− (").replace("+ −", "− ")
     factor, unit = unit_of(parameter)
     name = f"{parameter_words(parameter)} " if parameter[:2] in ("u_", "v_", "x_", "y_") else ""
-    return f"{name}{factor * value:.3g} ± {factor * sd:.2g} {unit}".replace("-", "−")
+    return f"{name}{value_with_sd(factor * value, factor * sd, unit)}"
 
 
 def _size(parameter: str, size: float) -> str:
