@@ -1,0 +1,96 @@
+"""The contact law from impacts made at random: values, bounds where one regime is missing, and how often the intervals hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.contact_law import LawData, fit_restitution, fit_tangential, sticks
+from analysis.identification_intervals import restitution_interval, tangential_intervals, threshold
+
+TRUE = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
+
+
+def series(rng: np.random.Generator, count: int, scatter: float = 0.03, sd: float = 3e-3, slip=(0.0, 2.0)) -> LawData:
+    """``count`` impacts of a disk (q = 0.5) with that law, seen with errors of ``sd`` m/s; ``slip`` range of |v_t| / v_n."""
+    before = rng.uniform(0.1, 3.0, count)
+    speed = before * rng.uniform(*slip, count) * rng.choice([-1, 1], count)
+    after = (TRUE["restitution"] + scatter * rng.standard_normal(count)) * before
+    impulse = before + after
+    tangential = -np.sign(speed) * np.minimum((1 + TRUE["tangential_restitution"]) * np.abs(speed) / 3, TRUE["wall_friction"] * impulse)
+    none = np.zeros(count)
+    full = np.full(count, sd)
+    tangential = tangential + sd * rng.standard_normal(count)
+    values = {"before": before, "after": after + sd * rng.standard_normal(count), "slip": speed, "normal_impulse": impulse,
+              "tangential_impulse": tangential, "angular": none, "normal_sd": full, "tangential_sd": full, "angular_sd": full, "spin": none,
+              "run": none.astype(int), "time_s": none, "azimuth_rad": none, "host_angle_rad": none, "drive_rad": none, "drive_start_rad": none,
+              "index": np.arange(count), "inertia_factor": 0.5}
+    return LawData(**{name: values[name] for name in LawData.__dataclass_fields__})
+
+
+def intervals(data: LawData):
+    (restitution,), covariance, _, _ = fit_restitution(data)
+    (friction,), beta, _, _ = fit_tangential(data)
+    return (restitution_interval(data, float(restitution), float(np.sqrt(covariance[0, 0]))), *tangential_intervals(data, float(friction), beta))
+
+
+def test_both_regimes_determine_all_three():
+    restitution, friction, beta = intervals(series(np.random.default_rng(1), 60))
+    for found, name in ((restitution, "restitution"), (friction, "wall_friction"), (beta, "tangential_restitution")):
+        assert found.low < found.value < found.high
+        assert abs(found.value - TRUE[name]) < 4 * found.sd
+    assert friction.sd < 2e-3 and beta.sd < 5e-3
+
+
+def test_impacts_that_all_stick_bound_the_wall_friction_from_below():
+    data = series(np.random.default_rng(2), 40, slip=(0.0, 0.3))
+    assert sticks(data, TRUE["wall_friction"], TRUE["tangential_restitution"]).all()
+    _, friction, beta = intervals(data)
+    assert np.isnan(friction.value) and np.isnan(friction.high)
+    assert 0.05 < friction.low < TRUE["wall_friction"]
+    assert beta.low < TRUE["tangential_restitution"] < beta.high
+
+
+def test_impacts_that_all_slide_bound_the_tangential_restitution_from_below():
+    data = series(np.random.default_rng(3), 40, slip=(0.9, 2.0))
+    _, friction, beta = intervals(data)
+    assert np.isnan(beta.value) and np.isnan(beta.high)
+    assert -1.0 < beta.low < TRUE["tangential_restitution"]
+    assert friction.low < TRUE["wall_friction"] < friction.high
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_few_impacts_give_no_false_certainty(count):
+    for seed in range(5):
+        restitution, friction, beta = intervals(series(np.random.default_rng(seed), count))
+        assert not restitution.high < TRUE["restitution"] - 0.2 and not restitution.low > TRUE["restitution"] + 0.2
+        # Each impact tells one of the two at most: one impact closes no more than one interval.
+        if count == 1:
+            assert np.isnan(friction.value) or np.isnan(beta.value)
+
+
+def covered(seeds: range, count: int) -> np.ndarray:
+    """Share of series whose 90 % intervals hold the truth: restitution, wall friction, tangential restitution."""
+    hits = []
+    for seed in seeds:
+        found = intervals(series(np.random.default_rng(seed), count))
+        hits.append([not (i.low > TRUE[name] or i.high < TRUE[name]) for i, name in zip(found, TRUE, strict=True)])
+    return np.mean(hits, 0)
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    # 60 series: 90 % +- 3.9 %; the bounds are two and a half sd.
+    share = covered(range(1000, 1060), 25)
+    assert np.all(share > 0.80), share
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("count", [12, 40])
+def test_coverage_lies_between_85_and_95_percent(count):
+    share = covered(range(400), count)
+    assert np.all((share > 0.85) & (share < 0.95)), share
+
+
+def test_threshold_goes_to_that_of_chi_square():
+    assert threshold(10_000, 2) == pytest.approx(2.706, abs=0.01)
+    assert threshold(6, 1) > 3.0
