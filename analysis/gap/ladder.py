@@ -109,7 +109,7 @@ def climb(series: Series) -> Ladder:
         ellipse, finite, shape, base, gained = _shape(flight, base, ellipse, finite)
         impact_causes += shape
         impact_gains += gained
-        laws, restitution, gained, impact_probes, left = _laws(base, restitution)
+        laws, restitution, gained, impact_probes, left = _laws(base, restitution, finite)
         impact_causes += laws
         impact_gains += gained
         structure += left
@@ -289,7 +289,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit) -> Cause:
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
-def _laws(base: ImpactFit, held: Sequence[str]):
+def _laws(base: ImpactFit, held: Sequence[str], finite: bool):
     """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
     names = list(held)
     causes: list[Cause] = []
@@ -308,7 +308,8 @@ def _laws(base: ImpactFit, held: Sequence[str]):
         names.append(best.name)
         causes.append(_restitution_cause(best, base, names))
     strongest = max((c.strength for c in causes), default=0.0)
-    tangential = impact_stage.tangential_gains(base.data, base.law)
+    # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove nothing.
+    tangential = [] if finite else impact_stage.tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for probe in probes:
         strength = probe.size / impact_stage.NEGLIGIBLE[probe.residual]
