@@ -1,0 +1,255 @@
+"""Every file that a user can hand in, damaged at random: read or refused, quickly, in little memory, nothing written.
+
+The quick version runs with the other tests; ``pytest -m long tests/house/test_fuzz.py -s`` tries 1,500 of each and prints the
+figures of docs/reliability.md.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import struct
+import time
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from ovines.camera import read_calibration, write_calibration
+from ovines.errors import InputError
+from ovines.first_frame_names import read_names
+from ovines.recording import read_recording, read_trigger
+from ovines.scenario import read_scenario
+from ovines.tables import TABLES, read_table
+from tests.conftest import recording_toml, two_cameras
+from vision.boards import find_board
+from vision.frames import read_image
+from vision.image_header import BadImage
+
+QUICK, LONG = 40, 1500
+SLOWEST_S = 5.0  # of one input: milliseconds on an idle machine; a hang is what is looked for
+MEMORY_MB = 600  # more than before the test: a claimed terabyte would show
+SIZE_PX = (40, 30)
+ODD = ("nan", "inf", "-1", "0", "1e400", "9" * 400, '""', "[]", "{}", "true", '"\\u0000"', "1979-05-27", "[[[]]]", '"../../../etc"',
+       "0x7fffffffffffffff", "-0.0", "'" + "x" * 5000 + "'", "[nan, 1]", '["a", 1]', "1_000", '"ä<b>"')  # fmt: skip
+EDITS = st.lists(
+    st.tuples(st.sampled_from(("cut", "insert", "double", "value", "line")), st.floats(0, 1), st.sampled_from(ODD) | st.text(max_size=6)),
+    min_size=1, max_size=2,
+)  # fmt: skip
+BYTES = st.lists(
+    st.tuples(st.sampled_from(("set", "cut", "insert", "end", "zero")), st.floats(0, 1), st.binary(min_size=1, max_size=8)), min_size=1, max_size=3
+)
+
+
+def damaged_text(text: str, edits: list) -> str:
+    for kind, where, piece in edits:
+        at = int(where * max(len(text) - 1, 0))
+        if kind == "cut":
+            text = text[:at] + text[at + len(piece) + 1 :]
+        elif kind == "insert":
+            text = text[:at] + piece + text[at:]
+        elif kind == "double":
+            text = text[:at] + text[at : at + 200] + text[at:]
+        else:
+            lines = text.split("\n")
+            row = int(where * (len(lines) - 1))
+            key, equals, _ = lines[row].partition("=")
+            lines[row] = f"{key}= {piece}" if equals and kind == "value" else piece if kind == "line" else lines[row]
+            text = "\n".join(lines)
+    return text
+
+
+def damaged_bytes(content: bytes, edits: list) -> bytes:
+    for kind, where, piece in edits:
+        at = int(where * max(len(content) - 1, 0))
+        if kind == "set":
+            content = content[:at] + piece + content[at + len(piece) :]
+        elif kind == "cut":
+            content = content[:at] + content[at + len(piece) :]
+        elif kind == "insert":
+            content = content[:at] + piece + content[at:]
+        elif kind == "zero":
+            content = content[:at] + bytes(64) + content[at + 64 :]
+        else:
+            content = content[:at]
+    return content
+
+
+SCENARIO = """format = 1
+name = "shaken"
+gravity_m_per_s2 = [0.0, 0.0]
+[nes]
+radius_m = 0.01
+mass_kg = 0.0246
+inertia_factor = 0.5
+[host]
+radius_m = 0.05
+motion = "driven"
+[host.drive]
+x = [{amplitude_m = 0.0164, frequency_hz = 11.0, phase_rad = 0.3}]
+[impact]
+restitution = 0.72
+wall_friction = 0.13
+tangential_restitution = 0.49
+[friction]
+coefficient = 0.2
+law = "farkas"
+[initial]
+nes = [0.03, -0.01, 0.1, 0.0, 0.0, 0.0]
+[run]
+duration_s = 1.0
+sample_rate_hz = 800.0
+"""
+TRIGGER = "frame,time_s\n" + "\n".join(f"{i},{i / 800}" for i in range(20)) + "\n"
+NAMES = "camera,marker,u_px,v_px\n" + "\n".join(f"VW{c},N{i},{100 + i},{200 + i}" for c in (1, 2) for i in (1, 2, 3))
+BOARD = (Path(__file__).resolve().parents[2] / "calibration_boards" / "charuco_5x7_8mm.toml").read_text()
+
+
+def _text_file(name: str, good: str, read: Callable[[Path], object]) -> Callable:
+    def attempt(folder: Path, data: st.DataObject) -> object:
+        (folder / name).write_text(damaged_text(good, data.draw(EDITS)), encoding="utf-8", errors="surrogatepass")
+        return read(folder)
+
+    return attempt
+
+
+def _recording(folder: Path) -> object:
+    recording = read_recording(folder)
+    (folder / "trigger.csv").write_text(TRIGGER)
+    (folder / "tracks.parquet").touch()
+    for camera in recording.cameras:
+        recording.frame_files(camera.name)
+    recording.entry()
+    return recording.times_s(np.arange(3))
+
+
+def _names(folder: Path) -> object:
+    (folder / "recording.toml").write_text(recording_toml())
+    return read_names(folder / "names.csv", read_recording(folder))
+
+
+def _table(folder: Path, data: st.DataObject) -> object:
+    """A table of any kind: a good file's bytes damaged, or a whole file whose columns hold what they should not."""
+    name = data.draw(st.sampled_from(sorted(TABLES)))
+    count = data.draw(st.integers(0, 4))
+    columns = {}
+    for column in TABLES[name].columns:
+        good = {"str": [f"a{i}" for i in range(count)], "int": list(range(count)), "bool": [True] * count}
+        columns[column.name] = good.get(column.type, [0.5 * i for i in range(count)])
+    if data.draw(st.booleans()) and columns:
+        odd = data.draw(st.sampled_from(sorted(columns)))
+        kind = data.draw(st.sampled_from([st.floats(), st.integers(-(2**63), 2**63 - 1), st.text(max_size=5), st.binary(max_size=5), st.none(), st.booleans()]))
+        columns[odd] = [data.draw(kind | st.none()) for _ in range(count)] if data.draw(st.booleans()) else [data.draw(kind)] * count
+    if data.draw(st.integers(0, 3)) == 0:
+        columns.pop(data.draw(st.sampled_from(sorted(columns))))
+    path = folder / f"{name}.parquet"
+    try:
+        pq.write_table(pa.Table.from_pandas(pd.DataFrame(columns), preserve_index=False), path)
+    except (pa.ArrowInvalid, pa.ArrowTypeError, OverflowError):
+        return None  # no Parquet file can hold that
+    if data.draw(st.booleans()):
+        path.write_bytes(damaged_bytes(path.read_bytes(), data.draw(BYTES)))
+    return read_table(path, name)
+
+
+def claims(width: int, height: int) -> bytes:
+    """A PNG whose header claims ``width`` x ``height`` pixels and which holds one row of zeros."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(bytes(100))) + chunk(b"IEND", b"")
+
+
+GREY = np.random.default_rng(0).integers(0, 255, (30, 40)).astype(np.uint8)
+PICTURES = {
+    ending: cv2.imencode(ending, picture)[1].tobytes()
+    for ending, picture in ((".png", GREY), (".jpg", GREY), (".bmp", GREY), (".tiff", GREY), (".pgm", GREY), (".webp", np.dstack([GREY] * 3)))
+} | {".16.png": cv2.imencode(".png", GREY.astype(np.uint16) * 257)[1].tobytes(), ".rgba.png": cv2.imencode(".png", np.dstack([GREY] * 4))[1].tobytes()}  # fmt: skip
+
+
+def _image(folder: Path, data: st.DataObject) -> object:
+    if data.draw(st.integers(0, 9)) == 0:
+        content = claims(data.draw(st.sampled_from((40, 10**6, 2**31 - 1, 2**20))), data.draw(st.sampled_from((30, 10**6, 2**31 - 1, 2**20))))
+    else:
+        ending = data.draw(st.sampled_from(sorted(PICTURES)))
+        content = damaged_bytes(PICTURES[ending], data.draw(BYTES))
+    (folder / "picture.png").write_bytes(content)
+    try:
+        image = read_image(folder / "picture.png", SIZE_PX)
+    except BadImage as error:
+        raise InputError(str(error), "a picture", "the recording goes on without it") from None
+    assert image.shape == SIZE_PX[::-1] and image.dtype in (np.uint8, np.uint16)
+    return image
+
+
+def _calibration(folder: Path, data: st.DataObject) -> object:
+    write_calibration(two_cameras(), folder / "good.json")
+    good = json.dumps(json.loads((folder / "good.json").read_text()), indent=1)
+    (folder / "calibration.json").write_text(damaged_text(good, data.draw(EDITS)), encoding="utf-8", errors="surrogatepass")
+    return read_calibration(folder / "calibration.json")
+
+
+KINDS: dict[str, Callable] = {
+    "recording.toml": _text_file("recording.toml", recording_toml() + '\n[excitation]\nfrequency_hz = 11.0\n[model]\neffects = ["air_drag"]\n', _recording),
+    "scenario.toml": _text_file("scenario.toml", SCENARIO, lambda folder: read_scenario(folder / "scenario.toml")),
+    "calibration.json": _calibration,
+    "trigger.csv": _text_file("trigger.csv", TRIGGER, lambda folder: read_trigger(folder / "trigger.csv")),
+    "names.csv": _text_file("names.csv", NAMES, _names),
+    "board TOML": _text_file("board.toml", BOARD, lambda folder: find_board("board.toml", folder)),
+    "Parquet tables": _table,
+    "images": _image,
+}  # fmt: skip
+
+
+def attack(kind: str, tmp_path: Path, count: int) -> dict[str, float]:
+    """Try ``count`` inputs of a kind; how many were read and refused, the slowest and the memory they took."""
+    folder = tmp_path / "inside"
+    folder.mkdir()
+    figures = {"tried": 0, "read": 0, "refused": 0, "slowest_s": 0.0}
+    start_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    @settings(
+        max_examples=count, deadline=None, database=None, derandomize=True, phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )  # fmt: skip
+    @given(st.data())
+    def try_one(data: st.DataObject) -> None:
+        began = time.process_time()
+        try:
+            KINDS[kind](folder, data)
+            figures["read"] += 1
+        except InputError as error:
+            assert error.found and error.expected and error.do
+            figures["refused"] += 1
+        figures["slowest_s"] = max(figures["slowest_s"], time.process_time() - began)
+
+    try_one()
+    figures["tried"] = figures["read"] + figures["refused"]
+    figures["memory_mb"] = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - start_kb) / 1024
+    assert figures["slowest_s"] < SLOWEST_S and figures["memory_mb"] < MEMORY_MB, figures
+    assert [path.name for path in tmp_path.iterdir()] == ["inside"], "something was written outside"
+    return figures
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_some_damaged_files(kind, tmp_path):
+    figures = attack(kind, tmp_path, QUICK)
+    assert figures["tried"] >= QUICK and figures["read"] and figures["refused"], figures
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_many_damaged_files(kind, tmp_path):
+    figures = attack(kind, tmp_path, LONG)
+    print(f"\n| {kind} | {figures['tried']} | {figures['read']} | {figures['refused']} | {1e3 * figures['slowest_s']:.0f} ms | {figures['memory_mb']:.0f} MB |")
+    assert figures["tried"] >= LONG * 0.9
