@@ -28,19 +28,21 @@ from analysis.figures.style import (
 from analysis.gap.predict import Errors
 
 Array = NDArray[np.float64]
-RUNGS = {"as_given": ("as given", ORANGE), "recalibrated": ("recalibrated", RED), "with_effect": ("with the effect", BLUE),
-         "noise_floor": ("noise floor", GREEN)}
+#: rung -> (its name under a bar, colour)
+RUNGS = {"as_given": ("as\ngiven", ORANGE), "recalibrated": ("recali-\nbrated", RED), "with_effect": ("with the\neffect", BLUE),
+         "noise_floor": ("noise\nfloor", GREEN)}
 BINS = 12
 
 
 def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
-    """RMS of the held-out predictions at each rung: all runs (bar) and each run (dots); flights, impacts, spins."""
+    """Rungs that ``errors`` names: RMS of the held-out predictions at each rung: all runs (bar) and each run (dots); flights, impacts, spins."""
     figure, axes = new_figure(1, 3, height_in=2.9, margins_in=(0.5, 0.12, 0.45, 0.32), gap_in=(0.5, 0.3))
     panels = (("flight", "flight_count", 1e3, "flight ahead (mm RMS)"), ("impact", "impact_count", 1e3, "impact ahead (mm/s RMS)"),
               ("spin", "impact_count", 1.0, "spin ahead (rad/s RMS)"))
+    shown = {rung: RUNGS[rung] for rung in RUNGS if rung in errors}
     for ax, (total, count, scale, title) in zip(axes[0], panels, strict=True):
         heights = []
-        for at, (rung, (_, colour)) in enumerate(RUNGS.items()):
+        for at, (rung, (_, colour)) in enumerate(shown.items()):
             e = errors.get(rung)
             value = _rms(e, total, count, scale)
             if e is None or value is None:
@@ -60,8 +62,8 @@ def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
             ax.set_ylim(0.6 * min(heights), 2.2 * max(heights))
         elif heights:
             ax.set_ylim(0, 1.15 * max(heights))
-        ax.set_xticks(range(len(RUNGS)), ["as\ngiven", "recali-\nbrated", "with the\neffect", "noise\nfloor"], fontsize=FONT_PT - 2)
-        ax.set_xlim(-0.6, len(RUNGS) - 0.4)
+        ax.set_xticks(range(len(shown)), [name for name, _ in shown.values()], fontsize=FONT_PT - 2)
+        ax.set_xlim(-0.6, len(shown) - 0.4)
         ax.grid(False, axis="x")
         label(ax, title=title)
     return figure
@@ -157,10 +159,10 @@ def draw_panel(ax: Axes, panel: Panel, one_model: bool = False) -> None:
     if limits:
         ax.set_ylim(min(limits[0], 0), max(limits[1], 0))
     label(ax, panel.x_name, panel.y_name, panel.title)
-    _room(ax)
+    give_room(ax)
 
 
-def _room(ax: Axes) -> None:
+def give_room(ax: Axes) -> None:
     """Fewer ticks, and the label further out: residuals have long numbers."""
     ax.yaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.53, 0, ax.get_figure().dpi_scale_trans))  # type: ignore[union-attr]

@@ -14,6 +14,7 @@ from analysis.gap.figures import Candidate, Panel
 from analysis.gap.impact_stage import PROBES, ImpactFit, best_speed_scale, covariates, restitution_design
 from analysis.gap.ladder import Ladder
 from analysis.wall import wall_design
+from analysis.wall_fit import DISTANCE_FLOOR_M
 
 Array = NDArray[np.float64]
 DEGREES = 180 / np.pi
@@ -160,10 +161,9 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     d, runs = fitted.data, len(ladder.series.runs)
     terms = ladder.restitution_terms if probes else ()
     design = restitution_design(d, terms)
-    scatter = fit_restitution(d, design)[2]
-    restitution = (d.after / d.before, np.hypot(d.normal_sd / d.before, scatter), design)
+    restitution = (d.after / d.before, d.normal_sd / d.before, design)
     wall = fitted.wall
-    distance_sd = np.hypot(wall.impacts.sd("radius")[d.index], max(wall.scatter_m, 2e-6))
+    distance_sd = np.hypot(wall.impacts.sd("radius")[d.index], DISTANCE_FLOOR_M)
     every = wall_design(d.azimuth_rad, d.host_angle_rad, wall.impacts.body_rad[d.index], wall.wall.contact_radius_m)
     speed = d.before[:, None]
     base = np.hstack([every if ladder.ellipse and probes else every[:, :5], speed if ladder.finite and probes else speed[:, :0]])
@@ -200,10 +200,13 @@ def _held_out(y: Array, sd: Array, base: Array, columns: Array, run: NDArray[np.
     for number in range(runs):
         here = run == number
         rest = ~here if np.any(~here) else here
-        a, b = ((y - design @ _robust(design[rest], y[rest], sd[rest])) / sd for design in (base, full))
-        # The scatter of the model without the columns is the unit of both.
-        scale = max(1.0, 1.4826 * float(np.median(np.abs(a[rest]))))
-        gains[number] = np.minimum((a[here] / scale) ** 2, CLIP).sum() - np.minimum((b[here] / scale) ** 2, CLIP).sum()
+        losses = []
+        for design in (base, full):
+            z = (y - design @ _robust(design[rest], y[rest], sd[rest])) / sd
+            # Each model has its own scatter, learnt from the other runs, never below the noise ``sd``.
+            scale = max(1.0, 1.4826 * float(np.median(np.abs(z[rest]))))
+            losses.append(np.sum(np.minimum((z[here] / scale) ** 2, CLIP) + 2 * np.log(scale)))
+        gains[number] = losses[0] - losses[1]
     return gains
 
 

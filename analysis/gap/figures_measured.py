@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.figures.style import BLACK, BLUE, FONT_PT, GREY, RED, label, legend, new_figure
-from analysis.gap.figures import Panel, draw_panel
+from analysis.figures.style import BLACK, BLUE, CYCLE, FONT_PT, GREY, RED, label, legend, new_figure
+from analysis.gap.figures import Panel, draw_panel, give_room
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import Finding, _body_rows
 
@@ -113,6 +113,9 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
         ax.errorbar(x, variance, variance * np.sqrt(2.7 / np.array([len(p[1]) for p in parts])), fmt="o-", ms=3.4, lw=1.1, color=colour, label=name)
     ax.set_ylim(bottom=0)
     label(ax, "Host's speed squared (m²/s²)", "variance of its residual (µm²)")
+    give_room(ax)
+    if jitter is not None:
+        legend(ax)
     return True
 
 
@@ -132,7 +135,9 @@ def _rates_or_lengths(ax: Axes, ladder: Ladder) -> bool:
     ax.errorbar(number, 1e6 * (ratio - 1), 1e6 * sd, fmt="o", ms=3.4, color=BLUE, label="corrected" if rate else "as measured")
     ax.axhline(0, color=BLACK, lw=0.7)
     label(ax, "run", "drive asked / seen − 1 (10⁻⁶)")
-    legend(ax)
+    give_room(ax)
+    if rate:
+        legend(ax)
     return True
 
 
@@ -176,3 +181,38 @@ def layout_figure(ladder: Ladder) -> Figure | None:
         ax.set_visible(False)
     return figure
 
+
+
+def ground_figure(ladder: Ladder) -> Figure | None:
+    """What the ground markers do together over a run (µm), where they should stand still; None without ground markers."""
+    series = ladder.series
+    ground = series.recordings[0].bodies.get("ground")
+    if ground is None or not ground.markers or series.points is None:
+        return None
+    figure, axes = new_figure(1, 2, height_in=2.5, gap_in=(0.6, 0.3), sharey=True)
+    for number, points in enumerate(series.points[:MOST_RUNS]):
+        part = points[points["marker"].isin(list(ground.markers))]
+        for ax, axis in zip(axes[0], "xy", strict=True):
+            moved = part[f"{axis}_m"] - part.groupby("marker")[f"{axis}_m"].transform("median")
+            together = 1e6 * moved.groupby(part["time_s"]).mean()
+            ax.plot(together.index, together.to_numpy(), lw=0.7, color=CYCLE[number % len(CYCLE)], label=series.names[number])
+    for ax, axis in zip(axes[0], "xy", strict=True):
+        label(ax, "time (s)", f"{axis} of the ground markers (µm)")
+    legend(axes[0, 1], fontsize=7, columnspacing=0.7, handlelength=0.8)
+    return figure
+
+
+def own_residual(ladder: Ladder, effect: str) -> tuple[str, float, float, str] | None:
+    """(name, RMS as measured, RMS corrected, unit) of the residual that a measurement effect shows itself in; None for the others."""
+    at = {"camera_clock_offset": 0, "sensor_window_offset": 0, "plane_tilt": 2}.get(effect)
+    panels = view_panels(ladder) if at is not None else []
+    if at is None or not panels:
+        return None
+    before, after = (_robust_rms(v) for v in (panels[at].before, panels[at].after))
+    return ("residual between the two views", before, after, "px") if at == 0 else ("height over the plane", before, after, "µm")
+
+
+def _robust_rms(values: Array) -> float:
+    """RMS with the outermost hundredth left out: wrong matches are not what a correction is judged by."""
+    size = np.abs(values[np.isfinite(values)])
+    return float(np.sqrt(np.mean(size[size <= np.quantile(size, 0.99)] ** 2))) if len(size) else float("nan")

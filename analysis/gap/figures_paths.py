@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
+from analysis.gap.figures import give_room
 from analysis.gap.ladder import Ladder
 from analysis.gap.predict import QUANTITIES
 from analysis.runs import Run
@@ -83,7 +84,7 @@ def where_map(paths: list[Paths]) -> Figure:
         label(ax, "x from the Host's centre (mm)", "y (mm)" if m == shown[0] else "", title)
     if len(shown) == 1:
         axes[0, 1].set_visible(False)
-    bar = figure.colorbar(mesh, cax=figure.add_axes((0.9, 0.16, 0.018, 0.72)))
+    bar = figure.colorbar(mesh, cax=figure.add_axes((0.9 if len(shown) == 2 else 0.51, 0.16, 0.018, 0.72)))
     bar.set_label("RMS of the residual (µm)", fontsize=8)
     bar.ax.tick_params(labelsize=7.5)
     return figure
@@ -161,7 +162,7 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
     t = 1e3 * path.time_s[at]
     one = np.array_equal(path.models["recalibrated"], path.models["with_effect"], equal_nan=True)
     styles = [("with_effect", BLUE, "-", "nominal model")] if one else [("recalibrated", RED, "--", "without the effect"), ("with_effect", BLUE, "-", "with the effect")]
-    figure, axes = new_figure(2, 3, height_in=4.4, margins_in=(0.62, 0.12, 0.5, 0.42), gap_in=(0.66, 0.45), sharex="col")
+    figure, axes = new_figure(2, 3, height_in=4.4, margins_in=(0.7, 0.12, 0.5, 0.42), gap_in=(0.78, 0.3), sharex="col")
     breaks = _breaks(path, at)
     for column, (name, scale, unit, change) in enumerate((("x", 1e3, "mm", "mm"), ("y", 1e3, "mm", "mm"), ("angle", 1.0, "rad", "mrad"))):
         top, bottom = axes[:, column]
@@ -177,6 +178,8 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
             ax.axvspan(1e3 * path.time_s[chosen.first], 1e3 * path.time_s[chosen.last], color=GREY, alpha=0.12, lw=0)
         label(top, "", f"{name} ({unit})")
         label(bottom, "time (ms)", f"model − measured ({change})")
+        give_room(top)
+        give_room(bottom)
     legend(axes[0, 0], loc="lower left", bbox_to_anchor=(0, 1.02))
     return figure
 

@@ -17,7 +17,7 @@ from analysis.gap.figures_impacts import (
     law_figure,
     overview_panels,
 )
-from analysis.gap.figures_measured import layout_figure, measured_figure
+from analysis.gap.figures_measured import ground_figure, layout_figure, measured_figure, own_residual
 from analysis.gap.ladder import GAIN, IMPACT_GAIN
 from analysis.gap.page_tables import (
     detectable_rows,
@@ -41,7 +41,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     page = Page(name, "Sim-to-real gap", _lead(summary), _facts(diagnosis),
                 footer=f"ovines {ovines.__version__}. diagnosis.json and predictions.parquet beside this page hold its numbers, in SI units.")
     _verdict_card(page, summary)
-    _gap_card(page, summary)
+    _gap_card(page, diagnosis)
     page.actions.append(summary["next_test"])
     if len(ladder.series.runs) == 1:
         page.actions.append("Record more runs: from a single one nothing can be held out, so every gain here is one of the same data.")
@@ -103,7 +103,8 @@ def _verdict_card(page: Page, summary: dict[str, Any]) -> None:
                       ["Every test and every probe stays below what is negligible or what noise makes.", "The smallest sizes that would have been seen stand at the end."])
 
 
-def _gap_card(page: Page, summary: dict[str, Any]) -> None:
+def _gap_card(page: Page, diagnosis: Diagnosis) -> None:
+    summary = diagnosis.summary
     gap = summary["gap"]
     quantity, scale, unit, words = (("impact_m_per_s", 1e3, "mm/s", "velocity after an impact") if gap.get("shrinkage_of") == "impact_m_per_s"
                                     else ("flight_m", 1e3, "mm", "position along a flight"))
@@ -114,10 +115,11 @@ def _gap_card(page: Page, summary: dict[str, Any]) -> None:
         details.append(f"As given it was {value['as_given']}.")
     if summary["verdict"] == "effect":
         shrinkage = gap["shrinkage"]
+        if summary["stage"] == "measurement" and gap["recalibrated"] == gap["with_effect"]:
+            _corrected_card(page, diagnosis, details)
+            return
         status = "good" if shrinkage > 0.8 else ("caution" if shrinkage > 0.4 else "bad")
         answer = f"By {percent(shrinkage)} ({percent(gap['shrinkage_low']).removesuffix(' %')} to {percent(gap['shrinkage_high'])})".replace(" %", " %")
-        if summary["stage"] == "measurement":
-            details.append("The measurement was corrected before anything else was fitted: all rungs here already stand on the corrected data.")
         page.add_card("How far does the gap shrink with it?", answer, status, [*details, "Share of the squared gap above the floor; 90 % interval over runs."])
         return
     details[0] = f"Held-out {words}: {value['recalibrated']} RMS recalibrated, noise floor {value['noise_floor']}."
@@ -127,18 +129,32 @@ def _gap_card(page: Page, summary: dict[str, Any]) -> None:
         page.add_card("How far does the gap shrink?", "Nothing left to shrink", "good", details)
 
 
+def _corrected_card(page: Page, diagnosis: Diagnosis, details: list[str]) -> None:
+    """A measurement effect that leaves the predictions alone: what its own residual was and is."""
+    own = own_residual(diagnosis.ladder, diagnosis.summary["effects"][0])
+    said = []
+    if own is not None:
+        name, before, after, unit = own
+        said.append(f"{name.capitalize()}: {with_unit(before, unit)} RMS as measured, {with_unit(after, unit)} corrected.")
+    page.add_card("How far does the gap shrink with it?", "Taken out of the data", "good", [
+        *said, "The predictions below already stand on the corrected data, so they are the same with and without it.", *details])
+
+
 # --- sections ------------------------------------------------------------------------------------------------------------
 
 def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
     section = page.add_section("How far", "ladder")
     section.add_text("Each rung predicts runs that were held out of its fit: along a flight from its fitted start, and through an impact from the flight before.")
-    section.add_figure("gap-ladder", ladder_figure(diagnosis.errors), "RMS error of the held-out predictions over all runs (bars) and for each run (dots). "
+    leave_out = () if diagnosis.summary["verdict"] == "effect" else ("with_effect",)
+    section.add_figure("gap-ladder", ladder_figure({k: e for k, e in diagnosis.errors.items() if k not in leave_out}), "RMS error of the held-out predictions over all runs (bars) and for each run (dots). "
                        "As given: parameters of [model]; recalibrated: the same model refitted; noise floor: free cubics through each flight, and the "
                        "noise and scatter that no law can predict at an impact.", "Bars of prediction error at each rung of the ladder")
-    section.add_table(("rung", "flight", "impact", "spin"), gap_rows(diagnosis.summary["gap"]))
+    section.add_table(("rung", "flight", "impact", "spin"), gap_rows(diagnosis.summary["gap"], leave_out))
     gap = diagnosis.summary["gap"]
     if gap.get("as_given") is None:
         section.add_missing("the rung as given", "[model] in recording.toml gives the nominal model no floor friction, so nothing can be predicted without a fit.")
+    elif diagnosis.ladder.impacts is not None and gap["as_given"]["impact_m_per_s"] is None:
+        section.add_missing("impacts as given", "[model] gives restitution, wall friction and tangential restitution not all three.")
     if diagnosis.ladder.impacts is None:
         section.add_missing("one impact ahead", "fewer than eight impacts could be used, and a contact law is not fitted to so few.")
 
@@ -174,6 +190,8 @@ def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, 
     if finding in CENTRES:
         _layout(section, diagnosis)
     elif stage == "measurement":
+        if "ground" in finding:
+            _ground(section, diagnosis)
         _measured(section, diagnosis)
     elif stage == "flight":
         _flight_evidence(section, diagnosis, finding)
@@ -278,7 +296,9 @@ def _parameters_section(page: Page, summary: dict[str, Any]) -> None:
     section = page.add_section("Parameters", "parameters")
     if summary["parameters"]:
         section.add_table(("effect", "parameter", "value", "90 % interval"), parameter_rows(summary["parameters"]), "Parameters of the effect.", text_columns=(0, 1))
-    section.add_table(("parameter", "as given", "recalibrated", "with effect", "change by the effect"), nominal_rows(summary["nominal"]),
+    effect = summary["verdict"] == "effect"
+    section.add_table(("parameter", "as given", "recalibrated", *(("with effect", "change by the effect") if effect else ())),
+                      nominal_rows(summary["nominal"], effect),
                       "Nominal parameters: a refit can hide a gap by bending them, so their movement is evidence too.")
 
 
@@ -291,12 +311,25 @@ def _measurement_section(page: Page, diagnosis: Diagnosis) -> None:
         section.add_table(("test", "measured ± sd", "sd from nothing", "negligible below", "verdict"), rows, text_columns=(0, 1, 4))
     for note in ladder.measurement.notes:
         section.add_missing("a measurement test", note[0].upper() + note[1:] + ".")
-    _measured(section, diagnosis)
-    _layout(section, diagnosis)
+    drawn = {name for s in page.sections for name in s.figures}
+    for figure, draw in (("gap-measured", _measured), ("gap-layout", _layout)):
+        if figure in drawn:
+            section.add_text("Its figure stands under The evidence.")
+        else:
+            draw(section, diagnosis)
+
+
+def _ground(section: Section, diagnosis: Diagnosis) -> None:
+    figure = ground_figure(diagnosis.ladder)
+    if figure is None:
+        section.add_missing("ground markers", "the recording has none, or this entry has no points.")
+        return
+    section.add_figure("gap-ground", figure, "What the ground markers do together; they stand still in the room, so a camera (or its mount) does this.",
+                       "Common motion of the ground markers over time")
 
 
 def _measured(section: Section, diagnosis: Diagnosis) -> None:
-    if any("gap-measured" in s for s in section.figures):
+    if "gap-measured" in section.figures:
         return
     figure = measured_figure(diagnosis.ladder)
     if figure is None:

@@ -27,7 +27,7 @@ def measurement_rows(ladder: Ladder) -> list[Row]:
             verdict = "gone after the other corrections"
         elif found and not finding.found:
             verdict = "found after another correction"
-        rows.append((plain(name), values, f"{finding.significance:.1f}", _size(first, NEGLIGIBLE[name]), verdict))
+        rows.append((plain(name), values, f"{finding.significance:.1f}".replace("-", "−"), _size(first, NEGLIGIBLE[name]), verdict))
     return rows
 
 
@@ -49,13 +49,14 @@ def parameter_rows(parameters: dict[str, Any]) -> list[Row]:
             for effect, values in parameters.items() for name, v in values.items()]
 
 
-def nominal_rows(nominal: dict[str, Any]) -> list[Row]:
-    """How the nominal parameters moved, and by how much of themselves the effect moves them back."""
+def nominal_rows(nominal: dict[str, Any], effect: bool) -> list[Row]:
+    """How the nominal parameters moved; with an ``effect``, by how much of themselves it moves them again."""
     rows = []
     for name, values in nominal.items():
         a, b = values.get("recalibrated"), values.get("with_effect")
         change = f"{100 * (b / a - 1):+.2f} %".replace("-", "−") if a and b is not None else MISSING
-        rows.append((NOMINAL.get(name, name.replace("_", " ")), *(_number(values.get(k)) for k in ("as_given", "recalibrated", "with_effect")), change))
+        row = (NOMINAL.get(name, name.replace("_", " ")), _number(values.get("as_given")), _number(a))
+        rows.append((*row, _number(b), change) if effect else row)
     return rows
 
 
@@ -73,10 +74,12 @@ def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> l
     return rows
 
 
-def gap_rows(gap: dict[str, Any]) -> list[Row]:
+def gap_rows(gap: dict[str, Any], leave_out: Sequence[str] = ()) -> list[Row]:
     names = {"as_given": "as given", "recalibrated": "recalibrated", "with_effect": "with the effect", "noise_floor": "noise floor"}
     rows = []
     for key, name in names.items():
+        if key in leave_out:
+            continue
         rung = gap.get(key) or {}
         rows.append((name, *(with_unit(scale * rung[q], unit) if rung.get(q) is not None else MISSING
                              for q, scale, unit in (("flight_m", 1e3, "mm"), ("impact_m_per_s", 1e3, "mm/s"), ("spin_rad_per_s", 1.0, "rad/s")))))

@@ -34,6 +34,8 @@ STAGES = {"measurement": "in the measurement", "flight": "in free flight", "impa
 #: ending of a parameter's name -> (factor to the shown unit, unit); longest first
 _UNITS = (("m_per_s", 1.0, "m/s"), ("per_run", 100.0, "% per run"), ("per_s", 1.0, "1/s"), ("per_m", 1.0, "1/m"), ("direction_rad", 57.29578, "°"),
           ("rad", 1e3, "mrad"), ("px", 1.0, "px"), ("_m", 1e3, "mm"), ("_s", 1e6, "µs"))
+_NAMES = {"restitution_fast": "restitution of fast impacts", "relative_per_s": "change over a run", "relative_per_run": "change from run to run",
+          "sd_s": "scatter of the frame times"}
 #: parameters that are ratios to 1
 RATIOS = ("ratio", "scale")
 
@@ -73,6 +75,8 @@ def shown_interval(parameter: str, low: float, high: float) -> str:
 
 def parameter_words(parameter: str) -> str:
     """``speed_scale_m_per_s`` -> ``speed scale``."""
+    if parameter in _NAMES:
+        return _NAMES[parameter]
     for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_m", "_s"):
         if parameter.endswith(ending) and len(parameter) > len(ending):
             return parameter[: -len(ending)].replace("_", " ")
