@@ -165,7 +165,10 @@ def solve(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array) ->
         a, b = e.take(columns)
         information = information + a
         score = score + b
-    covariance = np.linalg.pinv(information, hermitian=True)
+    # Scaled to a unit diagonal, with a whisper of ridge: a column without information gets a huge variance and no estimate.
+    scale = 1 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information * np.outer(scale, scale)
+    covariance = np.linalg.inv(scaled + 1e-11 * np.eye(len(scale))) * np.outer(scale, scale)
     estimate = covariance @ score
     return estimate, covariance, float(estimate @ score)
 

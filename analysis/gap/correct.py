@@ -18,13 +18,13 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
 }
 
 
-def correct(series: Series, most: int = 3) -> tuple[Series, list[Finding], MeasurementTests]:
-    """Corrected series, what was found (strongest first) and the first round's tests."""
+def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 3) -> tuple[Series, list[Finding], MeasurementTests]:
+    """Corrected series, what was found (strongest first; never what is ``withheld``) and the first round's tests."""
     first = tests = measurement_tests(series)
     found: list[Finding] = []
     for _ in range(most):
         taken = {f.effect for f in found}
-        left = [f for f in tests.findings.values() if f.found and f.effect not in taken]
+        left = [f for f in tests.findings.values() if f.found and f.effect not in taken | withheld]
         if not left:
             break
         strongest = max(left, key=lambda f: f.size / NEGLIGIBLE[f.effect])

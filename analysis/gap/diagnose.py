@@ -34,9 +34,11 @@ class Diagnosis:
     errors: dict[str, predict.Errors | None]
 
 
-def diagnose(series: Series, rng: np.random.Generator) -> Diagnosis:
-    """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``)."""
-    ladder = climb(series)
+def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Diagnosis:
+    """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
+
+    ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
+    ladder = climb(series, withheld)
     verdict, causes = decide(ladder)
     errors, table = _how_far(ladder, causes if verdict == "effect" else ())
     gap = {name: (e.rms() if e is not None else None) for name, e in errors.items()}

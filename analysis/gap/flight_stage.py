@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from analysis.evidence import Evidence, columns_of, gather, solve
 from analysis.flight_model import INDEX, PARAMETERS
 from analysis.flights import ORIGIN, SHARED, WARP, FlightFits, fit_flights
-from analysis.gap.flight_terms import EFFECT_TERMS, PROBE_TERMS, FlightTerm
+from analysis.gap.flight_terms import EFFECT_TERMS, FlightTerm
 from analysis.runs import Run
 
 Array = NDArray[np.float64]
@@ -97,12 +98,15 @@ def fit(runs: Sequence[Run], model: FlightModel, *, rounds: int = 3, every_colum
     names = [*model.free, *ORIGIN, *WARP]
     rho = 0.0 if correlation is None else correlation
     evidence: list[Evidence] = []
+    fits: list[FlightFits] = []
     for step in range(rounds + 1):
         last = step == rounds
-        fits = [fit_flights(run.data, run.flights, model.of_run(i, len(runs)), model.shared()) for i, run in enumerate(runs)]
+        # Compiled code gives up Python's lock, so threads do; each round starts from the flights of the one before.
+        fits = _in_threads(fit_flights, [(run.data, run.flights, model.of_run(i, len(runs)), model.shared(), fits[i] if fits else None)
+                                         for i, run in enumerate(runs)])
         usual = _usual(fits)
         columns = ALL if last and every_column else columns_of([n for n in names if n in SHARED])
-        evidence = [gather(f, columns, rho, usual) for f in fits]
+        evidence = _in_threads(gather, [(f, columns, rho, usual) for f in fits])
         if correlation is None:
             rho = _correlation(evidence) if step >= 1 else 0.0
         kept = [e for i, e in enumerate(_with_drift(evidence, model, len(runs))) if i != skip]
@@ -113,6 +117,10 @@ def fit(runs: Sequence[Run], model: FlightModel, *, rounds: int = 3, every_colum
     misfit = sum(e.misfit for e in evidence)
     return FlightFit(model, tuple(fits), tuple(_with_drift(evidence, model, len(runs))), covariance, tuple(names), misfit,
                      sum(e.count for e in evidence), rho)
+
+
+def _in_threads(function: Callable, calls: Sequence[tuple]) -> list:
+    return Parallel(n_jobs=min(2, max(len(calls), 1)), prefer="threads")(delayed(function)(*arguments) for arguments in calls)
 
 
 def _usual(fits: Sequence[FlightFits]) -> float:
@@ -182,7 +190,7 @@ def gain_of(base: FlightFit, term: FlightTerm) -> Gain:
     evidence = base.evidence
     if not columns or any(i not in evidence[0].columns for i in _indices(names)):
         return Gain(term, 0.0, 0.0, np.zeros(len(columns)), np.full(len(columns), np.inf), 0.0, 0.0, 0.0)
-    (d0, _, g0), (d1, c1, g1) = solve_named(evidence, without), solve_named(evidence, names)
+    (_d0, _, g0), (d1, c1, g1) = solve_named(evidence, without), solve_named(evidence, names)
     estimate, sd = d1[len(without):], np.sqrt(np.diag(c1))[len(without):]
     runs = len(evidence)
     per_run, estimates = np.zeros(runs), np.zeros((runs, len(columns)))
@@ -209,6 +217,6 @@ def _loss(evidence: Evidence, names: Sequence[str], d: Array) -> float:
     return float(d @ information @ d - 2 * d @ score)
 
 
-def gains(base: FlightFit, named: bool) -> list[Gain]:
-    """Gains of all named effects, or of all probes, largest first."""
-    return sorted((gain_of(base, t) for t in (EFFECT_TERMS if named else PROBE_TERMS)), key=lambda g: -g.gain)
+def gains(base: FlightFit, terms: Sequence[FlightTerm]) -> list[Gain]:
+    """Gains of the given effects or probes, largest first."""
+    return sorted((gain_of(base, t) for t in terms), key=lambda g: -g.gain)

@@ -51,5 +51,18 @@ PROBE_TERMS = (
     FlightTerm("force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y"), (0.7,) * 4, False),
 )
 
+# What the generic probes call an effect's columns when its name is withheld from the library (GAP.md, withheld check b).
+WITHHELD_NAMES = {"viscous_drag": "a force along the path that grows with the speed", "air_drag": "a force along the path that grows with the "
+                  "square of the speed", "table_tilt": "a constant force in the room", "vertical_motion": "friction that follows the Host's z''",
+                  "friction_drift": "friction that follows time and run"}
+
+
+def terms(withheld: frozenset[str]) -> tuple[tuple[FlightTerm, ...], tuple[FlightTerm, ...]]:
+    """Named effects and probes; a withheld effect's columns stay as a probe without its name."""
+    named = tuple(t for t in EFFECT_TERMS if t.name not in withheld)
+    lost = tuple(FlightTerm(WITHHELD_NAMES[t.name], t.columns, t.scale, False) for t in EFFECT_TERMS if t.name in withheld)
+    return named, PROBE_TERMS + lost
+
+
 #: accelerations below this are neither named nor called structure (m/s^2)
 NEGLIGIBLE_M_PER_S2 = 0.02

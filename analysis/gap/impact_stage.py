@@ -13,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from analysis.contact_law import Law, LawData, fit_law, fit_restitution, law_data, predicted_tangential, sticks
+from analysis.contact_law import (
+    Law,
+    LawData,
+    fit_law,
+    fit_restitution,
+    law_data,
+    predicted_tangential,
+    sticks,
+)
 from analysis.flights import FlightFits
 from analysis.impacts import Meetings, meet
 from analysis.wall import WALL_TERMS, Wall
@@ -141,8 +149,8 @@ def speed_scale_sd(data: LawData, scale: float) -> float:
     return float(scale * np.sqrt(2 / curvature)) if curvature > 1e-9 else scale
 
 
-def restitution_gains(data: LawData, base: Sequence[str]) -> list[ImpactGain]:
-    """Named effects and probes in the restitution, on top of a model with the effects ``base``."""
+def restitution_gains(data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset()) -> list[ImpactGain]:
+    """Named effects and probes in the restitution, on top of a model with the effects ``base``; ``withheld`` ones are probes."""
     design = restitution_design(data, base)
     _, _, _, value = fit_restitution(data, design)
     out = []
@@ -155,11 +163,15 @@ def restitution_gains(data: LawData, base: Sequence[str]) -> list[ImpactGain]:
         significance = float(np.sqrt(max(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:], 0)))
         out.append(ImpactGain(name, "restitution", value - new - penalty, float(np.std(explained)), c[k:], sd, named, significance))
 
-    if "speed_dependent_restitution" not in base:
+    if "speed_dependent_restitution" in withheld:
+        add("the approach speed", [_standardised(data.before), _standardised(data.before**2)], False)
+    elif "speed_dependent_restitution" not in base:
         add("speed_dependent_restitution", [np.exp(-data.before / best_speed_scale(data))], True)
     else:
         add("the approach speed in another way", [_standardised(data.before), _standardised(data.before**2)], False)
-    if "direction_dependent_restitution" not in base:
+    if "direction_dependent_restitution" in withheld:
+        add("the azimuth", [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)], False)
+    elif "direction_dependent_restitution" not in base:
         add("direction_dependent_restitution", [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)], True)
     table = covariates(data)
     for name, parts in PROBES.items():
@@ -187,7 +199,8 @@ def best_spot(data: LawData, design: Array, value: float) -> tuple[float, Array]
     return found
 
 
-def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, finite: bool) -> list[ImpactGain]:
+def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, finite: bool,
+                   withheld: frozenset[str] = frozenset()) -> list[ImpactGain]:
     """Ellipticity, finite contact and probes in the contact distance."""
     used, wall = base.wall.used, base.wall
     speed = np.maximum(wall.impacts.of("normal_before"), 0)
@@ -204,16 +217,17 @@ def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, f
 
     held = speed[:, None] if finite else None
     terms = WALL_TERMS if ellipse else NOMINAL_WALL
-    if not ellipse:
+    if not ellipse and "wall_ellipticity" not in withheld:
         trial = fit_wall(base.meetings, wall.wall, WALL_TERMS, extra=held)
         add("wall_ellipticity", trial, 2 + (1 if finite else 0), float(np.hypot(*trial.wall.ellipse) * trial.wall.contact_radius_m / np.sqrt(2)), True)
-    if not finite:
+    if not finite and "finite_contact_time" not in withheld:
         trial = fit_wall(base.meetings, wall.wall, terms, extra=speed[:, None])
         add("finite_contact_time", trial, 1, float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
-    table = covariates(base.data)
-    for name, parts in PROBES.items():
-        if name in ("twice the azimuth",):
-            continue
+    table = {**covariates(base.data), "approach speed": _standardised(base.data.before)}
+    probes = {k: v for k, v in PROBES.items() if k != "twice the azimuth" or "wall_ellipticity" in withheld}
+    if "finite_contact_time" in withheld:
+        probes["the approach speed"] = ("approach speed",)
+    for name, parts in probes.items():
         full = np.zeros((len(base.meetings), len(parts)))
         full[base.data.index] = np.column_stack([table[p] for p in parts])
         trial = fit_wall(base.meetings, wall.wall, terms, extra=np.column_stack([full, held]) if finite else full, rounds=3)

@@ -16,7 +16,7 @@ from analysis.flight_model import GRAVITY_M_PER_S2, INDEX
 from analysis.gap import impact_stage
 from analysis.gap.correct import correct
 from analysis.gap.flight_stage import FlightFit, FlightModel, Gain, fit, gains, nominal_model
-from analysis.gap.flight_terms import EFFECT_TERMS, NEGLIGIBLE_M_PER_S2
+from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2, terms
 from analysis.gap.ground import ground_motion
 from analysis.gap.impact_stage import ImpactFit, ImpactGain, fit_impacts
 from analysis.gap.measurement import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
@@ -88,14 +88,17 @@ class Ladder:
     notes: tuple[str, ...] = field(default_factory=tuple)
 
 
-def climb(series: Series) -> Ladder:
-    """The whole diagnosis of a series, without its report."""
-    corrected, findings, tests = correct(series)
+def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
+    """The whole diagnosis of a series, without its report.
+
+    ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a name.
+    """
+    corrected, findings, tests = correct(series, withheld)
     recording = corrected.recordings[0]
     causes = [_measured(f) for f in findings]
-    structure = list(ground_motion(series))
+    structure = [*ground_motion(series), *_withheld_measurement(tests, withheld)]
     effects = list(recording.model.effects) if recording.model else ["floor_friction", "spin_coupling"]
-    nominal, flight, flight_causes, flight_gains, probes = _flights(corrected, effects)
+    nominal, flight, flight_causes, flight_gains, probes = _flights(corrected, effects, withheld)
     structure += _flight_structure(probes, flight_causes, flight)
     impacts_nominal = impacts = None
     impact_gains: list[ImpactGain] = []
@@ -106,21 +109,24 @@ def climb(series: Series) -> Ladder:
     base = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
     if len(base.data) >= 8:
         impacts_nominal = base
-        ellipse, finite, shape, base, gained = _shape(flight, base, ellipse, finite)
+        ellipse, finite, shape, base, gained = _shape(flight, base, ellipse, finite, withheld)
         impact_causes += shape
         impact_gains += gained
-        laws, restitution, gained, impact_probes, left = _laws(base, restitution, finite)
+        laws, restitution, gained, impact_probes, left = _laws(base, restitution, finite, withheld)
         impact_causes += laws
         impact_gains += gained
         structure += left
-        distance_probes = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite) if not g.named]
+        distance_probes = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite, withheld) if not g.named]
         impact_probes += distance_probes
         structure += _distance_structure(distance_probes, base, shape)
         impacts = base
         structure += _unexplained_scatter(base, restitution, structure)
     structure += _unexplained_misfit(flight, structure)
     known = set(effects)
-    causes += [c for c in (*flight_causes, *impact_causes, *_centres(corrected, flight, impacts)) if c.effect not in known]
+    centres = _centres(corrected, flight, impacts)
+    structure += [Structure(c.stage, c.phase, c.coordinate, "a constant offset of a centre", c.strength, c.gain) for c in centres
+                  if c.effect in withheld]
+    causes += [c for c in (*flight_causes, *impact_causes, *centres) if c.effect not in known | withheld]
     return Ladder(corrected, tests, tuple(findings), nominal, flight, tuple(flight_gains), tuple(probes), impacts_nominal, impacts,
                   tuple(impact_gains), tuple(impact_probes), tuple(restitution), ellipse, finite,
                   tuple(sorted(causes, key=lambda c: -c.strength)), tuple(sorted(structure, key=lambda s: -s.strength)))
@@ -131,6 +137,11 @@ def _measured(finding: Finding) -> Cause:
                  finding.significance**2, "all", "all")
 
 
+def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> list[Structure]:
+    return [Structure("measurement", "all", "all", "a residual between the two cameras, of the Host or of lengths", f.size / MEASUREMENT_NEGLIGIBLE[f.effect],
+                      f.significance**2) for f in tests.findings.values() if f.found and f.effect in withheld]
+
+
 # --- flights -------------------------------------------------------------------------------------------------------------
 
 def _accepted(gain: Gain) -> bool:
@@ -138,14 +149,14 @@ def _accepted(gain: Gain) -> bool:
             and gain.acceleration_m_per_s2 > NEGLIGIBLE_M_PER_S2)
 
 
-def _flights(series: Series, effects: Sequence[str]):
+def _flights(series: Series, effects: Sequence[str], withheld: frozenset[str]):
     """Nominal fit, then friction and its coupling if they are missing, then the terms by forward selection (two at most)."""
     runs = series.runs
     base = nominal = fit(runs, nominal_model(effects))
     causes: list[Cause] = []
     for name, missing in (("floor_friction", "floor_friction" not in effects and "spin_coupling" not in effects),
                           ("spin_coupling", "floor_friction" in effects and "spin_coupling" not in effects)):
-        if not missing:
+        if not missing or name in withheld:
             continue
         trial = fit(runs, _with_free(nominal_model([*effects, "floor_friction", "spin_coupling"]), base.model.free))
         friction = trial.model.parameters[INDEX["friction"]]
@@ -153,9 +164,10 @@ def _flights(series: Series, effects: Sequence[str]):
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * NEGLIGIBLE_M_PER_S2:
             causes.append(_friction_cause(name, trial, gain, base))
             base = trial
-    every = gains(base, True)
+    named_terms, probe_terms = terms(withheld)
+    every = gains(base, named_terms)
     first = every
-    probes = gains(base, False)
+    probes = gains(base, probe_terms)
     for _ in range(2):
         candidates = [g for g in (_measure_load(g, base, series) for g in every) if _accepted(g)]
         if not candidates or (causes and len(causes) >= 2):
@@ -167,7 +179,7 @@ def _flights(series: Series, effects: Sequence[str]):
         trial = fit(runs, _with_free(base.model, best.term.columns))
         causes.append(_term_cause(best, trial, base, series))
         base = trial
-        every, probes = gains(base, True), gains(base, False)
+        every, probes = gains(base, named_terms), gains(base, probe_terms)
     return nominal, base, causes, first, probes
 
 
@@ -244,12 +256,12 @@ def _flight_structure(probes: Sequence[Gain], causes: Sequence[Cause], base: Fli
 
 # --- impacts -------------------------------------------------------------------------------------------------------------
 
-def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool):
+def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str]):
     """Ellipticity and finite contact, whichever explains more first; then the other on top."""
     causes: list[Cause] = []
     first: list[ImpactGain] = []
     for _ in range(2):
-        found = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite) if g.named]
+        found = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite, withheld) if g.named]
         first = first or found
         accepted = [g for g in found if _shape_accepted(g, base)]
         if not accepted:
@@ -289,7 +301,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit) -> Cause:
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
-def _laws(base: ImpactFit, held: Sequence[str], finite: bool):
+def _laws(base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str]):
     """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
     names = list(held)
     causes: list[Cause] = []
@@ -297,7 +309,7 @@ def _laws(base: ImpactFit, held: Sequence[str], finite: bool):
     first: list[ImpactGain] = []
     found: list[ImpactGain] = []
     for _ in range(3):
-        found = impact_stage.restitution_gains(base.data, names)
+        found = impact_stage.restitution_gains(base.data, names, withheld)
         first = first or [g for g in found if g.named]
         named = [g for g in found if g.named and _law_accepted(g)]
         probes = [g for g in found if not g.named and _law_accepted(g)]
@@ -418,7 +430,3 @@ def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None,
     sd = 5e-6
     return Cause("centre_marker_offset", "geometry", {"x_m": (float(offset[0]), sd), "y_m": (float(offset[1]), sd)},
                  size / CENTRE_NEGLIGIBLE_M, (size / sd) ** 2, "x", "all")
-
-
-def effect_terms() -> list[str]:
-    return [t.name for t in EFFECT_TERMS]

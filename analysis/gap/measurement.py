@@ -129,7 +129,7 @@ def _jitter(series: Series) -> Finding | None:
         w = np.sqrt(n / 2.7) / np.maximum(y, 1e-14)
         a = np.column_stack([np.ones(12), x]) * w[:, None]
         covariance = np.linalg.inv(a.T @ a)
-        base, slope = covariance @ (a.T @ (y * w))
+        _base, slope = covariance @ (a.T @ (y * w))
         y = np.maximum(y, 1e-14)
     error = float(np.sqrt(covariance[1, 1]))
     sd = float(np.sqrt(max(slope, 0.0)))

@@ -81,7 +81,7 @@ def scaled(series: Series, factor: float) -> Series:
     if series.points is not None:
         columns = [c for c in ("x_m", "y_m", "z_m", "x_sd_m", "y_sd_m", "z_sd_m")]
         return with_points(series, [p.assign(**{c: p[c] * factor for c in columns}) for p in series.points])
-    columns = [c for c in series.motions[0] if c.endswith("_m") or c.endswith("_m_per_s")]
+    columns = [c for c in series.motions[0] if c.endswith(("_m", "_m_per_s"))]
     return from_motions(series.recordings, [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions])
 
 

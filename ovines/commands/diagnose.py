@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("series", type=Path, metavar="SERIES", help="folder of recordings (or one recording)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the series)")
     parser.add_argument("--write-model", type=Path, metavar="FILE", help="write the nominal model with the effect added, as a [model] section")
+    parser.add_argument("--withhold", action="append", default=[], metavar="EFFECT", help="take an effect out of the library for a trial: the answer must become unknown")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the bootstrap of the shrinkage's interval (default: 0)")
 
 
@@ -47,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
             series, sources = load(recordings, out)
             bar.update()
             bar.set_postfix_str("flights, impacts, candidates")
-            diagnosis = diagnose(series, np.random.default_rng(args.seed))
+            diagnosis = diagnose(series, np.random.default_rng(args.seed), known_effects(args.withhold))
             bar.update()
             bar.set_postfix_str("report")
             made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
@@ -61,6 +62,16 @@ def run(args: argparse.Namespace) -> int:
             bar.update()
     print(say(diagnosis.summary))
     return 0
+
+
+def known_effects(names: Sequence[str]) -> frozenset[str]:
+    """The names given to --withhold, each an effect of the library."""
+    from ovines.core.effects import EFFECTS
+
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(f"--withhold {name}", "one of " + ", ".join(EFFECTS), "correct the name")
+    return frozenset(names)
 
 
 def load(recordings: Sequence[Recording], out: Path):
