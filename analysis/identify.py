@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 import pandas as pd
 
 from analysis.identification_chatter import accepted, find_chains, merge
 from analysis.identification_fit import RigFit, fit_rig, refit_law
+from analysis.identification_intervals import Interval
 from analysis.identification_tables import flights_table, identification_table, impacts_table, law_intervals
 from analysis.runs import prepare
 from ovines.recording import Recording
@@ -37,15 +39,36 @@ def identify(motion: pd.DataFrame, recording: Recording) -> Identified:
 
 def identify_series(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording]) -> tuple[pd.DataFrame, list[Identified]]:
     """Joint table ``identification`` of runs of one rig, and each run's tables as the joint fit sees them."""
-    runs = prepare(motions, recordings)
+    runs = [run if np.isfinite(run.host_table[:, 0]).any() else replace(run, flights=()) for run in prepare(motions, recordings)]
+    unseen = [f"{run.data.name}: the Host was never seen; no flight could be placed in it." for run in runs if not run.flights and
+              not np.isfinite(run.host_table[:, 0]).any()]
     model = recordings[0].model
     rig = fit_rig(runs, model.effects if model else None)
     meetings = accepted(rig)
     merged = merge(rig, find_chains(rig, meetings), meetings)
     rig = refit_law(rig, merged.meetings)
     law = law_intervals(rig)
+    notes = (*unseen, *rig.notes, *in_words(rig, law))
     joint = checked(identification_table(rig, law), "identification")
     return joint, [
-        Identified(joint, checked(impacts_table(rig, k, law, merged), "impacts"), checked(flights_table(rig, k, merged), "flights"), rig.notes, rig)
+        Identified(joint, checked(impacts_table(rig, k, law, merged), "impacts"), checked(flights_table(rig, k, merged), "flights"), notes, rig)
         for k in range(len(runs))
     ]
+
+
+def in_words(rig: RigFit, law: dict[str, Interval]) -> list[str]:
+    """What the data do not determine, a sentence each."""
+    words = []
+    if rig.law is None:
+        return ["No impact could be used: the contact law is not determined."]
+    if not rig.angle:
+        unknown = "The disk's angle is not known: of the contact law only the restitution is determined, and the floor friction"
+        return [f"{unknown} is that of plain sliding, which is lower than the true one where the disk spins."]
+    friction, beta = law["wall_friction"], law["tangential_restitution"]
+    if not np.isfinite(friction.value):
+        words.append("The impacts do not determine the wall friction: none of them surely slides."
+                     + (f" It is at least {friction.low:.3g} (90 %)." if np.isfinite(friction.low) else ""))
+    if not np.isfinite(beta.value):
+        words.append("The impacts do not determine the tangential restitution: none of them surely sticks."
+                     + (f" It is at least {beta.low:.3g} (90 %)." if np.isfinite(beta.low) else ""))
+    return words

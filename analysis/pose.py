@@ -68,8 +68,7 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
         if step == rounds - 1:
             break
         # The scale falls from the misfit at hand to the known sd, so that one gross error cannot hide in its own fit.
-        scale = np.maximum(1.0, np.nanmedian(np.where(seen, distance, np.nan), 1, keepdims=True) * (1.2 if step else 2.0)) \
-            if np.any(seen) else 1.0
+        scale = np.maximum(1.0, _median_seen(distance, seen) * (1.2 if step else 2.0))
         robust = np.where(seen, np.clip(1 - (distance / (TUKEY * scale)) ** 2, 0, None) ** 2, 0.0)
         few = (robust > 0).sum(1) < 2
         robust[few] = seen[few]
@@ -89,6 +88,15 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
     columns = [np.where(bad, np.nan, v) for v in (origin[:, 0].real, origin[:, 0].imag, z, angle, xy_sd, z_sd, angle_sd)]
     return Pose(np.stack(columns[:2], -1), columns[2], columns[3], columns[4], columns[5], columns[6],
                 np.where(bad, 0, used), weight)
+
+
+def _median_seen(values: Array, seen: NDArray[np.bool_]) -> Array:
+    """Median over the markers seen, (F, 1); 0 where none was."""
+    ordered, count = np.sort(np.where(seen, values, np.inf), 1), seen.sum(1)
+    rows = np.arange(len(values))
+    last = max(values.shape[1] - 1, 0)
+    middle = [ordered[rows, np.clip(k, 0, last)] for k in ((count - 1) // 2, count // 2)]
+    return np.where(count > 0, 0.5 * (middle[0] + middle[1]), 0.0)[:, None]
 
 
 def refine_layout(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: int = 3) -> tuple[Array, Array]:

@@ -1,0 +1,108 @@
+"""Impacts from two flights: instant, speeds and covariance; and the wall from where they meet; chains of impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.chain_model import RECORD, simulate_chain
+from analysis.flight_model import INDEX, PARAMETERS
+from analysis.flights import WARP, Flight, RunData, fit_flights
+from analysis.host_motion import HostMotion
+from analysis.impacts import measure, meet
+from analysis.wall import Wall
+from analysis.wall_fit import fit_wall
+
+SD, SD_ANGLE = 1.2e-5, 2e-3
+OMEGA = 2 * np.pi * 11.0
+HARMONICS = np.zeros((4, 7))
+HARMONICS[0, 2] = 0.0164
+HOST = HostMotion(HARMONICS, OMEGA, 1e-3, np.zeros(4), 0.3, np.zeros((0, 4)))
+PARAMETER = np.zeros(len(PARAMETERS))
+PARAMETER[INDEX["friction"]], PARAMETER[INDEX["coupling"]] = 0.25, 1.0
+LAW = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
+RADIUS = 0.04
+RIG = np.array([RADIUS, 0, 0, 0, 0, 0, 0, LAW["wall_friction"], LAW["tangential_restitution"], 0.01, 0.5, OMEGA, 0.0, 0.02])
+
+
+def chain(start, frames=200, restitution=LAW["restitution"], rig=RIG):
+    times = np.arange(frames) / 800
+    out, records = np.empty((frames, 6)), np.zeros((80, len(RECORD)))
+    n, settled = simulate_chain(np.asarray(start, float), 0.0, False, times, 0.0, np.full(80, restitution), PARAMETER, HARMONICS, rig, out, records,
+                                np.empty((80, 6)))
+    return times, out, records[:n], settled
+
+
+def fitted(seed, frames=220, start=(0.01, 0.005, 0.0, 0.8, -0.9, 50.0)):
+    times, out, records, settled = chain(start, frames)
+    rng = np.random.default_rng(seed)
+    data = RunData("run", times, out[:, :2] + SD * rng.standard_normal((frames, 2)), out[:, 2] + SD_ANGLE * rng.standard_normal(frames),
+                   np.full(frames, SD), np.full(frames, SD_ANGLE), HOST, RADIUS, 0.01, 0.5)
+    moments = records[np.concatenate([[True], np.diff(records[:, 0]) > 8 / 800])][:, 0]
+    edges = np.floor(moments[moments < min(settled, times[-1])] * 800).astype(int)
+    # The flight before the first chattering hop ends the run.
+    flights, first = [], 0
+    for edge in edges:
+        if edge - first < 6:
+            break
+        flights.append(Flight(first, edge, True))
+        first = edge + 1
+    flights[-1] = Flight(flights[-1].first, flights[-1].last, False)
+    return fit_flights(data, flights, PARAMETER, np.zeros(2 + len(WARP))), records
+
+
+@pytest.fixture(scope="module")
+def pairs():
+    """(impacts, truth) of several runs with different noise."""
+    found = []
+    for seed in range(12):
+        fit, records = fitted(seed, start=(0.01, 0.005, 0.0, 0.8 + 0.05 * seed, -0.9, 50.0))
+        meetings = meet([fit])
+        impacts = measure(meetings, Wall(RADIUS))
+        true = records[[int(np.argmin(np.abs(records[:, 0] - t))) for t in meetings.time_s]]
+        found.append((impacts, true))
+    return found
+
+
+def test_instants_to_a_hundredth_of_a_frame(pairs):
+    errors = np.concatenate([impacts.of("time") - true[:, 0] for impacts, true in pairs])
+    assert len(errors) >= 20
+    assert np.sqrt(np.mean(errors**2)) * 800 < 0.02
+
+
+@pytest.mark.parametrize(("name", "column"), [("normal_before", 1), ("normal_after", 2), ("tangential_before", 3), ("tangential_after", 4), ("spin_before", 5),
+                                              ("time", 0)])
+def test_errors_are_as_large_as_the_covariance_says(pairs, name, column):
+    z = np.concatenate([(impacts.of(name) - true[:, column]) / impacts.sd(name) for impacts, true in pairs])
+    assert np.sqrt(np.mean(z**2)) < 1.5 and np.median(np.abs(z)) < 1.1
+
+
+def test_the_wall_is_where_the_flights_meet(pairs):
+    fit, _ = fitted(3)
+    found = fit_wall(meet([fit]), Wall(RADIUS + 1e-4), ["radius"], {"radius": 3e-4})
+    assert abs(found.wall.contact_radius_m - RADIUS) < 1.5e-5
+
+
+def test_a_chain_ends_at_the_wall_and_loses_speed_by_the_law():
+    times, out, records, settled = chain((0.0, 0.03, 0.0, 0.3, 0.5, 0.0), 400)
+    np.testing.assert_allclose(records[:, 2], LAW["restitution"] * records[:, 1], rtol=1e-12)
+    assert np.all(np.diff(records[:, 0]) > 0)
+    at_impacts = np.searchsorted(times, records[:, 0])
+    assert len(at_impacts) > 5
+    inside = np.hypot(out[:, 0] - HOST.at(times)[:, 0], out[:, 1])
+    assert inside.max() < RADIUS + 1e-9
+    if np.isfinite(settled):
+        after = (times > settled + 0.002) & (times < settled + 0.006)
+        np.testing.assert_allclose(inside[after], RADIUS, atol=1e-7)
+
+
+def test_a_chain_continues_from_the_state_before_an_impact():
+    times, out, records, _ = chain((0.01, 0.005, 0.0, 0.8, -0.9, 50.0), 120)
+    befores = np.empty((80, 6))
+    simulate_chain(np.array([0.01, 0.005, 0.0, 0.8, -0.9, 50.0]), 0.0, False, times, 0.0, np.full(80, LAW["restitution"]), PARAMETER, HARMONICS, RIG,
+                   np.empty((120, 6)), np.zeros((80, 8)), befores)
+    later = times[times > records[0, 0]]
+    again = np.empty((len(later), 6))
+    simulate_chain(befores[0], records[0, 0], True, later, 0.0, np.full(80, LAW["restitution"]), PARAMETER, HARMONICS, RIG, again, np.zeros((80, 8)),
+                   np.empty((80, 6)))
+    np.testing.assert_allclose(again[:20, :2], out[times > records[0, 0]][:20, :2], atol=1e-8)
