@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 DEGREES = 180 / np.pi
 # Losses of single impacts are cut here (sd squared), as in the fits.
 CLIP = 25.0
+# Below this tangential impulse per mass its share of the law is mostly noise.
+WEAK_M_PER_S = 0.02
 
 #: residual and covariates that show a finding; findings are effects, coordinates of structure, or groups of probes
 VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -109,7 +111,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
     if residual == "angular":
         return 1e3 * d.angular
     law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
-    return np.where(law > 0.02, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan)
+    return np.where(law > WEAK_M_PER_S, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan)
 
 
 def law_figure(ladder: Ladder) -> Figure:
@@ -169,52 +171,62 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     base = np.hstack([every if ladder.ellipse and probes else every[:, :5], speed if ladder.finite and probes else speed[:, :0]])
     distance = (wall.residual_m[d.index], distance_sd, base)
     if not probes:
-        named = {"speed_dependent_restitution": (restitution, np.exp(-d.before / best_speed_scale(d))[:, None]),
-                 "direction_dependent_restitution": (restitution, np.column_stack([np.cos(d.azimuth_rad), np.sin(d.azimuth_rad)])),
-                 "wall_ellipticity": (distance, every[:, 5:]), "finite_contact_time": (distance, speed)}
         found = {c.effect for c in ladder.causes}
-        return [Candidate(name, True, _held_out(*data, columns, d.run, runs), name in found) for name, (data, columns) in named.items()]
-    table = covariates(d)
-    found = {(s.coordinate, s.goes_with) for s in ladder.structure}
-    tangential_size = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
-    strong = tangential_size > 0.02
-    share = np.where(strong, np.abs(d.tangential_impulse) / np.maximum(tangential_size, 1e-9) - 1, 0.0)
-    share_sd = np.where(strong, np.hypot(d.tangential_sd / np.maximum(tangential_size, 1e-9), 0.01), 1e3)
+        blocks = {("speed_dependent_restitution", "direction_dependent_restitution"):
+                  (restitution, [np.exp(-d.before / best_speed_scale(d))[:, None], np.column_stack([np.cos(d.azimuth_rad), np.sin(d.azimuth_rad)])]),
+                  ("wall_ellipticity", "finite_contact_time"): (distance, [every[:, 5:], speed])}
+        return [Candidate(name, True, gains, name in found) for names, (data, columns) in blocks.items()
+                for name, gains in zip(names, _gains(*data, columns, d.run, runs), strict=True)]
+    return _probe_candidates(ladder, fitted, {"restitution": restitution, "distance": distance})
+
+
+def _probe_candidates(ladder: Ladder, fitted: ImpactFit, regressions: dict[str, tuple[Array, Array, Array]]) -> list[Candidate]:
+    """Every group of covariates tried on every residual: the two of ``regressions`` (y, sd, base) and the two of the tangential law."""
+    d, runs = fitted.data, len(ladder.series.runs)
+    law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    strong = law > WEAK_M_PER_S
+    share = np.where(strong, np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1, 0.0)
+    share_sd = np.where(strong, np.hypot(d.tangential_sd / np.maximum(law, 1e-9), 0.01), 1e3)
     one = np.ones((len(d), 1))
-    angular_sd = np.hypot(d.angular_sd, 0.002 * d.normal_impulse)
+    data = {**regressions, "tangential": (share, share_sd, one), "angular": (d.angular, np.hypot(d.angular_sd, 0.002 * d.normal_impulse), one)}
+    coordinates = {shown: coordinate for coordinate, shown in SHOWN_OF.items()}
+    found = {(s.coordinate, s.goes_with) for s in ladder.structure}
+    table = covariates(d)
     out = []
-    for name, parts in PROBES.items():
-        columns = np.column_stack([table[p] for p in parts])
-        for residual, coordinate, data in (("restitution", "normal", restitution), ("distance", "radius", distance),
-                                           ("tangential", "tangential", (share, share_sd, one)), ("angular", "spin", (d.angular, angular_sd, one))):
-            if residual == "distance" and name == "twice the azimuth":
-                continue
-            out.append(Candidate(f"{residual} with {name}".replace("the recording's time at the drive's frequency", "the drive's clock"), False, _held_out(*data, columns, d.run, runs), (coordinate, name) in found))
+    for residual, regression in data.items():
+        # The wall's own second harmonic is a named effect, not a probe.
+        groups = {name: parts for name, parts in PROBES.items() if (residual, name) != ("distance", "twice the azimuth")}
+        columns = [np.column_stack([table[p] for p in parts]) for parts in groups.values()]
+        for name, gains in zip(groups, _gains(*regression, columns, d.run, runs), strict=True):
+            words = f"{residual} with {name}".replace("the recording's time at the drive's frequency", "the drive's clock")
+            out.append(Candidate(words, False, gains, (coordinates[residual], name) in found))
     return out
 
 
-def _held_out(y: Array, sd: Array, base: Array, columns: Array, run: NDArray[np.int64], runs: int) -> Array:
-    """Fall of -2 log L per run when ``columns`` join ``base``, each run's coefficients from the others; losses clipped."""
-    full = np.hstack([base, columns])
-    gains = np.zeros(runs)
-    for number in range(runs):
+def _gains(y: Array, sd: Array, base: Array, columns: Sequence[Array], run: NDArray[np.int64], runs: int) -> list[Array]:
+    """For each block of ``columns`` the fall of -2 log L per run (runs,) when it joins ``base``, coefficients from the other runs."""
+    without = _loss(y, sd, base, run, runs)
+    return [without - _loss(y, sd, np.hstack([base, c]), run, runs) for c in columns]
+
+
+def _loss(y: Array, sd: Array, design: Array, run: NDArray[np.int64], runs: int) -> Array:
+    """-2 log L of each run (runs,) under a regression of the other runs; single losses are clipped."""
+    out = np.zeros(runs)
+    for number in np.unique(run):
         here = run == number
         rest = ~here if np.any(~here) else here
-        losses = []
-        for design in (base, full):
-            z = (y - design @ _robust(design[rest], y[rest], sd[rest])) / sd
-            # Each model has its own scatter, learnt from the other runs, never below the noise ``sd``.
-            scale = max(1.0, 1.4826 * float(np.median(np.abs(z[rest]))))
-            losses.append(np.sum(np.minimum((z[here] / scale) ** 2, CLIP) + 2 * np.log(scale)))
-        gains[number] = losses[0] - losses[1]
-    return gains
+        z = (y - design @ _robust(design[rest], y[rest], sd[rest])) / sd
+        # Each model has its own scatter, learnt from the other runs, never below the noise ``sd``.
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(z[rest]))))
+        out[number] = np.sum(np.minimum((z[here] / scale) ** 2, CLIP) + 2 * np.log(scale))
+    return out
 
 
 def _robust(design: Array, y: Array, sd: Array) -> Array:
     w = 1 / sd
-    for _ in range(5):
-        c = np.linalg.lstsq(design * w[:, None], y * w, rcond=None)[0]
+    for _ in range(4):
+        a = design * w[:, None]
+        c = np.linalg.pinv(a.T @ a, hermitian=True) @ (a.T @ (y * w))
         z = (y - design @ c) / sd
         w = 1 / sd / np.sqrt(1 + (z / max(1.0, 1.4826 * float(np.median(np.abs(z)))) / 3) ** 2)
     return c
-
