@@ -28,12 +28,15 @@ def run_on_cluster(
 
     try:
         from distributed import Client
+        from distributed.comm.addressing import parse_address
+        from distributed.comm.registry import get_backend
         from distributed.scheduler import KilledWorker
     except ImportError:
         raise InputError(
             "--cluster without dask.distributed", "the optional extra 'cluster'", "pip install 'ovines[cluster]'"
         ) from None
     try:
+        get_backend(parse_address(address)[0])  # before a client stands half made: it would complain when it goes
         client = Client(address, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(

@@ -157,7 +157,7 @@ class Recording:
         absent = numbers[place] != frames
         if absent.any():
             raise InputError(
-                f"{self.path(self.settings.time.trigger)}: no time for frame {frames[absent][0]}"
+                f"{self.path(self.settings.time.trigger or '')}: no time for frame {frames[absent][0]}"
                 f" and {int(absent.sum()) - 1} more",
                 "one row per frame",
                 "complete the file, or leave 'trigger' out",

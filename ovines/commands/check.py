@@ -127,7 +127,7 @@ def _calibration(recording: Recording) -> None:
         return
     if recording.calibration_file is not None:
         calibrated = {camera.name: camera for camera in read_calibration(recording.calibration_file)}
-        print(f"  calibration: {recording.settings.calibration.file}, cameras {', '.join(calibrated)}")
+        print(f"  calibration: {recording.calibration_file.name}, cameras {', '.join(calibrated)}")
         for camera in recording.cameras:
             if camera.name not in calibrated:
                 raise InputError(

@@ -1,0 +1,97 @@
+"""The documentation says what is so: examples run, commands parse, made pages are fresh, the site builds without network."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import itertools
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ovines.__main__ import parse
+from ovines.reference_pages import FOLDER, PAGES
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+SAMPLE = ROOT / "sample_data" / "rendered"
+
+
+def fences(path: Path) -> list[tuple[str, str]]:
+    """(language, content) of every fenced block."""
+    return re.findall(r"^```(\w*)\n(.*?)^```", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_reference_is_made_from_the_code(name):
+    assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), "run python -m ovines.reference_pages"
+
+
+def test_python_examples_print_what_the_page_shows():
+    blocks = fences(ROOT / "docs" / "how-to" / "python.md")
+    shown = [(code, after[1]) for (kind, code), after in itertools.pairwise(blocks) if kind == "python"]
+    assert len(shown) >= 2
+    for code, expected in shown:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, "python.md", "exec"), {})  # noqa: S102
+        assert printed.getvalue() == expected
+
+
+def documented_commands() -> list[tuple[str, str]]:
+    found = []
+    for path in TEXTS:
+        for kind, content in fences(path):
+            if kind in ("", "sh"):
+                lines = re.findall(r"^(?:.*&& )?(?:\$ |\.venv/bin/)?(ovines [a-z].*)$", content, re.MULTILINE)
+                found += [(path.name, line.split("  #")[0].strip()) for line in lines]
+    return found
+
+
+def test_every_command_in_the_documentation_parses():
+    lines = documented_commands()
+    assert len(lines) >= 8
+    for page, line in lines:
+        try:
+            parse(shlex.split(line)[1:])
+        except SystemExit as end:
+            pytest.fail(f"{page}: {line}: exit status {end.code}")
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_every_link_leads_somewhere(path):
+    for target in re.findall(r"\]\(([^)#\s]+)", path.read_text(encoding="utf-8")):
+        assert target.startswith("http") or (path.parent / target).exists(), target
+
+
+def test_the_site_builds_and_asks_nobody(tmp_path):
+    pytest.importorskip("mkdocs")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > 15
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        asked = re.findall(r"<(?:script|img|iframe|source)[^>]+src=\"(?:https?:)?//[^\"]+|<link[^>]+href=\"(?:https?:)?//[^\"]+", text)
+        assert not [one for one in asked if "canonical" not in one], page
+    for sheet in (tmp_path / "site").rglob("*.css"):
+        assert not re.search(r"url\([\"']?(https?:)?//|@import", sheet.read_text(encoding="utf-8")), sheet
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample recording")
+def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
+    """Each `$ ovines ...` of the tutorial run in turn; the lines below it are what it prints (times and paths apart)."""
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    blocks = [content for _, content in fences(ROOT / "docs" / "tutorial.md") if content.startswith("$ ovines")]
+    assert len(blocks) >= 3
+    for block in blocks:
+        command, _, expected = block.partition("\n")
+        result = ovines(*shlex.split(command)[2:], cwd=tmp_path, timeout_s=900)
+        assert result.returncode == 0, result.stderr
+        assert result.stdout.strip() == expected.strip()
