@@ -121,7 +121,28 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     if rig.angle:
         result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
             rig.data, rig.law.wall_friction, rig.law.tangential_restitution)
-    return result
+    relative = length_residual(rig)
+    # (1 + beta_0) goes with the ratio of two speeds, the others with one.
+    return {name: widened(i, relative * (abs(i.value) + (name == "tangential_restitution"))) for name, i in result.items()}
+
+
+def length_residual(rig: RigFit) -> float:
+    """Relative error of lengths that the contact distances show beyond their noise: a lens residual, a wall not quite round.
+
+    Speeds share it within a region of the image, so that it does not average out over the impacts."""
+    used, impacts = rig.wall.used, rig.wall.impacts
+    if np.count_nonzero(used) < 6:
+        return 0.0
+    excess = rig.wall.scatter_m**2 - float(np.median(impacts.sd("radius")[used] ** 2))
+    return float(np.sqrt(max(excess, 0.0))) / rig.wall.wall.contact_radius_m
+
+
+def widened(interval: Interval, sd: float) -> Interval:
+    """``interval`` with a further, independent error ``sd``; bounds stay bounds."""
+    if not np.isfinite(interval.value) or not np.isfinite(interval.sd) or not sd > 0:
+        return interval
+    low, high = (interval.value + side * np.hypot(end - interval.value, NORMAL_90 * sd) for side, end in ((-1, interval.low), (1, interval.high)))
+    return Interval(interval.value, float(np.hypot(interval.sd, sd)), float(low), float(high))
 
 
 def identification_table(rig: RigFit, law: dict[str, Interval]) -> pd.DataFrame:

@@ -1,0 +1,100 @@
+"""Identification of the practice series against their truth: recall, precision, times, parameters, seconds.
+
+    python benchmarks/identify.py SHARED [NUMBER ...]
+
+SHARED holds ``practice/`` and ``practice_truth/``; without numbers all series are run.  One row per series.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from analysis.identify import Identified, identify_series
+from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
+from ovines.camera import read_calibration
+from ovines.recording import Recording, read_series
+from ovines.tables import read_table
+from vision.triangulate import triangulate
+
+# Half a frame at 800 frames a second: a found impact farther from a true one is another.
+SAME_S = 0.6e-3
+FAST_M_PER_S = 0.1
+TRUE_NAMES = {"restitution": "eps", "wall_friction": "mu_c", "tangential_restitution": "beta0", "floor_friction": "mu_s"}
+
+
+def motions_of(folder: Path) -> tuple[list[Recording], list[pd.DataFrame]]:
+    """Recordings of a practice series and their motion, the markers' layout learnt from all of them."""
+    recordings = read_series(folder)
+    cameras = read_calibration(recordings[0].calibration_file)
+    points = [triangulate(read_table(r.folder / "tracks.parquet", "tracks"), cameras, r.window_offset_px) for r in recordings]
+    clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
+    layouts = layouts_from_points({body: [cloud[body] for cloud in clouds] for body in ("host", "nes")}, recordings[0])
+    return recordings, [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
+
+
+def scored(found: pd.DataFrame, true: np.ndarray, first_s: float, last_s: float) -> tuple[int, int, int, list[float]]:
+    """True fast impacts, missed ones, false fast ones, time errors (s)."""
+    times, free, errors, fast, missed = found["time_s"].to_numpy(), np.ones(len(found), bool), [], 0, 0
+    for moment, speed, _ in true:
+        counted = speed > FAST_M_PER_S and first_s < moment < last_s
+        fast += counted
+        distance = np.where(free, np.abs(times - moment), np.inf)
+        if len(distance) and distance.min() < SAME_S:
+            free[distance.argmin()] = False
+            if counted:
+                errors.append(float(times[distance.argmin()] - moment))
+        else:
+            missed += counted
+    false = int(np.sum(free & (found["normal_speed_before_m_per_s"].to_numpy() > FAST_M_PER_S)))
+    return fast, missed, false, errors
+
+
+def row_of(shared: Path, name: str) -> dict[str, object]:
+    """One series: what was found against what was true."""
+    recordings, motions = motions_of(shared / "practice" / name)
+    begin = time.perf_counter()
+    joint, runs = identify_series(motions, recordings)
+    seconds = time.perf_counter() - begin
+    truth = json.loads((shared / "practice_truth" / f"{name}.json").read_text())
+    return {"series": name, "effect": truth["effect"], "noise": truth["noise"], "s": round(seconds, 1),
+            **_impacts(runs, motions, np.load(shared / "practice_truth" / f"{name}.npz")), **_parameters(joint, truth["plant"])}
+
+
+def _impacts(runs: list[Identified], motions: list[pd.DataFrame], truth: dict[str, np.ndarray]) -> dict[str, object]:
+    fast = missed = false = 0
+    errors: list[float] = []
+    for k, (run, motion) in enumerate(zip(runs, motions, strict=True)):
+        one = scored(run.impacts, truth[f"imp{k + 1:02d}"], motion["time_s"].min(), motion["time_s"].max())
+        fast, missed, false, errors = fast + one[0], missed + one[1], false + one[2], errors + one[3]
+    frame_s = float(np.median(np.diff(motions[0]["time_s"])))
+    return {"impacts": fast, "missed": missed, "false": false, "time_rms_frames": round(float(np.sqrt(np.mean(np.square(errors)))) / frame_s, 4)}
+
+
+def _parameters(joint: pd.DataFrame, plant: dict[str, float]) -> dict[str, object]:
+    rows = joint.set_index("parameter")
+    errors = {}
+    for name, key in TRUE_NAMES.items():
+        value, sd = (float(rows.loc[name, c]) for c in ("value", "sd"))
+        errors[f"{name}_error"] = round(value - plant[key], 5)
+        errors[f"{name}_sd"] = round(sd, 5)
+    return errors
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("shared", type=Path)
+    parser.add_argument("numbers", type=int, nargs="*")
+    arguments = parser.parse_args()
+    names = [f"practice-{n:02d}" for n in arguments.numbers] or sorted(p.name for p in (arguments.shared / "practice").iterdir())
+    rows = [row_of(arguments.shared, name) for name in names]
+    print(pd.DataFrame(rows).to_string(index=False))
+
+
+if __name__ == "__main__":
+    main()
