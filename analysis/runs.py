@@ -40,6 +40,9 @@ def contact_radius(recording: Recording) -> float:
     host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
     inner = getattr(host, "inner_radius_m", None)
     radius = getattr(nes, "radius_m", None)
+    if getattr(host, "polygon_m", None) is not None:
+        raise InputError(f"{recording.folder}: flat walls (polygon_m) in [bodies.host]", "a round wall (inner_radius_m): impacts are identified on it",
+                         "use the earlier stages (motion, thesis_impacts) and ovines simulate for this rig")
     if inner is None or radius is None:
         raise InputError(f"{recording.folder}: no round wall (inner_radius_m) or no disk (radius_m) in [bodies]",
                          "[bodies.host] inner_radius_m and [bodies.nes] radius_m", "add them to recording.toml")

@@ -13,6 +13,7 @@ from analysis.identify import identify, identify_series
 from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.commands.simulate import impact_table, motion_table
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
+from ovines.errors import InputError
 from ovines.recording import read_recording, read_series
 from ovines.tables import read_table
 
@@ -177,6 +178,24 @@ def test_poor_data_give_tables_and_no_warning(case, driven, recording):
         assert rows.loc[list(NAMES[:3]), ["value", "low", "high"]].isna().all(axis=None)
     if case in ("no frame", "one frame", "NES never seen", "NES seen once", "at rest"):
         assert rows.loc["floor_friction", ["value", "low", "high"]].isna().all()
+
+
+def test_flat_walls_are_refused_in_words(driven, tmp_path):
+    (tmp_path / "recording.toml").write_text(TOML.replace("inner_radius_m = 0.05", "polygon_m = [[0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]"))
+    with pytest.raises(InputError, match="polygon_m"):
+        identify(driven[0], read_recording(tmp_path))
+
+
+def test_runs_of_one_rig_together_know_more(recording):
+    motions = [noisy(simulate(scenario(ImpactLaw(*(TRUTH[n] for n in NAMES[:3])), TRUTH["floor_friction"], spin=spin)), seed)
+               for seed, spin in ((1, -60.0), (2, 40.0))]
+    joint, runs = identify_series(motions, [recording, recording])
+    alone = identify(motions[0], recording)
+    assert len(runs) == 2 and all(len(run.impacts) > 5 for run in runs)
+    name = "floor_friction"
+    both, one = (t.set_index("parameter").loc[name, "sd"] for t in (joint, alone.identification))
+    assert both < one
+    assert abs(joint.set_index("parameter").loc[name, "value"] - TRUTH[name]) < 4 * both + 2e-4
 
 
 def practice_motions(folder):
