@@ -113,7 +113,7 @@ TABLES: dict[str, Table] = {
             "flights", "flight or sustained contact",
             (
                 integer("flight", "number of the segment, from 0"), number("start_s", "its start"),
-                number("end_s", "its end"), text("kind", '"flight" or "contact"'),
+                number("end_s", "its end"), text("kind", '"flight", "rest", "chatter", "contact", "unseen" or "unresolved"'),
             ),
             key=("flight",),
         ),
