@@ -170,6 +170,8 @@ def give_room(ax: Axes) -> None:
 
 def binned(x: Array, y: Array, circular: bool = False, bins: int = BINS) -> tuple[Array, Array, Array]:
     """Centres, medians and standard errors of ``y`` over bins of ``x``: of equal count, of equal width for angles; empty bins are left out."""
+    if not len(x):
+        return np.zeros(0), np.zeros(0), np.zeros(0)
     few = max(min(bins, len(x) // 5), 1)
     edges = np.linspace(-np.pi, np.pi, few + 1) * (180 / np.pi) if circular else np.quantile(x, np.linspace(0, 1, few + 1))
     which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, few - 1)
@@ -180,4 +182,5 @@ def binned(x: Array, y: Array, circular: bool = False, bins: int = BINS) -> tupl
             middle = float(np.median(part))
             spread = 1.4826 * float(np.median(np.abs(part - middle)))
             rows.append((float(np.mean(x[which == b])), middle, 1.2533 * spread / np.sqrt(len(part))))
-    return tuple(np.array(c) for c in zip(*rows, strict=True)) if rows else (np.zeros(0),) * 3  # type: ignore[return-value]
+    centres, middles, errors = np.array(rows).T
+    return centres, middles, errors

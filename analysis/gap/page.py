@@ -18,6 +18,7 @@ from analysis.gap.figures_impacts import (
     overview_panels,
 )
 from analysis.gap.figures_measured import ground_figure, layout_figure, measured_figure, own_residual
+from analysis.gap.flight_stage import Gain
 from analysis.gap.ladder import GAIN, IMPACT_GAIN
 from analysis.gap.page_tables import (
     detectable_rows,
@@ -40,7 +41,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     summary, ladder = diagnosis.summary, diagnosis.ladder
     page = Page(name, "Sim-to-real gap", _lead(summary), _facts(diagnosis),
                 footer=f"ovines {ovines.__version__}. diagnosis.json and predictions.parquet beside this page hold its numbers, in SI units.")
-    _verdict_card(page, summary)
+    _verdict_card(page, diagnosis)
     _gap_card(page, diagnosis)
     page.actions.append(summary["next_test"])
     if len(ladder.series.runs) == 1:
@@ -84,7 +85,8 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     return facts
 
 
-def _verdict_card(page: Page, summary: dict[str, Any]) -> None:
+def _verdict_card(page: Page, diagnosis: Diagnosis) -> None:
+    summary, ladder = diagnosis.summary, diagnosis.ladder
     verdict = summary["verdict"]
     if verdict == "effect":
         details = [f"It lies {STAGES.get(summary['stage'], summary['stage'])}."]
@@ -99,8 +101,14 @@ def _verdict_card(page: Page, summary: dict[str, Any]) -> None:
                    for g in summary["goes_with"][:4]]
         page.add_card("What causes the gap?", "Unknown", "bad", ["Something is there that the library has no name for.", *details])
     else:
-        page.add_card("What causes the gap?", "No effect found", "good",
-                      ["Every test and every probe stays below what is negligible or what noise makes.", "The smallest sizes that would have been seen stand at the end."])
+        blind = [*ladder.measurement.notes]
+        if ladder.impacts is None:
+            blind.append("fewer than eight impacts could be used: wall and contact law were not judged")
+        if len(ladder.series.runs) == 1:
+            blind.append("one run: nothing could be held out")
+        page.add_card("What causes the gap?", "No effect found", "caution" if blind else "good",
+                      ["Every test and every probe stays below what is negligible or what noise makes.",
+                       *(f"{b[0].upper()}{b[1:]}." for b in blind), "The smallest sizes that would have been seen stand at the end."])
 
 
 def _gap_card(page: Page, diagnosis: Diagnosis) -> None:
@@ -125,8 +133,17 @@ def _gap_card(page: Page, diagnosis: Diagnosis) -> None:
     details[0] = f"Held-out {words}: {value['recalibrated']} RMS recalibrated, noise floor {value['noise_floor']}."
     if summary["verdict"] == "unknown":
         page.add_card("How far does the gap shrink?", "Not yet: nothing with a name closes it", "bad", details)
+    elif _above_floor(gap, quantity):
+        page.add_card("How far does the gap shrink?", "Above the floor, but nothing accepted", "caution", [
+            *details, "What is left has neither a name nor a shape that holds in most runs: look at the figures, and record more."])
     else:
         page.add_card("How far does the gap shrink?", "Nothing left to shrink", "good", details)
+
+
+def _above_floor(gap: dict[str, Any], quantity: str) -> bool:
+    """More than a third above what no model can predict."""
+    values = [(gap.get(k) or {}).get(quantity) for k in ("recalibrated", "noise_floor")]
+    return None not in values and values[0] > 4 / 3 * values[1]
 
 
 def _corrected_card(page: Page, diagnosis: Diagnosis, details: list[str]) -> None:
@@ -246,8 +263,8 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
                      + (" With a single run nothing is held out: these gains are of the same data." if single else ""))
     found = {c.effect for c in ladder.causes}
     structure = {s.goes_with for s in ladder.structure}
-    flights = [Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flight_gains if len(g.per_run)]
-    probes = [Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flight_probes if len(g.per_run)]
+    flights = [Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flight_gains if _tried(g)]
+    probes = [Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flight_probes if _tried(g)]
     runs = max(len(ladder.series.runs), 1)
     if flights or probes:
         section.add_figure("gap-ranking-flights", ranking_figure([*flights, *probes], GAIN / 2 / runs, "flights"),
@@ -263,6 +280,10 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
                            f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.", "Ranking of impact candidates")
     else:
         section.add_missing("candidates at the impacts", "fewer than eight impacts could be used.")
+
+
+def _tried(gain: Gain) -> bool:
+    return len(gain.per_run) > 0 and bool(np.isfinite(gain.per_run).all())
 
 
 def _where_section(page: Page, diagnosis: Diagnosis) -> None:
