@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from analysis.flight_model import GRAVITY_M_PER_S2, INDEX
 from analysis.gap import impact_stage
 from analysis.gap.correct import correct
-from analysis.gap.flight_stage import FlightFit, FlightModel, Gain, fit, gains, nominal_model
+from analysis.gap.flight_stage import FlightFit, FlightModel, Gain, fit, gains, nominal_model, solve_named
 from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2, terms
 from analysis.gap.ground import ground_motion
 from analysis.gap.impact_stage import ImpactFit, ImpactGain, fit_impacts
@@ -197,9 +197,14 @@ def _measure_load(gain: Gain, base: FlightFit, series: Series) -> Gain:
 
 
 def _sd(fit_: FlightFit, name: str) -> float:
+    """Standard deviation of a shared parameter: the larger of the fit's own and the jackknife over runs (lens and model errors scatter there)."""
     at = list(fit_.columns).index(name)
-    misfit = max(1.0, fit_.misfit / max(fit_.count, 1))
-    return float(np.sqrt(fit_.covariance[at, at] * misfit))
+    own = float(np.sqrt(fit_.covariance[at, at] * max(1.0, fit_.misfit / max(fit_.count, 1))))
+    runs = len(fit_.evidence)
+    if runs < 4:
+        return own
+    left_out = np.array([solve_named([e for j, e in enumerate(fit_.evidence) if j != i], fit_.columns)[0][at] for i in range(runs)])
+    return max(own, float(np.sqrt((runs - 1) / runs * np.sum((left_out - left_out.mean()) ** 2))))
 
 
 def _friction_cause(name: str, trial: FlightFit, gain: float, base: FlightFit) -> Cause:
@@ -295,7 +300,9 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit) -> Cause:
         return Cause(gain.name, "impact", parameters, duration / CONTACT_TIME_NEGLIGIBLE_S, gain.gain, "normal", "impact")
     c, s = base.wall.wall.ellipse
     at = [list(base.wall.terms).index(t) for t in ("ellipse_c", "ellipse_s")]
-    sd = float(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])))
+    # A lens residual of the size of the scatter left over looks like a little ellipse.
+    lens = 0.5 * max(base.wall.scatter_m - 3e-6, 0.0) / base.wall.wall.contact_radius_m
+    sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
     parameters = {"ellipticity": (e, sd), "direction_rad": (float(0.5 * np.arctan2(s, c)), 0.5 * sd / max(e, 1e-9))}
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
@@ -399,7 +406,7 @@ def _centres(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> li
     if impacts is not None:
         wall, terms = impacts.wall.wall, list(impacts.wall.terms)
         sd = np.sqrt(np.diag(impacts.wall.covariance))
-        lens = max(impacts.wall.scatter_m, 2e-6) / 3
+        lens = float(np.hypot(2e-6, impacts.wall.scatter_m / 3))
         for effect, vector, names, limit in (("wall_centre_offset", wall.centre_m, ("centre_x", "centre_y"), CENTRE_NEGLIGIBLE_M),
                                              ("mass_centre_offset", -wall.disk_m, ("disk_x", "disk_y"), MASS_CENTRE_NEGLIGIBLE_M)):
             error = [float(np.hypot(sd[terms.index(n)], lens if effect == "mass_centre_offset" else 2.5e-5)) for n in names]

@@ -177,11 +177,15 @@ def _views(series: Series, notes: list[str]) -> list[Finding | None]:
     height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
     lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
     lens = warp_px * height_per_px / (2 * lever)
+    moving = a[np.flatnonzero(a[:, 3] != 0), 2]
+    speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
     window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
     return [
-        _judge("sensor_window_offset", {"u_px": (wu, su), "v_px": (wv, sv)}, window, window / max(su, sv)),
-        _judge("camera_clock_offset", {"offset_s": (delay, sd_delay)}, abs(delay), abs(delay) / sd_delay),
+        _judge("sensor_window_offset", {"u_px": (wu, np.hypot(su, 0.5 * warp_px)), "v_px": (wv, np.hypot(sv, 0.5 * warp_px))}, window,
+               window / max(su, sv)),
+        # The lens residual, over the pixels per second that the bodies move: 0.02 of it survives the average over places.
+        _judge("camera_clock_offset", {"offset_s": (delay, np.hypot(sd_delay, 0.02 * warp_px / speed))}, abs(delay), abs(delay) / sd_delay),
         # z = a x + b y is the world turned by b about x and by -a about y.
         _judge("plane_tilt", {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))}, tilt,
                tilt / max(sx, sy, lens)),
