@@ -184,8 +184,8 @@ def _views(series: Series, notes: list[str]) -> list[Finding | None]:
     return [
         _judge("sensor_window_offset", {"u_px": (wu, np.hypot(su, 0.5 * warp_px)), "v_px": (wv, np.hypot(sv, 0.5 * warp_px))}, window,
                window / max(su, sv)),
-        # The lens residual, over the pixels per second that the bodies move: 0.02 of it survives the average over places.
-        _judge("camera_clock_offset", {"offset_s": (delay, np.hypot(sd_delay, 0.02 * warp_px / speed))}, abs(delay), abs(delay) / sd_delay),
+        # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over places.
+        _judge("camera_clock_offset", {"offset_s": (delay, np.hypot(sd_delay, 0.1 * warp_px / speed))}, abs(delay), abs(delay) / sd_delay),
         # z = a x + b y is the world turned by b about x and by -a about y.
         _judge("plane_tilt", {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))}, tilt,
                tilt / max(sx, sy, lens)),
