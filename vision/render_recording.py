@@ -24,6 +24,7 @@ from vision.render_board import render_board
 from vision.render_motion import bouncing
 
 Array = NDArray[np.float64]
+PNG = [cv2.IMWRITE_PNG_COMPRESSION, 3]  # noise does not compress: 9 costs ten times the time for 3 % less
 Motion = Callable[[float], Mapping[str, Pose]]
 
 
@@ -71,6 +72,21 @@ def thesis_setup(rng: np.random.Generator, window_size_px: tuple[int, int] = (40
     return Setup(tuple(cameras), tuple(offsets), window_size_px, thesis_rig(), find_board("charuco_5x7_8mm"))
 
 
+def half_setup(rng: np.random.Generator) -> Setup:
+    """The thesis' rig seen by cameras of half its resolution in a close window: small enough to be kept in a repository."""
+    full = thesis_setup(rng)
+    cameras, offsets, window = [], [], (448, 344)
+    for camera in full.cameras:
+        matrix = camera.matrix.copy()
+        matrix[:2] *= 0.5
+        matrix[:2, 2] -= 0.25  # the centre of the first pixel of two is half a pixel further out
+        half = Camera(camera.name, (2048, 1536), matrix, camera.distortion, camera.rotation, camera.translation_m)
+        u, v = half.project(np.array([0.02, -0.028, 0.005]))
+        cameras.append(half)
+        offsets.append((int(u - window[0] / 2), int(v - window[1] / 2)))
+    return Setup(tuple(cameras), tuple(offsets), window, full.rig, full.board)
+
+
 def thesis_rig() -> Rig:
     """Three ground markers, four on the Host's ring, five on the NES, none of them symmetric."""
     def ring(angles_deg: tuple[float, ...], radius_m: float, z_m: float) -> Array:
@@ -99,7 +115,7 @@ def board_poses(setup: Setup, camera: int, count: int, rng: np.random.Generator)
 
 
 def render_recording(folder: Path, setup: Setup, motion: Motion, frames: int, rng: np.random.Generator, views: int = 12,
-                     suffix: str = ".png", name: str = "rendered") -> pd.DataFrame:
+                     suffix: str = ".png", name: str = "rendered", board_suffix: str = ".png") -> pd.DataFrame:
     """Write the recording into ``folder`` and give its truth: one row per camera, frame and marker.
 
     ``motion(time_s)`` gives the bodies' poses in the world.  Motion blur is the mean over the exposure in steps
@@ -108,7 +124,7 @@ def render_recording(folder: Path, setup: Setup, motion: Motion, frames: int, rn
     """
     folder = Path(folder)
     for c, camera in enumerate(setup.cameras):
-        _write_views(folder, setup, c, views, rng)
+        _write_views(folder, setup, c, views, rng, board_suffix)
         (folder / camera.name).mkdir(parents=True, exist_ok=True)
     truths = []
     windows = [View(camera, offset, setup.window_size_px) for camera, offset in zip(setup.cameras, setup.window_offset_px, strict=True)]
@@ -118,49 +134,54 @@ def render_recording(folder: Path, setup: Setup, motion: Motion, frames: int, rn
             steps = _steps(view, setup, motion, time_s)
             poses = [motion(time_s + part * setup.exposure_s) for part in (np.arange(steps) + 0.5) / steps - 0.5]
             image, truth = render_frame(view, setup.rig, poses, setup.look, rng)
-            cv2.imwrite(str(folder / view.camera.name / f"frame_{frame:05d}{suffix}"), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+            cv2.imwrite(str(folder / view.camera.name / f"frame_{frame:05d}{suffix}"), image, PNG)
             here = motion(time_s)
             truths.append(truth.assign(camera=view.camera.name, frame=frame, time_s=time_s, **{
                 f"{body}_{key}": getattr(here[body], key) for body in ("host", "nes") for key in ("x_m", "y_m", "angle_rad")}))
     truth = pd.concat(truths, ignore_index=True)
+    truth["visible"] = truth["visible"] > 0.99
+    truth = truth.sort_values(["camera", "frame", "marker"], ignore_index=True)
     write_table(truth, "truth", folder / "truth.parquet", provenance("render", {"frames": frames, "name": name}, {}))
     write_calibration(setup.cameras, folder / "true_calibration.json")
-    (folder / "recording.toml").write_text(_toml(setup, name, suffix), encoding="utf-8")
+    (folder / "recording.toml").write_text(_toml(setup, name, suffix, board_suffix), encoding="utf-8")
     return truth
 
 
 def _steps(view: View, setup: Setup, motion: Motion, time_s: float) -> int:
-    half = 0.5 * setup.exposure_s
-    moved = [np.linalg.norm(np.diff([view.camera.project(motion(t)[body].place(markers.layout_m)) for t in (time_s - half, time_s + half)],
-                                    axis=0), axis=-1).max()
-             for body, markers in setup.rig.markers.items()]
+    """Odd number of poses through the exposure, each marker moving by at most one blur width between two."""
+    first, last = (motion(time_s + half) for half in (-0.5 * setup.exposure_s, 0.5 * setup.exposure_s))
+    still = Pose()
+    moved = [0.0]
+    for body, markers in setup.rig.markers.items():
+        ends = [view.camera.project(poses.get(body, still).place(markers.layout_m)) for poses in (first, last)]
+        moved.append(float(np.linalg.norm(ends[1] - ends[0], axis=-1).max()))
     return 1 + 2 * int(np.ceil(0.5 * max(moved) / setup.look.blur_px))
 
 
-def _write_views(folder: Path, setup: Setup, c: int, views: int, rng: np.random.Generator) -> None:
+def _write_views(folder: Path, setup: Setup, c: int, views: int, rng: np.random.Generator, suffix: str) -> None:
     camera = setup.cameras[c]
     here = folder / "calibration" / camera.name
     (here / "intrinsic").mkdir(parents=True, exist_ok=True)
     view = View(camera)
     poses = board_poses(setup, c, views, rng)
     for k, (turn, shift) in enumerate(poses):
-        _write(here / "intrinsic" / f"view_{k:02d}.png", render_board(view, setup.board, turn, shift, setup.look, rng)[0])
+        _write(here / "intrinsic" / f"view_{k:02d}{suffix}", render_board(view, setup.board, turn, shift, setup.look, rng)[0])
     world = camera.rotation @ WORLD_FROM_BOARD
-    _write(here / "extrinsic.png", render_board(view, setup.board, world, camera.translation_m, setup.look, rng)[0])
+    _write(here / f"extrinsic{suffix}", render_board(view, setup.board, world, camera.translation_m, setup.look, rng)[0])
 
 
 def _write(path: Path, image: NDArray[np.uint8]) -> None:
-    cv2.imwrite(str(path), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    cv2.imwrite(str(path), image, PNG if path.suffix == ".png" else [cv2.IMWRITE_JPEG_QUALITY, 93])
 
 
-def _toml(setup: Setup, name: str, suffix: str) -> str:
+def _toml(setup: Setup, name: str, suffix: str, board_suffix: str) -> str:
     lines = ["format = 1", f'name = "{name}"', "", "[time]", f"frame_rate_hz = {setup.frame_rate_hz}", ""]
     for camera, offset in zip(setup.cameras, setup.window_offset_px, strict=True):
         lines += ["[[cameras]]", f'name = "{camera.name}"', f'frames = "{camera.name}/*{suffix}"',
                   f"sensor_size_px = {list(camera.sensor_size_px)}", f"window_offset_px = {list(offset)}",
                   f"window_size_px = {list(setup.window_size_px)}", f"exposure_s = {setup.exposure_s}", ""]
-    lines += ["[calibration]", f'board = "{setup.board.name}"', 'intrinsic = "calibration/{camera}/intrinsic/*.png"',
-              'extrinsic = "calibration/{camera}/extrinsic.png"', ""]
+    lines += ["[calibration]", f'board = "{setup.board.name}"', f'intrinsic = "calibration/{{camera}}/intrinsic/*{board_suffix}"',
+              f'extrinsic = "calibration/{{camera}}/extrinsic{board_suffix}"', ""]
     for body, markers in setup.rig.markers.items():
         lines += [f"[bodies.{body}]", f"markers = {list(markers.names)}".replace("'", '"')]
         lines += [f"layout_m = {np.round(markers.layout_m, 7).tolist()}"]
@@ -169,7 +190,7 @@ def _toml(setup: Setup, name: str, suffix: str) -> str:
         if body == "nes":
             lines += ['centre_marker = "N1"', f"radius_m = {setup.rig.nes_radius_m}", "mass_kg = 0.0246", "inertia_factor = 0.5"]
         lines.append("")
-    lines += ["[excitation]", "frequency_hz = 11.0", "acceleration_g = 8.0", 'axis = "x"', "", "[model]", "effects = []", ""]
+    lines += ["[excitation]", "frequency_hz = 11.0", "acceleration_g = 8.0", 'axis = "x"', "", "[model]", 'effects = ["floor_friction", "spin_coupling"]', ""]
     return "\n".join(lines)
 
 
@@ -182,11 +203,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--window", type=int, nargs=2, default=(4096, 688))
     parser.add_argument("--noise", type=float, default=2.0)
+    parser.add_argument("--half", action="store_true", help="half the resolution in a close window, board views as JPEG (sample_data/rendered)")
     args = parser.parse_args()
     rng = np.random.default_rng(args.seed)
-    setup = thesis_setup(rng, tuple(args.window))
+    setup = half_setup(rng) if args.half else thesis_setup(rng, tuple(args.window))
     setup = Setup(**{**vars(setup), "look": Look(noise_grey=args.noise, gradient=(0.15, -0.1))})
-    render_recording(args.folder, setup, bouncing(args.frames / setup.frame_rate_hz), args.frames, rng, args.views)
+    render_recording(args.folder, setup, bouncing(args.frames / setup.frame_rate_hz), args.frames, rng, args.views,
+                     board_suffix=".jpg" if args.half else ".png")
 
 
 if __name__ == "__main__":
