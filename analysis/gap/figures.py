@@ -126,12 +126,12 @@ class Panel:
     title: str = ""
 
 
-def residual_panels(panels: Sequence[Panel], columns: int = 2, one_model: bool = False) -> Figure:
+def residual_panels(panels: Sequence[Panel], columns: int = 2, one_model: bool = False, before: str = "recalibrated") -> Figure:
     """Residuals before and after: faint dots, and means over bins of equal count with their standard error."""
     rows = -(-len(panels) // columns)
     figure, axes = new_figure(rows, columns, height_in=0.75 + 2.05 * rows, margins_in=(0.72, 0.12, 0.5, 0.42), gap_in=(0.82, 0.6))
     for ax, panel in zip(axes.flat, panels, strict=False):
-        draw_panel(ax, panel, one_model)
+        draw_panel(ax, panel, one_model, before)
         if ax is axes[0, 0]:
             legend(ax, loc="lower left", bbox_to_anchor=(0, 1.1))
     for ax in axes.flat[len(panels):]:
@@ -139,9 +139,9 @@ def residual_panels(panels: Sequence[Panel], columns: int = 2, one_model: bool =
     return figure
 
 
-def draw_panel(ax: Axes, panel: Panel, one_model: bool = False) -> None:
+def draw_panel(ax: Axes, panel: Panel, one_model: bool = False, before: str = "recalibrated") -> None:
     """One panel; ``one_model`` where nothing was added, so that two equal curves do not hide each other."""
-    names = ("", "as the nominal model leaves it") if one_model else ("recalibrated", "with the effect")
+    names = ("", "as the nominal model leaves it") if one_model else (before, "with the effect")
     curves = [] if one_model else [(panel.x, panel.before, RED, names[0], "s")]
     values: list[Array] = []
     for x, y, colour, name, marker in [*curves, (panel.x_after, panel.after, BLUE, names[1], "o")]:

@@ -74,11 +74,9 @@ def overview_panels(ladder: Ladder) -> list[Panel]:
 
 
 def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel:
-    pairs = []
-    for fitted, terms in ((ladder.impacts_nominal, ()), (ladder.impacts, ladder.restitution_terms)):
-        after = fitted is ladder.impacts and terms is ladder.restitution_terms
-        pairs.append((covariate_of(fitted, covariate), residual_of(fitted, terms, residual, "" if after else finding)))
-    (x, y), (x_after, y_after) = pairs
+    (x, y), (x_after, y_after) = (
+        (covariate_of(fitted, covariate), residual_of(fitted, terms, residual, put_back))
+        for fitted, terms, put_back in ((ladder.impacts_nominal, (), finding), (ladder.impacts, ladder.restitution_terms, "")))
     unit = "°" if covariate in CIRCULAR else UNITS[covariate]
     return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, CYCLE, FONT_PT, GREY, RED, label, legend, new_figure
 from analysis.gap.figures import Panel, draw_panel, give_room
+from analysis.gap.figures_impacts import impact_panels
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import Finding, _body_rows
 
@@ -176,7 +177,7 @@ def layout_figure(ladder: Ladder) -> Figure | None:
         ax.set_aspect("equal", adjustable="datalim")
         ax.margins(0.12)
         label(ax, "x (mm)", "y (mm)", {"host": "Host", "nes": "NES"}[body] + f", errors × {magnified:.0f}")
-        legend(ax, loc="lower left", bbox_to_anchor=(-0.02, 1.07))
+        legend(ax, loc="lower left", bbox_to_anchor=(-0.02, 1.07), fontsize=7, columnspacing=0.8)
     for ax in axes[0][len(bodies):]:
         ax.set_visible(False)
     return figure
@@ -203,7 +204,10 @@ def ground_figure(ladder: Ladder) -> Figure | None:
 
 
 def own_residual(ladder: Ladder, effect: str) -> tuple[str, float, float, str] | None:
-    """(name, RMS as measured, RMS corrected, unit) of the residual that a measurement effect shows itself in; None for the others."""
+    """(name, RMS as measured, RMS corrected, unit) of the residual that a measurement effect or a centre shows itself in; None for others."""
+    if effect in ("wall_centre_offset", "mass_centre_offset"):
+        contact = impact_panels(ladder, effect)
+        return ("contact distance against the wall", _robust_rms(contact[0].before), _robust_rms(contact[0].after), "µm") if contact else None
     at = {"camera_clock_offset": 0, "sensor_window_offset": 0, "plane_tilt": 2}.get(effect)
     panels = view_panels(ladder) if at is not None else []
     if at is None or not panels:

@@ -33,7 +33,10 @@ from analysis.gap.page_words import STAGES, meaning, parameter_words, plain, sho
 from analysis.report.numbers import MISSING, percent, with_unit
 from analysis.report.page import Page, Section
 
+#: effects that the layout's figure shows
 CENTRES = ("centre_marker_offset", "length_scale_error")
+#: effects whose size the recalibrated model fits anyway, as placement of the markers
+REFITTED = ("wall_centre_offset", "mass_centre_offset", "centre_marker_offset")
 
 
 def gap_page(diagnosis: Diagnosis, name: str) -> Page:
@@ -91,7 +94,7 @@ def _verdict_card(page: Page, diagnosis: Diagnosis) -> None:
     if verdict == "effect":
         details = [f"It lies {STAGES.get(summary['stage'], summary['stage'])}."]
         for effect, values in summary["parameters"].items():
-            details += [f"{parameter_words(k).capitalize()} {shown_interval(k, v['low'], v['high'])} (90 %)." if len(summary["effects"]) == 1 else
+            details += [f"{_sentence(parameter_words(k))} {shown_interval(k, v['low'], v['high'])} (90 %)." if len(summary["effects"]) == 1 else
                         f"{plain(effect)}, {parameter_words(k)}: {shown_interval(k, v['low'], v['high'])} (90 %)." for k, v in values.items()]
         others = [plain(e) for e in summary["equivalent"] if e not in summary["effects"]]
         details.append(f"These data cannot tell it from: {', '.join(others)}." if others else "No other effect of the library fits these data as well.")
@@ -111,6 +114,11 @@ def _verdict_card(page: Page, diagnosis: Diagnosis) -> None:
                        *(f"{b[0].upper()}{b[1:]}." for b in blind), "The smallest sizes that would have been seen stand at the end."])
 
 
+def _sentence(words: str) -> str:
+    """First letter large, but the name of a coordinate stays as it is."""
+    return words if len(words) == 1 else words[0].upper() + words[1:]
+
+
 def _gap_card(page: Page, diagnosis: Diagnosis) -> None:
     summary = diagnosis.summary
     gap = summary["gap"]
@@ -123,7 +131,7 @@ def _gap_card(page: Page, diagnosis: Diagnosis) -> None:
         details.append(f"As given it was {value['as_given']}.")
     if summary["verdict"] == "effect":
         shrinkage = gap["shrinkage"]
-        if summary["stage"] == "measurement" and gap["recalibrated"] == gap["with_effect"]:
+        if gap["recalibrated"] == gap["with_effect"] and (summary["stage"] == "measurement" or summary["effects"][0] in REFITTED):
             _corrected_card(page, diagnosis, details)
             return
         status = "good" if shrinkage > 0.8 else ("caution" if shrinkage > 0.4 else "bad")
@@ -147,14 +155,16 @@ def _above_floor(gap: dict[str, Any], quantity: str) -> bool:
 
 
 def _corrected_card(page: Page, diagnosis: Diagnosis, details: list[str]) -> None:
-    """A measurement effect that leaves the predictions alone: what its own residual was and is."""
+    """An effect that leaves the predictions alone (measurement, a centre that is refitted anyway): what its own residual was and is."""
     own = own_residual(diagnosis.ladder, diagnosis.summary["effects"][0])
     said = []
     if own is not None:
         name, before, after, unit = own
         said.append(f"{name.capitalize()}: {with_unit(before, unit)} RMS as measured, {with_unit(after, unit)} corrected.")
-    page.add_card("How far does the gap shrink with it?", "Taken out of the data", "good", [
-        *said, "The predictions below already stand on the corrected data, so they are the same with and without it.", *details])
+    measured = diagnosis.summary["stage"] == "measurement"
+    page.add_card("How far does the gap shrink with it?", "Taken out of the data" if measured else "Already in the refitted model", "good", [
+        *said, "The predictions below already stand on the corrected data, so they are the same with and without it." if measured else
+        "The recalibrated model fits this centre already, so the predictions are the same with and without it.", *details])
 
 
 # --- sections ------------------------------------------------------------------------------------------------------------
@@ -217,7 +227,8 @@ def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, 
         if not panels:
             section.add_missing("the impacts' residuals", "there are too few impacts.")
             return
-        section.add_figure(f"gap-impacts-{_slug(finding)}", residual_panels(panels, one_model=_nothing_added(diagnosis)),
+        section.add_figure(f"gap-impacts-{_slug(finding)}", residual_panels(panels, one_model=_nothing_added(diagnosis),
+                                                                                    before="as the layout says" if finding in REFITTED else "recalibrated"),
                            "Residual of each impact (dots) and medians over bins with their standard errors. The first panel is the one the finding rests on.",
                            f"Residuals of the impacts for {finding}")
 

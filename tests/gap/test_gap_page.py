@@ -122,6 +122,15 @@ def test_impact_panel_of_an_effect_comes_first(tilted):
     assert "azimuth" in panel.x_name and "distance" in panel.y_name and np.abs(panel.x).max() <= 180
 
 
+def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
+    ladder = tilted[0].ladder
+    wall = replace(ladder.impacts.wall, wall=replace(ladder.impacts.wall.wall, centre_m=np.array([3e-4, 0.0])))
+    moved = replace(ladder.impacts, wall=wall)
+    panel = impact_panels(replace(ladder, impacts_nominal=moved, impacts=moved), "wall_centre_offset")[0]
+    added = panel.before - panel.after
+    assert np.allclose(added, 300 * np.cos(np.radians(panel.x)), atol=1e-6)
+
+
 def test_held_out_gain_knows_signal_from_noise():
     rng = np.random.default_rng(3)
     run = np.repeat(np.arange(6), 40)
