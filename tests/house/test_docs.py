@@ -18,7 +18,7 @@ from ovines.reference_pages import FOLDER, PAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-SAMPLE = ROOT / "sample_data" / "rendered"
+SAMPLE = ROOT / "sample_data" / "series_tilted"
 
 
 def fences(path: Path) -> list[tuple[str, str]]:
@@ -84,7 +84,7 @@ def test_the_site_builds_and_asks_nobody(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample recording")
+@pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample series")
 def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
     """Each `$ ovines ...` of the tutorial run in turn; the lines below it are what it prints (times and paths apart)."""
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
