@@ -58,7 +58,7 @@ def flights_from_segments(seen: NDArray[np.bool_], gaps: Sequence[int], contact:
     blocked = np.zeros(n, bool)
     for first, last in contact:
         blocked[first:last + 1] = True
-    cuts = set(int(g) for g in gaps)
+    cuts = {int(g) for g in gaps}
     flights: list[Flight] = []
     start: int | None = None
     last_seen = -1

@@ -75,5 +75,5 @@ def length_advice(measured_m: float, known_m: float, board: Board, what: str) ->
     ratio = known_m / measured_m
     if abs(ratio - 1) < WRONG_LENGTH:
         return []
-    return [f"{what} comes out as {measured_m:.4g} m, not {known_m:.4g} m: square_size_m = {board.square_size_m * ratio:.4g} "
-            f"would fit, board {board.name} says {board.square_size_m:.4g}; measure the print."]
+    return [(f"{what} comes out as {measured_m:.4g} m, not {known_m:.4g} m: square_size_m = {board.square_size_m * ratio:.4g} "
+            f"would fit, board {board.name} says {board.square_size_m:.4g}; measure the print.")]

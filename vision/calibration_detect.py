@@ -104,8 +104,8 @@ def alternatives(images: list[NDArray[np.uint8]], board: Board) -> tuple[Board, 
     if board.kind != "charuco":
         changed = board.altered(inverted=not board.inverted)
         if any(len(detect(image, changed).points) for image in images):
-            return changed, f"the board is printed {'inverted' if changed.inverted else 'black on white'}; set inverted = " \
-                            f"{str(changed.inverted).lower()}"
+            return changed, (f"the board is printed {'inverted' if changed.inverted else 'black on white'}; set inverted = " \
+                            f"{str(changed.inverted).lower()}")
         raise InputError(f"board {board.name} in none of {len(images)} images", f"a {board.kind} of {board.squares}",
                          "check squares in the board's TOML, focus and light")
     for inverted in (board.inverted, not board.inverted):

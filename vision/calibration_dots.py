@@ -41,7 +41,7 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
 
 def _blobs(image: NDArray[np.uint8]) -> tuple[list, list]:
     """Dark ellipses (centre, radius) without and with a hole."""
-    level, binary = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
+    _level, binary = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
     contours, tree = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     dots, rings = [], []
     if tree is None:
@@ -99,4 +99,4 @@ def _levels(image: NDArray[np.uint8], u: float, v: float, radius: float) -> tupl
     rows, columns = image.shape
     reach = int(1.4 * radius) + 1
     patch = image[max(0, int(v) - reach):min(rows, int(v) + reach + 1), max(0, int(u) - reach):min(columns, int(u) + reach + 1)]
-    return float(np.percentile(patch, 90)), float(image[int(round(v)), int(round(u))])
+    return float(np.percentile(patch, 90)), float(image[round(v), round(u)])

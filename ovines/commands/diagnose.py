@@ -43,23 +43,22 @@ def run(args: argparse.Namespace) -> int:
 
     out = results_folder(args.series, args.out)
     recordings = read_series(args.series)
-    with locked(out):
-        with tqdm(total=4, desc="diagnose", disable=None) as bar:
-            series, sources = load(recordings, out)
-            bar.update()
-            bar.set_postfix_str("flights, impacts, candidates")
-            diagnosis = diagnose(series, np.random.default_rng(args.seed), known_effects(args.withhold))
-            bar.update()
-            bar.set_postfix_str("report")
-            made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
-            write_table(diagnosis.predictions, "predictions", out / "predictions.parquet", made)
-            # The answer first: the page is drawn from it.
-            write_text_whole(json.dumps({**diagnosis.summary, "provenance": made}, indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
-            write_text_whole(gap_page(diagnosis, args.series.resolve().name).render(), out / "gap.html")
-            bar.update()
-            if args.write_model is not None:
-                write_text_whole(model_section(diagnosis.summary, recordings[0]), args.write_model)
-            bar.update()
+    with locked(out), tqdm(total=4, desc="diagnose", disable=None) as bar:
+        series, sources = load(recordings, out)
+        bar.update()
+        bar.set_postfix_str("flights, impacts, candidates")
+        diagnosis = diagnose(series, np.random.default_rng(args.seed), known_effects(args.withhold))
+        bar.update()
+        bar.set_postfix_str("report")
+        made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
+        write_table(diagnosis.predictions, "predictions", out / "predictions.parquet", made)
+        # The answer first: the page is drawn from it.
+        write_text_whole(json.dumps({**diagnosis.summary, "provenance": made}, indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
+        write_text_whole(gap_page(diagnosis, args.series.resolve().name).render(), out / "gap.html")
+        bar.update()
+        if args.write_model is not None:
+            write_text_whole(model_section(diagnosis.summary, recordings[0]), args.write_model)
+        bar.update()
     print(say(diagnosis.summary))
     return 0
 

@@ -122,7 +122,7 @@ def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
 
 
 def test_names_that_make_no_sense_are_refused(fast_spin, tmp_path):
-    folder, cameras, truth, _ = fast_spin
+    folder, cameras, _truth, _ = fast_spin
     (tmp_path / "a.csv").write_text("camera,marker,u_px\nVW1,G1,3\n")
     with pytest.raises(InputError, match="v_px"):
         read_names(tmp_path / "a.csv")
