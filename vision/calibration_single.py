@@ -22,6 +22,9 @@ WORTH = 10.0
 # Industrial lenses and webcams alike have their principal point within a few percent of the middle.
 CENTRE_SD_SHARE = 0.03
 ASPECT_SD = 0.003
+# p1 and p2 are always free, with what real lenses show (rigs 3e-4, webcams 4e-3) as prior: held at zero they move the
+# principal point by more than its sd says (3.4 sd on a rendered rig)
+DECENTRING_SD = 5e-4
 OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0
 
 
@@ -82,10 +85,10 @@ def only_poses(state: State, stay: Sequence[int]) -> State:
 
 
 def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_board: Array | None = None) -> Setting:
-    """Free fx, fy, cx, cy, k1 and priors that only bite where the views say nothing."""
+    """Free fx, fy, cx, cy, k1, p1, p2 and priors that only bite where the views say nothing."""
     cameras = len(sizes_px)
     free = np.zeros((cameras, 9), bool)
-    free[:, :5] = True
+    free[:, [0, 1, 2, 3, K1, P1, P2]] = True
     prior, sd = np.zeros((cameras, 9)), np.full((cameras, 9), np.nan)
     for c, (width, height) in enumerate(sizes_px):
         prior[c, 2:4] = 0.5 * (width - 1), 0.5 * (height - 1)
@@ -93,23 +96,22 @@ def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_b
         corner = np.hypot(width, height) / 2 / state.intrinsics[c, 0]
         # what a real lens does at the image's corner: up to a third in radius, a hundredth from decentring
         sd[c, [K1, K2, K3]] = np.maximum(1.0, 0.3 / corner ** np.array([2, 4, 6]))
-        sd[c, [P1, P2]] = 0.01 / corner
+        sd[c, [P1, P2]] = DECENTRING_SD
     return Setting(free, prior, sd, ASPECT_SD, np.eye(3) if world_from_board is None else world_from_board,
                    camera_poses_free=world_from_board is not None)
 
 
 def _with_worthy_terms(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
-    """Free k2, then p1 and p2, then k3, each only if the data ask for it.
+    """Free k2, then k3, each only if the data ask for it.
 
     A board that fills a corner of the sensor leaves the higher terms open; freed without need they take
     the focal length and the principal point with them.
     """
-    setting.free[0, [K2, P1, P2, K3]] = False
-    state.intrinsics[0, [K2, P1, P2, K3]] = 0.0
+    setting.free[0, [K2, K3]] = False
+    state.intrinsics[0, [K2, K3]] = 0.0
     best = adjust(sightings, state, setting)
-    for terms in ([K2], [P1, P2], [K3]):
-        if terms == [K3] and not setting.free[0, K2]:
-            continue
+    for terms in ([K2], [K2, K3]):
+        before = setting.free[0].copy()
         setting.free[0, terms] = True
         trial = adjust(sightings, best.state, setting)
         # same yardstick for both: sd of the larger model
@@ -117,8 +119,7 @@ def _with_worthy_terms(sightings: list[Sighting], state: State, setting: Setting
         if drop > WORTH * len(terms):
             best = trial
         else:
-            setting.free[0, terms] = False
-            best.state.intrinsics[0, terms] = 0.0
+            setting.free[0] = before
     return best
 
 
@@ -169,7 +170,7 @@ def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array,
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = intrinsics
     matrix, distortion = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array([k1, k2, p1, p2, k3])
     try:
-        _, turns, shifts, errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
+        _, turns, shifts, _errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
     except cv2.error:
         return None
     best = None
