@@ -15,6 +15,7 @@ from analysis.gap.detectable import detectable_sizes
 from analysis.gap.flight_stage import FlightFit
 from analysis.gap.impact_stage import restitution_design
 from analysis.gap.ladder import LEFT_OVER, Cause, Ladder, climb
+from analysis.gap.own_residual import own_shrinkage
 from analysis.gap.series import Series
 from analysis.gap.words import CONFUSABLE, NEXT_TEST, NONE_TEST, unknown_test
 
@@ -43,9 +44,12 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     errors, table = _how_far(ladder, causes if verdict == "effect" else ())
     gap = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     kind = "impact" if causes and causes[0].stage in ("impact", "geometry") and causes[0].effect != "centre_marker_offset" else "flight"
-    value, low, high = predict.shrinkage(*(getattr(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor")), rng) \
-        if verdict == "effect" else (0.0, 0.0, 0.0)
-    gap |= {"shrinkage": value, "shrinkage_low": low, "shrinkage_high": high, "shrinkage_of": "impact_m_per_s" if kind == "impact" else "flight_m"}
+    value, low, high, measure = 0.0, 0.0, 0.0, "flight_m"
+    if verdict == "effect":
+        own = own_shrinkage(ladder, causes[0], rng)
+        value, low, high = own or predict.shrinkage(*(getattr(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor")), rng)
+        measure = "the effect's own residual" if own else ("impact_m_per_s" if kind == "impact" else "flight_m")
+    gap |= {"shrinkage": value, "shrinkage_low": low, "shrinkage_high": high, "shrinkage_of": measure}
     stage = causes[0].stage if verdict == "effect" else (ladder.structure[0].stage if verdict == "unknown" else None)
     summary = {
         "format": 1, "verdict": verdict, "effects": [c.effect for c in causes] if verdict == "effect" else [],

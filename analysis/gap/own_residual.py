@@ -1,0 +1,65 @@
+"""Shrinkage of effects that the recalibrated model has already absorbed: in the residual by which they are known.
+
+A measurement error is taken out before anything is fitted, and a centre is a free term of the wall: flights and impacts then agree
+with and without the effect, and would say that nothing shrank.  The residual that the effect itself leaves is compared instead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.ladder import Cause, Ladder
+from analysis.gap.measurement import measurement_tests
+from analysis.gap.predict import shrinkage
+from analysis.wall import Wall
+from analysis.wall_fit import fit_wall
+
+Array = NDArray[np.float64]
+
+
+def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float] | None:
+    """Shrinkage with its 90 % interval in the effect's own residual; None where flights or impacts show it."""
+    if cause.stage == "measurement":
+        return _of_measurement(ladder, cause)
+    if cause.effect in ("wall_centre_offset", "mass_centre_offset"):
+        return _of_centre(ladder, cause, rng)
+    if cause.effect == "centre_marker_offset":
+        size = float(np.hypot(*(v for v, _ in cause.parameters.values())))
+        sd = float(max(s for _, s in cause.parameters.values()))
+        return _ratio(size, sd, sd)
+    return None
+
+
+def _of_measurement(ladder: Ladder, cause: Cause) -> tuple[float, float, float]:
+    """Size before against size after the correction, measured again; a late clock is not corrected and keeps its sd."""
+    finding = next(f for f in ladder.findings if f.effect == cause.effect)
+    sd = float(max(s for _, s in finding.parameters.values()))
+    after = measurement_tests(ladder.series).findings.get(cause.effect)
+    left = sd if after is None or cause.effect == "camera_clock_offset" else after.size
+    return _ratio(finding.size, left, sd)
+
+
+def _ratio(before: float, after: float, sd: float) -> tuple[float, float, float]:
+    """1 - (after/before)^2, and the same at the ends of the 90 % interval of what is left."""
+    def share(left: float) -> float:
+        return float(np.clip(1 - (left / max(before, 1e-300)) ** 2, 0.0, 1.0))
+    return share(after), share(after + 1.645 * sd), share(max(after - 1.645 * sd, 0.0))
+
+
+def _of_centre(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Contact distance with and without the centre's terms, against the cameras' noise, bootstrapped over runs."""
+    names = ("centre_x", "centre_y") if cause.effect == "wall_centre_offset" else ("disk_x", "disk_y")
+    fitted = ladder.impacts.wall
+    terms = tuple(t for t in fitted.terms if t not in names)
+    wall = fitted.wall
+    start = Wall(wall.contact_radius_m, np.zeros(2) if names[0] == "centre_x" else wall.centre_m,
+                 np.zeros(2) if names[0] == "disk_x" else wall.disk_m, wall.ellipse)
+    without = fit_wall(ladder.impacts.meetings, start, terms)
+    used = fitted.used & without.used
+    run = ladder.impacts.meetings.run[used]
+    n = len(ladder.series.runs)
+
+    def sums(residual: Array) -> Array:
+        return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n)
+    return shrinkage(sums(without.residual_m), sums(fitted.residual_m), sums(fitted.impacts.sd("radius")), rng)
