@@ -11,9 +11,9 @@ FIGURES = "figures"
 CALIBRATION_PAGE = "calibration.html"
 
 
-def write_calibration_page(recording: Recording, out: Path, figures: bool, again: bool) -> None:
-    """``calibration.html`` in ``out`` from the calibration there; a page that is there stays, unless ``again``."""
-    if (out / CALIBRATION_PAGE).is_file() and not (again or figures):
+def write_calibration_page(recording: Recording, out: Path, figures: bool) -> None:
+    """``calibration.html`` in ``out`` from the calibration there; a page that is there stays (the stage removes an old one)."""
+    if (out / CALIBRATION_PAGE).is_file() and not figures:
         return
     from analysis.report.calibration_report import write_calibration_report
 

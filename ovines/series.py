@@ -93,8 +93,8 @@ def run_one(
 
 def _beside(recording: Recording, out: Path, only: str | None, done: Done, figures: bool) -> None:
     """What belongs to the pages and is no stage of its own."""
-    if only == "calibrate":
-        write_calibration_page(recording, out, figures, done.stages.get("calibrate") == "run")
+    if "calibrate" in done.stages:
+        write_calibration_page(recording, out, figures and only == "calibrate")
     if only in (None, "report"):
         if figures:
             recording_figures(recording, out)

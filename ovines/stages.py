@@ -11,6 +11,7 @@ from typing import Any
 from ovines.camera import read_calibration
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
+from ovines.pages import CALIBRATION_PAGE
 from ovines.recording import Recording
 from ovines.running import Work
 from ovines.tables import checked, read_table
@@ -19,6 +20,7 @@ from ovines.tables import checked, read_table
 def calibrate(work: Work) -> dict[str, Any]:
     from vision.calibrate import calibrate_recording
 
+    (work.out / CALIBRATION_PAGE).unlink(missing_ok=True)  # it would speak of the calibration before
     result = calibrate_recording(work.recording, progress=work.progress)
     work.notes.extend(result.advice)
     return {

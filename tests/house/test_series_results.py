@@ -1,14 +1,15 @@
 """What a series has as a whole, and what stands beside the pages: joint identification, figures, calibration page."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from ovines.pages import FIGURES
 from ovines.recording import read_recording
-from ovines.series import run_series
+from ovines.series import run_one, run_series
 from ovines.series_results import write_series_results
 from ovines.tables import read_table
-from tests.conftest import write_small_recording
+from tests.conftest import two_cameras, write_small_recording
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +63,32 @@ def test_figures_are_files_and_those_of_an_earlier_page_go(run_of_two):
     run_series(folder, out, "report", force=True, bars=False)
     assert [path.name for path in (out / "run-01" / FIGURES).iterdir()] == ["mine.txt"]
     assert not (out / FIGURES).exists()
+
+
+def test_a_solved_calibration_gets_its_page(small_recording, tmp_path, monkeypatch):
+    """A stage that gives known cameras in place of half a minute of board images; an old page goes before it runs."""
+    folder, out = small_recording.folder, tmp_path / "out"
+    text = (folder / "recording.toml").read_text()
+    images = 'board = "charuco_5x7_8mm"\nintrinsic = "{camera}.png"\nextrinsic = "{camera}.png"'
+    (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images))
+    for camera in ("VW1", "VW2"):
+        (folder / f"{camera}.png").write_bytes(b"x")
+    out.mkdir()
+    (out / "calibration.html").write_text("an old page")
+    seen = []
+
+    class Solved:
+        cameras, advice = two_cameras(), ()
+        views = pd.DataFrame({"camera": ["VW1"], "view": ["a"], "points": [24], "used": [True], "rms_px": [0.1], "reason": [None]})
+        parameters = pd.DataFrame({"camera": ["VW1"], "parameter": ["fx"], "value": [3000.0], "sd": [2.0]})
+
+    def solve(recording, progress):
+        seen.append((out / "calibration.html").exists())
+        return Solved()
+
+    monkeypatch.setattr("vision.calibrate.calibrate_recording", solve)
+    done = run_one(folder, out, "calibrate", False, False, figures=True)
+    assert done.status == "done" and seen == [False], done.message
+    page = (out / "calibration.html").read_text(encoding="utf-8")
+    assert "Calibration report" in page and "3000" in page
+    assert list((out / FIGURES).glob("*.svg"))
