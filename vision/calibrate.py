@@ -77,7 +77,10 @@ def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px:
     shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if len(names) > 1 else set()
     if simultaneous is not False and len(shared) >= 1:
         trial = _joint(names, singles, extrinsic, board, sizes, tie=True)
-        if simultaneous or (trial.sigma_px < SIMULTANEOUS * best.sigma_px + 0.002).all():
+        agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + 0.002).all())
+        if simultaneous and not agrees:  # the board moved between the cameras' exposures: that tells nothing about lenses
+            trial = _joint(names, singles, extrinsic, board, sizes, tie=True, lenses_known=True)
+        if simultaneous or agrees:
             best, tied = trial, True
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
     parameters = _parameter_table(names, best, singles, sensor_size_px, cameras)
@@ -109,8 +112,11 @@ def _solved(name: str, views: Sequence[View], extrinsic: View, board: Board, siz
 
 
 def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View], board: Board,
-           sizes: Sequence[tuple[int, int]], tie: bool) -> Adjusted:
-    """All cameras together.  The board of the extrinsic view is the world; tied views have their pose in it."""
+           sizes: Sequence[tuple[int, int]], tie: bool, lenses_known: bool = False) -> Adjusted:
+    """All cameras together.  The board of the extrinsic view is the world; tied views have their pose in it.
+
+    ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
+    """
     sightings, turns, shifts, camera_turns, camera_shifts = [], [], [], [], []
     pose_of: dict[str, int] = {}
     shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if tie else set()
@@ -141,6 +147,10 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
                   np.array(shifts).reshape(-1, 3))
     setting = make_setting(sizes, state, WORLD_FROM_BOARD)
     setting.free = np.concatenate([singles[name].setting.free for name in names])
+    setting.one_sigma = lenses_known
+    if lenses_known:
+        setting.prior = intrinsics.copy()
+        setting.prior_sd = np.stack([np.sqrt(np.diag(singles[name].adjusted.covariance))[:9] for name in names])
     setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
     return adjust(sightings, state, setting)
 

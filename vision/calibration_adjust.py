@@ -60,6 +60,8 @@ class Setting:
     aspect_sd: float
     world_from_board: Array
     camera_poses_free: bool = True
+    # the misfit of tied views is neither camera's: without this one takes all the weight and the other all the misfit
+    one_sigma: bool = False
     sigma_px: Array = field(default_factory=lambda: np.ones(0))
 
 
@@ -246,4 +248,4 @@ def _spread(sightings: Sequence[Sighting], state: State, setting: Setting) -> Ar
         residual = np.concatenate([(s.uv_px - project(s, state, setting)[0]).ravel() for s in own])
         taken = setting.free[c].sum() + sum(6 * (0.5 if s.in_world else 1.0) for s in own)
         sigma.append(max(1e-4, 1.4826 * float(np.median(np.abs(residual)))) / np.sqrt(max(0.1, 1 - taken / residual.size)))
-    return np.array(sigma)
+    return np.full(cameras, np.sqrt(np.mean(np.square(sigma)))) if setting.one_sigma else np.array(sigma)
