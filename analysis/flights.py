@@ -82,7 +82,10 @@ def flights_from_segments(seen: NDArray[np.bool_], gaps: Sequence[int], contact:
         pieces.append((start, last_seen, False))
     for k, (first, last, joined) in enumerate(pieces):
         if np.count_nonzero(seen[first:last + 1]) < fewest:
-            if flights:
+            # A single frame between two kinks was exposed across an impact: the flights on both sides still meet there.  (A real
+            # flight that short means impacts below 0.1 m/s, which are not looked for.)
+            smeared = np.count_nonzero(seen[first:last + 1]) <= 1 and joined and last - first <= 1
+            if flights and not smeared:
                 flights[-1] = Flight(flights[-1].first, flights[-1].last, False)
             continue
         follows = joined and k + 1 < len(pieces)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 # Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1 mm).
 CONTACT_MARGIN_M = 1.5e-4
+# What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the angle.
+FINEST_SD_M = 1e-6
 # Where the motion gives no angle, the flight fit sees one of no weight.
 NO_ANGLE_SD_RAD = 1e6
 
@@ -65,10 +67,10 @@ def run_data(motion: pd.DataFrame, recording: Recording, name: str | None = None
     angle_sd = np.where(np.isfinite(angle) & np.isfinite(angle_sd), angle_sd, NO_ANGLE_SD_RAD)
     angle = np.where(np.isfinite(angle), angle, 0.0)
     xy = np.where(seen[:, None], nes[:, :2], np.nan)
-    sd = np.maximum(np.sqrt(0.5 * (nes_sd[:, 0] ** 2 + nes_sd[:, 1] ** 2)), 1e-8)
+    sd = np.maximum(np.sqrt(0.5 * (nes_sd[:, 0] ** 2 + nes_sd[:, 1] ** 2)), FINEST_SD_M)
     body = recording.bodies["nes"]
     inertia = getattr(body, "inertia_factor", None) or 0.5
-    data = RunData(name or recording.name, times, xy, angle, sd, np.maximum(angle_sd, 1e-7), harmonics, contact_radius(recording),
+    data = RunData(name or recording.name, times, xy, angle, sd, np.maximum(angle_sd, FINEST_SD_M / float(body.radius_m)), harmonics, contact_radius(recording),
                    float(body.radius_m), float(inertia))
     return data, np.column_stack([host, host_sd])
 
@@ -97,6 +99,10 @@ def cut(data: RunData, host_table: Array, frame: NDArray[np.int64], wall_m: Arra
     noise = float(np.median(data.xy_sd_m)) if len(data.xy_sd_m) else 0.0
     limit = np.broadcast_to(np.asarray(wall_m, float) - CONTACT_MARGIN_M - 3 * noise, distance.shape)
     segments = segment(data.time_s, data.xy_m, data.xy_sd_m, distance, limit)
+    if len(segments.smeared):
+        xy = data.xy_m.copy()
+        xy[segments.smeared] = np.nan
+        data = replace(data, xy_m=xy)
     flights = flights_from_segments(np.isfinite(data.xy_m[:, 0]), segments.gaps, segments.contact)
     return Run(data, segments, tuple(flights), distance, host_table, frame)
 

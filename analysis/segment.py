@@ -18,6 +18,11 @@ Array = NDArray[np.float64]
 
 # Frames on each side of a suspected kink: a flight stays a parabola that long.
 REACH_FRAMES = 4
+# Friction that turns bends a flight away from its parabola by some mm/s over the reach: below a micrometre of noise that
+# is significant and still no impact.
+SMALLEST_STEP_M_PER_S = 0.04
+# Velocity step below which no frame is called smeared: 0.5 m/s over half of 0.4 ms is 0.1 mm, the length of a slow chain's hops.
+LEAST_SMEARED_STEP_M_PER_S = 0.5
 # A hinge of 6 sd: of 600 frames x 3 coordinates none by chance.  At 800 Hz all of 40 velocity steps of 0.2 m/s were found at 10 um of
 # noise, of 0.3 m/s at 15 um, of 0.4 m/s at 20 um; weaker impacts are the chains' (identification_chatter).
 SIGNIFICANCE = 6.0
@@ -87,6 +92,8 @@ def find_kinks(time: Array, x: Array, y: Array, sd: Array, left: int, right: int
             for gap in range(first, last):
                 if stale[gap - left]:
                     a, b, z = hinge(time, x, y, sd, first, last, gap, reach)
+                    if a * a + b * b < SMALLEST_STEP_M_PER_S**2:
+                        z = 0.0
                     scores[gap - left, 0], scores[gap - left, 1], scores[gap - left, 2] = a, b, z
                     stale[gap - left] = False
                 if scores[gap - left, 2] > best:
@@ -112,11 +119,12 @@ def find_kinks(time: Array, x: Array, y: Array, sd: Array, left: int, right: int
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """``gaps`` (K,) frame indices after which the path kinks; ``contact`` (C, 2) first and last index of sustained contact."""
+    """``smeared`` frames were exposed across an impact and belong to neither flight; ``gaps`` (K,) frame indices after which the path kinks; ``contact`` (C, 2) first and last index of sustained contact."""
 
     gaps: NDArray[np.int64]
     steps_m_per_s: Array
     contact: NDArray[np.int64]
+    smeared: NDArray[np.int64]
 
 
 def find_contact(distance_m: Array, limit_m: Array, at_least: int = 4) -> NDArray[np.int64]:
@@ -143,11 +151,52 @@ def segment(time_s: Array, xy_m: Array, sd_m: Array, distance_m: Array, limit_m:
     ``distance_m`` (N,) from the Host's centre, ``limit_m`` (N,) the distance from which a frame counts as at the wall.
     """
     contact = find_contact(distance_m, limit_m)
-    kinks = find_kinks(time_s, xy_m[:, 0], xy_m[:, 1], sd_m, 0, len(time_s) - 1, SIGNIFICANCE, REACH_FRAMES) \
-        if len(time_s) > 3 else np.zeros((0, 4))
+    x, y = xy_m[:, 0].copy(), xy_m[:, 1].copy()
+    if len(time_s) <= 3:
+        return Segments(np.zeros(0, np.int64), np.zeros((0, 2)), contact, np.zeros(0, np.int64))
+    kinks = find_kinks(time_s, x, y, sd_m, 0, len(time_s) - 1, SIGNIFICANCE, REACH_FRAMES)
+    smeared = find_smeared(time_s, x, y, sd_m, kinks)
+    if len(smeared):
+        x[smeared] = y[smeared] = np.nan
+        kinks = find_kinks(time_s, x, y, sd_m, 0, len(time_s) - 1, SIGNIFICANCE, REACH_FRAMES)
     gaps = kinks[:, 0].astype(np.int64)
     # Inside a stretch of contact the wall itself bends the path: those are not impacts.
     inside = np.zeros(len(gaps), bool)
     for first, last in contact:
         inside |= (gaps >= first) & (gaps < last)
-    return Segments(gaps[~inside], kinks[~inside, 1:3], contact)
+    return Segments(gaps[~inside], kinks[~inside, 1:3], contact, smeared)
+
+
+def find_smeared(time_s: Array, x: Array, y: Array, sd_m: Array, kinks: Array) -> NDArray[np.int64]:
+    """Frames exposed across an impact: without the one frame, several kinks within a few frames become a single one.
+
+    Its position is a mean over both flights, up to a quarter of exposure times velocity step off either.  Looked for only where the step is large;
+    a chain of slow impacts stays a chain, for no single frame explains it.
+    """
+    found: list[int] = []
+    gaps = kinks[:, 0].astype(np.int64)
+    k = 0
+    while k < len(gaps):
+        last = k
+        while last + 1 < len(gaps) and gaps[last + 1] - gaps[last] <= 2:
+            last += 1
+        total = np.hypot(*kinks[k:last + 1, 1:3].sum(0))
+        if last > k and total > LEAST_SMEARED_STEP_M_PER_S:
+            found += _one_frame(time_s, x, y, sd_m, int(gaps[k]), int(gaps[last]))
+        k = last + 1
+    return np.array(found, np.int64)
+
+
+def _one_frame(time_s: Array, x: Array, y: Array, sd_m: Array, first: int, last: int) -> list[int]:
+    """The frame of first..last + 1 without which one kink is left within the reach, or none."""
+    lo, hi = max(0, first - 2 * REACH_FRAMES), min(len(x) - 1, last + 1 + 2 * REACH_FRAMES)
+    for frame in range(first, last + 2):
+        if not np.isfinite(x[frame]):
+            continue
+        trial_x, trial_y = x.copy(), y.copy()
+        trial_x[frame] = trial_y[frame] = np.nan
+        left = find_kinks(time_s, trial_x, trial_y, sd_m, lo, hi, SIGNIFICANCE, REACH_FRAMES)
+        near = np.count_nonzero((left[:, 0] >= first - 2) & (left[:, 0] <= last + 2))
+        if near == 1:
+            return [frame]
+    return []
