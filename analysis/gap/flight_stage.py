@@ -110,11 +110,12 @@ def fit(runs: Sequence[Run], model: FlightModel, *, rounds: int = 3, every_colum
         if correlation is None:
             rho = _correlation(evidence) if step >= 1 else 0.0
         kept = [e for i, e in enumerate(_with_drift(evidence, model, len(runs))) if i != skip]
-        estimate, covariance, _ = solve_named(kept, names)
+        estimate, covariance, explained = solve_named(kept, names)
         if last:
             break
         model = _moved(model, names, estimate)
-    misfit = sum(e.misfit for e in evidence)
+    # What the nuisances (lens residual, origin) still explain is no misfit.
+    misfit = sum(e.misfit for e in evidence) - explained
     return FlightFit(model, tuple(fits), tuple(_with_drift(evidence, model, len(runs))), covariance, tuple(names), misfit,
                      sum(e.count for e in evidence), rho)
 

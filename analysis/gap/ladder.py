@@ -158,7 +158,8 @@ def _flights(series: Series, effects: Sequence[str], withheld: frozenset[str]):
                           ("spin_coupling", "floor_friction" in effects and "spin_coupling" not in effects)):
         if not missing or name in withheld:
             continue
-        trial = fit(runs, _with_free(nominal_model([*effects, "floor_friction", "spin_coupling"]), base.model.free))
+        # How far friction is coupled to the spin is an unknown of its own: 0 plain Coulomb, 1 a uniformly loaded disk.
+        trial = fit(runs, _with_free(nominal_model([*effects, "floor_friction", "spin_coupling"]), (*base.model.free, "coupling")), rounds=4)
         friction = trial.model.parameters[INDEX["friction"]]
         gain = base.misfit - trial.misfit
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * NEGLIGIBLE_M_PER_S2:
@@ -209,8 +210,9 @@ def _sd(fit_: FlightFit, name: str) -> float:
 
 def _friction_cause(name: str, trial: FlightFit, gain: float, base: FlightFit) -> Cause:
     friction = float(trial.model.parameters[INDEX["friction"]])
-    parameters = {"coefficient": (friction, _sd(trial, "friction"))} if name == "floor_friction" else {"coupling": (1.0, 0.02)}
-    size = friction * GRAVITY_M_PER_S2 * (1.0 if name == "floor_friction" else 0.3)
+    parameters = {"coefficient": (friction, _sd(trial, "friction"))} if name == "floor_friction" else {
+        "coupling": (float(trial.model.parameters[INDEX["coupling"]]), _sd(trial, "coupling"))}
+    size = friction * GRAVITY_M_PER_S2 * (1.0 if name == "floor_friction" else 0.3 * abs(float(trial.model.parameters[INDEX["coupling"]])))
     return Cause(name, "flight", parameters, size / NEGLIGIBLE_M_PER_S2, gain, "x", "free flight")
 
 
