@@ -374,7 +374,8 @@ def _distance_structure(probes: Sequence[ImpactGain], base: ImpactFit, causes: S
 
 
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a cause.
-USUAL_SCATTER, USUAL_DISTANCE_M, USUAL_MISFIT = 0.03, 4e-5, 2.0
+# A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05).
+USUAL_SCATTER, USUAL_DISTANCE_M, USUAL_MISFIT = 0.03, 4e-5, 4.0
 
 
 def _unexplained_scatter(base: ImpactFit, restitution: Sequence[str], found: Sequence[Structure]) -> list[Structure]:
