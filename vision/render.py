@@ -197,7 +197,7 @@ def _bounds(view: View, outlines: Sequence[Array], blur_px: float) -> NDArray[np
         uv = view.camera.project(outline) - view.window_offset_px
         low, high = np.floor(uv.min(0) - margin), np.ceil(uv.max(0) + margin)
         rectangles.append((low[0], high[0], low[1], high[1]))
-    return np.asarray(rectangles).astype(np.int64)
+    return np.asarray(rectangles).reshape(-1, 4).astype(np.int64)
 
 
 def _regions(layers: Array, bounds: Sequence[NDArray[np.int64]], size_px: tuple[int, int]) -> list:
@@ -222,6 +222,6 @@ def _shade(view: View, rig: Rig, look: Look, scene: Mapping[str, Pose], layers: 
     origins = np.stack([(camera.centre_m - scene[body].position_m) @ scene[body].rotation for body in BODIES])
     pixel_x = abs(float(xn[:, -1].mean() - xn[:, 0].mean())) / max(1, xn.shape[1] - 1) or 1 / camera.matrix[0, 0]
     pixel_y = abs(float(yn[-1].mean() - yn[0].mean())) / max(1, yn.shape[0] - 1) or 1 / camera.matrix[1, 1]
-    samples = int(np.clip(np.ceil(0.8 / look.blur_px), 2, 8))
+    samples = 2 * int(np.clip(np.ceil(0.5 / look.blur_px), 1, 4))
     return kernel.shade(xn, yn, pixel_x, pixel_y, columns[0], rows[0], layers, bounds, vertices, origins, turns,
                         rig.background_grey, look.blur_px, samples)

@@ -141,7 +141,7 @@ def layers_of(rig: Rig, poses: Mapping[str, Pose]) -> tuple[Array, Array, list[A
         painter.cylinder("nes", rig.nes_radius_m, rig.nes_height_m, rig.wall_height_m, rig.nes_grey, rig.nes_side_grey, clip)
     painter.markers("nes", rig, clip, rig.wall_height_m)
     vertices = np.asarray(painter.vertices, float).reshape(-1, 2)
-    return np.asarray(painter.rows, float), vertices, painter.outlines
+    return np.asarray(painter.rows, float).reshape(-1, kernel.COLUMNS), vertices, painter.outlines
 
 
 def _inside(rig: Rig) -> bool:

@@ -1,0 +1,92 @@
+"""Boards: their files refused or read, their print found again at the right scale by OpenCV's detector."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from ovines.errors import InputError
+from vision.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
+from vision.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
+from vision.calibration_detect import detect
+
+THESIS = Board("thesis", (5, 7), 0.008, 0.006, "DICT_5X5_50")
+
+
+def painted(board, px_per_mm=8.0):
+    """The page's rectangles as an image: an independent way back from the drawing."""
+    drawing = draw(board)
+    size = [int(round(side * px_per_mm)) for side in drawing.page_mm]
+    image = np.full((size[1], size[0]), 255, np.uint8)
+    for x, y, w, h in drawing.rectangles:
+        left, top, right, bottom = (int(round(px_per_mm * value)) for value in (x, y, x + w, y + h))
+        image[top:bottom, left:right] = 0
+    return image
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("inverted", [False, True])
+@pytest.mark.parametrize("squares", [(5, 7), (6, 8)])
+def test_printed_board_is_found_whole_and_to_scale(legacy, inverted, squares):
+    board = THESIS.altered(squares=squares, legacy_pattern=legacy, inverted=inverted)
+    seen = detect(painted(board), board)
+    assert len(seen.points) == len(board.points_m())
+    spread = np.linalg.norm(seen.uv_px[0] - seen.uv_px[-1])
+    truth = 8e3 * np.linalg.norm(board.points_m()[0] - board.points_m()[-1])
+    assert spread == pytest.approx(truth, abs=0.3)  # rectangles were rounded to whole pixels
+
+
+def test_pattern_is_opencvs_own_picture():
+    board = THESIS
+    x, y, black = charuco_rectangles(board)
+    drawn = board.opencv().generateImage((5 * 56, 7 * 56))
+    middle_x, middle_y = (((np.diff(axis) / 2 + axis[:-1]) * 7000).astype(int) for axis in (x, y))
+    assert ((drawn[np.ix_(middle_y, middle_x)] == 0) == black).all()
+
+
+def test_own_toml_comes_back():
+    board = THESIS.altered(inverted=True, legacy_pattern=True)
+    import tomllib
+    assert board_from(tomllib.loads(as_toml(board)), "thesis", "here") == board
+
+
+def test_shipped_boards_are_valid_and_printed():
+    paths = sorted(FOLDER.glob("charuco*.toml"))
+    assert "charuco_5x7_8mm" in [path.stem for path in paths]
+    for path in paths:
+        assert find_board(path.stem) == read_board(path)
+        assert path.with_suffix(".pdf").is_file() and path.with_suffix(".svg").is_file()
+
+
+def test_svg_and_pdf_are_in_millimetres():
+    drawing = draw(THESIS)
+    assert drawing.page_mm == PAGES_MM["A4"]
+    assert 'width="210mm" height="297mm"' in as_svg(drawing)
+    pdf = as_pdf(drawing)
+    box = re.search(rb"MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
+    assert [float(side) / 72 * 25.4 for side in box.groups()] == pytest.approx([210, 297], abs=1e-3)
+    start = int(re.search(rb"startxref\n(\d+)", pdf)[1])
+    assert pdf[start:start + 4] == b"xref"
+
+
+@pytest.mark.parametrize(("key", "value"), [
+    ("squares", [5]), ("squares", [5, 1]), ("squares", [5.5, 7]), ("square_size_m", 0), ("square_size_m", "8 mm"),
+    ("marker_size_m", 0.008), ("dictionary", "DICT_9X9"), ("legacy_pattern", 1), ("kind", "rings"), ("colour", "red"),
+    ("squares", [20, 20]),
+])
+def test_wrong_key_is_named(key, value):
+    content = {"squares": [5, 7], "square_size_m": 0.008, "marker_size_m": 0.006, "dictionary": "DICT_5X5_50", key: value}
+    with pytest.raises(InputError) as refused:
+        board_from(content, "b", "b.toml")
+    assert "b.toml" in refused.value.found and (key in refused.value.found or "dictionary" in refused.value.found)
+
+
+def test_unknown_board_names_the_known_ones(tmp_path):
+    with pytest.raises(InputError, match="charuco_5x7_8mm"):
+        find_board("no_such_board", tmp_path)
+
+
+def test_print_survives_the_detector_upside_down():
+    image = cv2.rotate(painted(THESIS), cv2.ROTATE_180)
+    assert len(detect(image, THESIS).points) == 24
