@@ -165,8 +165,11 @@ def solve(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array) ->
         a, b = e.take(columns)
         information = information + a
         score = score + b
-    # Scaled to a unit diagonal, with a whisper of ridge: a column without information gets a huge variance and no estimate.
-    scale = 1 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    # Scaled to a unit diagonal, with a whisper of ridge; a column without information keeps its value (no estimate, no variance).
+    diagonal = np.diag(information)
+    told = np.isfinite(diagonal) & (diagonal > 0)
+    scale = np.where(told, 1 / np.sqrt(np.where(told, diagonal, 1.0)), 0.0)
+    information, score = np.where(np.outer(told, told), information, 0.0), np.where(told, score, 0.0)
     scaled = information * np.outer(scale, scale)
     covariance = np.linalg.inv(scaled + 1e-11 * np.eye(len(scale))) * np.outer(scale, scale)
     estimate = covariance @ score

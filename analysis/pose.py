@@ -7,6 +7,7 @@ marker disappears.  :func:`refine_layout` therefore learns the markers' real pla
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,7 +115,8 @@ def refine_layout(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, round
         local = (cloud.position_m[..., 0] + 1j * cloud.position_m[..., 1] - (pose.xy_m[:, :1] + 1j * pose.xy_m[:, 1:])) * turn
         place = np.stack([local.real, local.imag, cloud.position_m[..., 2] - pose.z_m[:, None]], -1)
         count = np.isfinite(place).sum(0)
-        with np.errstate(invalid="ignore", divide="ignore"):
+        with np.errstate(invalid="ignore", divide="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # a marker never seen has no median; its design place stays
             measured = np.nanmedian(place, 0) if place.size else layout
             spread = 1.4826 * np.nanmedian(np.abs(place - measured), 0) * 1.2533
             variance = spread**2 / np.maximum(count, 1)

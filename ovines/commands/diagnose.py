@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from tqdm import tqdm
@@ -53,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
         write_table(diagnosis.predictions, "predictions", out / "predictions.parquet", made)
         # The answer first: the page is drawn from it.
-        write_text_whole(json.dumps({**diagnosis.summary, "provenance": made}, indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
+        write_text_whole(json.dumps(plain({**diagnosis.summary, "provenance": made}), indent=1, allow_nan=False) + "\n", out / "diagnosis.json")
         write_text_whole(gap_page(diagnosis, args.series.resolve().name).render(), out / "gap.html")
         bar.update()
         if args.write_model is not None:
@@ -61,6 +63,17 @@ def run(args: argparse.Namespace) -> int:
         bar.update()
     print(say(diagnosis.summary))
     return 0
+
+
+def plain(value: Any) -> Any:
+    """JSON's own values: numpy numbers as Python's, and null where a number could not be determined (JSON knows no NaN)."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def known_effects(names: Sequence[str]) -> frozenset[str]:
