@@ -17,10 +17,10 @@ THESIS = Board("thesis", (5, 7), 0.008, 0.006, "DICT_5X5_50")
 def painted(board, px_per_mm=8.0):
     """The page's rectangles as an image: an independent way back from the drawing."""
     drawing = draw(board)
-    size = [int(round(side * px_per_mm)) for side in drawing.page_mm]
+    size = [round(side * px_per_mm) for side in drawing.page_mm]
     image = np.full((size[1], size[0]), 255, np.uint8)
     for x, y, w, h in drawing.rectangles:
-        left, top, right, bottom = (int(round(px_per_mm * value)) for value in (x, y, x + w, y + h))
+        left, top, right, bottom = (round(px_per_mm * value) for value in (x, y, x + w, y + h))
         image[top:bottom, left:right] = 0
     return image
 

@@ -6,6 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
+# Renders board views for minutes.
+pytestmark = pytest.mark.long
+
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from ovines.tables import checked
@@ -55,7 +58,8 @@ def errors_in_sd(result, setup):
     return np.array(found)
 
 
-def test_lens_derivatives_are_those_of_the_function(rng=np.random.default_rng(1)):
+def test_lens_derivatives_are_those_of_the_function():
+    rng = np.random.default_rng(1)
     lens = np.array([900.0, 905, 640, 360, -0.3, 0.1, 1e-3, -2e-3, 0.05])
     points = rng.normal(0, 0.2, (5, 3)) + [0, 0, 1]
     _, by_lens, by_point = pinhole(points, lens)
