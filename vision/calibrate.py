@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 EXTRINSIC = "extrinsic view"
 # Views of one name taken as simultaneous may raise the residuals by this factor (they have fewer unknowns), no more.
 SIMULTANEOUS = 1.15
+# Depth of a small board is known to a percent: views of one instant lie that far apart, in pixels of the second camera.
+NEAR_PX = 200.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px:
     Raises `InputError` for too few views, a board not seen in the world position, swapped extrinsic views.
     """
     names = list(views)
-    singles = {name: _solved(name, views[name], extrinsic[name], board, sensor_size_px[name]) for name in names}
+    singles = {name: _solved(name, views[name], board, sensor_size_px[name]) for name in names}
     for name in names:
         if len(extrinsic[name].points) < MINIMUM_POINTS:
             raise InputError(f"{name}: {len(extrinsic[name].points)} points of the board in its extrinsic view",
@@ -75,7 +77,7 @@ def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px:
     sizes = [sensor_size_px[name] for name in names]
     best, tied = _joint(names, singles, extrinsic, board, sizes, tie=False), False
     shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if len(names) > 1 else set()
-    if simultaneous is not False and len(shared) >= 1:
+    if simultaneous or (simultaneous is None and shared and _may_be_simultaneous(best, names, singles, extrinsic, shared, board)):
         trial = _joint(names, singles, extrinsic, board, sizes, tie=True)
         agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + 0.002).all())
         if simultaneous and not agrees:  # the board moved between the cameras' exposures: that tells nothing about lenses
@@ -99,11 +101,8 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     return result
 
 
-def _solved(name: str, views: Sequence[View], extrinsic: View, board: Board, size_px: tuple[int, int]) -> Single:
-    own = list(views)
-    if len(extrinsic.points) and extrinsic.name not in {v.name for v in own}:
-        own.append(extrinsic)  # it shows the board too
-    single = solve_camera(own, board, size_px)
+def _solved(name: str, views: Sequence[View], board: Board, size_px: tuple[int, int]) -> Single:
+    single = solve_camera(views, board, size_px)  # the extrinsic view joins later: it may be another camera's
     if single is None:
         found = sum(len(v.points) >= MINIMUM_POINTS for v in views)
         raise InputError(f"{name}: board {board.name} usable in {found} of {len(views)} images", "at least three usable views",
@@ -153,6 +152,23 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
         setting.prior_sd = np.stack([np.sqrt(np.diag(singles[name].adjusted.covariance))[:9] for name in names])
     setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
     return adjust(sightings, state, setting)
+
+
+def _may_be_simultaneous(found: Adjusted, names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View],
+                         shared: set[str], board: Board) -> bool:
+    """Whether the first camera's view, carried over by the cameras' poses, falls on the other's within NEAR_PX: a cheap first look."""
+    misses = []
+    for name in shared - {view.name for view in extrinsic.values()}:
+        poses, state = [], found.state
+        for camera in names:
+            k = [view.name for view in singles[camera].views].index(name)
+            own = singles[camera].adjusted.state
+            poses.append((own.rotation[k], own.translation[k]))
+        middle = np.append(0.5 * np.array(board.size_m), 0.0)
+        places = [state.camera_rotation[c].T @ (turn @ middle + shift - state.camera_translation[c])
+                  for c, (turn, shift) in enumerate(poses)]
+        misses.append(np.linalg.norm(places[1] - places[0]) * state.intrinsics[1, 0] / poses[1][1][2])
+    return bool(misses) and float(np.median(misses)) < NEAR_PX
 
 
 def _refuse_swapped(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View], board: Board) -> None:

@@ -95,14 +95,15 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
             break
     setting.sigma_px = sigma
     cost, normal, _ = _normal(sightings, state, setting)
-    used = np.flatnonzero(np.diag(normal) > 0)
-    covariance = np.full(normal.shape, np.nan)
-    scale = 1 / np.sqrt(np.diag(normal)[used])
-    covariance[np.ix_(used, used)] = np.linalg.pinv(normal[np.ix_(used, used)] * np.outer(scale, scale)) * np.outer(scale, scale)
     kept = cameras * 15
+    used = np.flatnonzero(np.diag(normal)[:kept] > 0)
+    covariance = np.full((kept, kept), np.nan)
+    complement = _eliminated(normal, kept)[0][np.ix_(used, used)]
+    scale = 1 / np.sqrt(np.diag(normal)[used])  # without it the pseudo-inverse would drop what is known least
+    covariance[np.ix_(used, used)] = np.linalg.pinv(complement * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
     labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, "rx", "ry", "rz", "tx", "ty", "tz")]
     return Adjusted(state, sigma, [s.uv_px - project(s, state, setting)[0] for s in sightings],
-                    [s.camera for s in sightings], covariance[:kept, :kept], cost, labels)
+                    [s.camera for s in sightings], covariance, cost, labels)
 
 
 def project(sighting: Sighting, state: State, setting: Setting, derivatives: bool = False) -> tuple[Array, Array, Array, Array]:
@@ -199,16 +200,36 @@ def _add_priors(state: State, setting: Setting, normal: Array, right: Array) -> 
     return cost
 
 
+def _eliminated(normal: Array, kept: int) -> tuple[Array, Array, Array]:
+    """Normal matrix of the first ``kept`` unknowns with the board poses solved for (Schur's complement).
+
+    Poses do not touch each other: their part is made of 6 x 6 blocks, so that nothing large is ever inverted.
+    Gives the complement (kept, kept), the blocks' inverses (n, 6, 6) and the coupling (n, kept, 6).
+    """
+    count = (len(normal) - kept) // 6
+    where = kept + np.arange(6 * count).reshape(count, 6)
+    inverses = np.linalg.inv(normal[where[:, :, None], where[:, None, :]])
+    coupling = normal[:kept][:, where].transpose(1, 0, 2)
+    return normal[:kept, :kept] - np.sum(coupling @ inverses @ coupling.transpose(0, 2, 1), 0), inverses, coupling
+
+
+def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
+    """Levenberg's step, the diagonal raised by ``damping`` of itself; held unknowns (zero diagonal) stay."""
+    scale = np.where(np.diag(normal) > 0, 1 / np.sqrt(np.where(np.diag(normal) > 0, np.diag(normal), 1.0)), 0.0)
+    scaled, wanted = normal * np.outer(scale, scale), scale * right
+    scaled[np.diag_indices_from(scaled)] = np.where(scale > 0, 1.0 + damping, 1.0)
+    complement, inverses, coupling = _eliminated(scaled, kept)
+    pose_wanted = wanted[kept:].reshape(-1, 6)
+    cameras = np.linalg.solve(complement, wanted[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, pose_wanted))
+    poses = np.einsum("npq,nq->np", inverses, pose_wanted - np.einsum("nkp,k->np", coupling, cameras))
+    return scale * np.concatenate([cameras, poses.ravel()])
+
+
 def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iterations: int) -> State:
     damping = 1e-4
     cost, normal, right = _normal(sightings, state, setting)
     for _ in range(iterations):
-        used = np.flatnonzero(np.diag(normal) > 0)
-        diagonal = np.diag(normal)[used]
-        scale = 1 / np.sqrt(diagonal)
-        matrix = normal[np.ix_(used, used)] * np.outer(scale, scale) + damping * np.eye(len(used))
-        step = np.zeros(len(right))
-        step[used] = scale * np.linalg.solve(matrix, scale * right[used])
+        step = _step(normal, right, damping, 15 * len(state.intrinsics))
         trial = _moved(state, step)
         new = _normal(sightings, trial, setting)
         if new[0] <= cost:

@@ -1,4 +1,4 @@
-"""One camera from its board views: first guesses, which distortion terms the data ask for, which views are outliers."""
+"""One camera from its board views: first guesses, whether the data ask for k3, which views are outliers."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from vision.centre import circle_centres
 
 Array = NDArray[np.float64]
 K1, K2, P1, P2, K3 = (INTRINSICS.index(name) for name in ("k1", "k2", "p1", "p2", "k3"))
-# A term is freed when it lowers chi^2 by more than this per parameter (3 sigma, plus a little for looking three times).
+# k3 is freed when it lowers chi^2 by more than this (3 sigma).
 WORTH = 10.0
 # Industrial lenses and webcams alike have their principal point within a few percent of the middle.
 CENTRE_SD_SHARE = 0.03
 ASPECT_SD = 0.003
-# p1 and p2 are always free, with what real lenses show (rigs 3e-4, webcams 4e-3) as prior: held at zero they move the
-# principal point by more than its sd says (3.4 sd on a rendered rig)
+# k2, p1 and p2 are always free, with what real lenses show as prior: held at zero they move k1 (by 5 sd on a rendered
+# rig) and the principal point (by 3.4 sd) by more than their sd say
 DECENTRING_SD = 5e-4
 OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0
 
@@ -48,7 +48,7 @@ def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int,
     result = adjust(sightings_of(kept, board), state, setting)
     for _ in range(4):
         sightings = sightings_of(kept, board, result.state)
-        result = _with_worthy_terms(sightings, repose(sightings, result.state), setting)
+        result = _with_k3_if_worth(sightings, repose(sightings, result.state), setting)
         bad = _outlying_views(result, kept)
         cleaned = without_wild_points(kept, result.residuals_px, result.sigma_px[0])
         stay = [k for k, view in enumerate(kept) if view.name not in bad]
@@ -85,41 +85,37 @@ def only_poses(state: State, stay: Sequence[int]) -> State:
 
 
 def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_board: Array | None = None) -> Setting:
-    """Free fx, fy, cx, cy, k1, p1, p2 and priors that only bite where the views say nothing."""
+    """Free all but k3, with priors that only bite where the views say nothing."""
     cameras = len(sizes_px)
     free = np.zeros((cameras, 9), bool)
-    free[:, [0, 1, 2, 3, K1, P1, P2]] = True
+    free[:, :K3] = True
     prior, sd = np.zeros((cameras, 9)), np.full((cameras, 9), np.nan)
     for c, (width, height) in enumerate(sizes_px):
         prior[c, 2:4] = 0.5 * (width - 1), 0.5 * (height - 1)
         sd[c, 2:4] = CENTRE_SD_SHARE * max(width, height)
         corner = np.hypot(width, height) / 2 / state.intrinsics[c, 0]
-        # what a real lens does at the image's corner: up to a third in radius, a hundredth from decentring
-        sd[c, [K1, K2, K3]] = np.maximum(1.0, 0.3 / corner ** np.array([2, 4, 6]))
+        # what a real lens does at the image's corner: k1 up to a third in radius, k2 and k3 a twentieth
+        sd[c, [K1, K2, K3]] = np.maximum(0.5, np.array([0.3, 0.05, 0.05]) / corner ** np.array([2, 4, 6]))
         sd[c, [P1, P2]] = DECENTRING_SD
     return Setting(free, prior, sd, ASPECT_SD, np.eye(3) if world_from_board is None else world_from_board,
                    camera_poses_free=world_from_board is not None)
 
 
-def _with_worthy_terms(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
-    """Free k2, then k3, each only if the data ask for it.
+def _with_k3_if_worth(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
+    """Free k3 only if the data ask for it.
 
-    A board that fills a corner of the sensor leaves the higher terms open; freed without need they take
-    the focal length and the principal point with them.
+    A board that fills a corner of the sensor leaves it open; freed without need it takes the focal length and
+    the principal point with it.
     """
-    setting.free[0, [K2, K3]] = False
-    state.intrinsics[0, [K2, K3]] = 0.0
+    setting.free[0, K3] = False
+    state.intrinsics[0, K3] = 0.0
     best = adjust(sightings, state, setting)
-    for terms in ([K2], [K2, K3]):
-        before = setting.free[0].copy()
-        setting.free[0, terms] = True
-        trial = adjust(sightings, best.state, setting)
-        # same yardstick for both: sd of the larger model
-        drop = (best.sigma_px[0] / trial.sigma_px[0])**2 * best.chi2 - trial.chi2
-        if drop > WORTH * len(terms):
-            best = trial
-        else:
-            setting.free[0] = before
+    setting.free[0, K3] = True
+    trial = adjust(sightings, best.state, setting)
+    # same yardstick for both: sd of the larger model
+    if (best.sigma_px[0] / trial.sigma_px[0])**2 * best.chi2 - trial.chi2 > WORTH:
+        return trial
+    setting.free[0, K3] = False
     return best
 
 

@@ -6,9 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-# Renders board views for minutes.
-pytestmark = pytest.mark.long
-
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from ovines.tables import checked
