@@ -14,6 +14,7 @@ from vision.boards import Board, charuco_rectangles
 PAGES_MM = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0), "A0": (841.0, 1189.0)}
 BORDER_MM, RULER_MM, POINTS_PER_MM = 12.0, 20.0, 72 / 25.4
 LONGEST_RULER_MM = 200
+DIGIT_EM = 0.556  # width of a Helvetica digit, in sizes of the type
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ def draw(board: Board) -> Drawing:
     ruler_mm = int(min(LONGEST_RULER_MM, (page[0] - 2 * BORDER_MM) // 10 * 10))
     ruler_left, ruler_top = 0.5 * (page[0] - ruler_mm), page[1] - BORDER_MM - 8
     rectangles = _black(board, left, top) + _ruler(ruler_left, ruler_top, ruler_mm)
-    words = [(ruler_left + 10 * n, ruler_top + 7.0, 2.5, str(10 * n)) for n in range(ruler_mm // 10 + 1)]
+    words = [(ruler_left + 10 * n - 0.5 * DIGIT_EM * 2.5 * len(str(10 * n)), ruler_top + 7.0, 2.5, str(10 * n))
+             for n in range(ruler_mm // 10 + 1)]
     words.append((ruler_left, ruler_top + 11.0, 2.8, _caption(board, ruler_mm)))
     return Drawing(page, rectangles, words)
 

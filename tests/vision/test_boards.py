@@ -1,6 +1,8 @@
 """Boards: their files refused or read, their print found again at the right scale by OpenCV's detector."""
 
 import re
+import shutil
+import subprocess
 
 import cv2
 import numpy as np
@@ -68,6 +70,55 @@ def test_svg_and_pdf_are_in_millimetres():
     assert [float(side) / 72 * 25.4 for side in box.groups()] == pytest.approx([210, 297], abs=1e-3)
     start = int(re.search(rb"startxref\n(\d+)", pdf)[1])
     assert pdf[start:start + 4] == b"xref"
+
+
+def rectangles_of_svg(text):
+    """What the file draws in black, in the millimetres of its viewBox."""
+    width = float(re.search(r'width="([\d.]+)mm"', text)[1])
+    scale = width / float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])
+    drawn = text[text.index("<g "):]
+    found = re.findall(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([\d.]+)" height="([\d.]+)"/>', drawn)
+    return scale * np.array(found, float)
+
+
+def rectangles_of_pdf(pdf):
+    """What the page draws in black, in millimetres from its top left corner, by its own matrix and its media box."""
+    scale = float(re.search(rb"([\d.]+) 0 0 [\d.]+ 0 0 cm", pdf)[1])
+    height = float(re.search(rb"MediaBox \[0 0 [\d.]+ ([\d.]+)\]", pdf)[1])
+    x, y, w, h = np.array(re.findall(rb"([-\d.]+) ([-\d.]+) ([-\d.]+) ([-\d.]+) re", pdf), float).T * scale
+    return np.stack([x, height - y - h, w, h], -1) * 25.4 / 72
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("charuco*.toml")))
+@pytest.mark.parametrize("ending", ["svg", "pdf"])
+def test_shipped_files_are_true_to_scale(name, ending):
+    """The files' own rectangles, painted at 8 px/mm: OpenCV finds the whole board, and a millimetre is a millimetre."""
+    board, path = find_board(name), FOLDER / f"{name}.{ending}"
+    found = rectangles_of_svg(path.read_text(encoding="utf-8")) if ending == "svg" else rectangles_of_pdf(path.read_bytes())
+    image = np.full((int(8 * (found[:, 1] + found[:, 3]).max()) + 80, int(8 * (found[:, 0] + found[:, 2]).max()) + 80), 255, np.uint8)
+    for left, top, right, bottom in np.round(8 * np.c_[found[:, :2], found[:, :2] + found[:, 2:]]).astype(int):
+        image[top:bottom, left:right] = 0
+    assert px_per_mm(image, board) == pytest.approx([8, 8], rel=2e-4)
+    widest = found[np.argmax(found[:, 2])]
+    assert widest[2] == pytest.approx(10 * round(widest[2] / 10), abs=1e-3) and widest[3] < 0.3  # the ruler's line
+
+
+def px_per_mm(image, board):
+    """Scale along the board's x and y, from a fit to every corner; all of them have to be there."""
+    seen = detect(image, board)
+    assert len(seen.points) == len(board.points_m())
+    flat = np.c_[1e3 * board.points_m()[:, :2], np.ones(len(seen.points))]
+    matrix = np.linalg.lstsq(flat, seen.uv_px[np.argsort(seen.points)], rcond=None)[0]
+    return np.linalg.norm(matrix[:2], axis=1)
+
+
+@pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="needs pdftoppm, a renderer of PDF")
+def test_rendered_pdf_measures_what_it_says(tmp_path):
+    """A renderer that is not ours, at 254 dots per inch: 10 px are a millimetre."""
+    subprocess.run(["pdftoppm", "-r", "254", "-gray", "-png", FOLDER / "charuco_5x7_8mm.pdf", tmp_path / "page"], check=True, timeout=60)
+    image = cv2.imread(str(next(tmp_path.glob("page*.png"))), 0)
+    assert image.shape == pytest.approx((2970, 2100), abs=2)
+    assert px_per_mm(image, find_board("charuco_5x7_8mm")) == pytest.approx([10, 10], rel=1e-4)
 
 
 @pytest.mark.parametrize(("key", "value"), [
