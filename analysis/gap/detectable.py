@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from analysis.flight_model import GRAVITY_M_PER_S2, INDEX
-from analysis.gap import ladder as rules
+from analysis.gap import cause as rules
 from analysis.gap.flight_stage import Gain
 from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2
 from analysis.gap.impact_stage import NEGLIGIBLE as IMPACT_NEGLIGIBLE
+from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.measurement import SIGNIFICANT
 
@@ -18,7 +19,7 @@ _MEASURED = {"camera_clock_offset": ("offset_s", 1.0, 0.0), "sensor_window_offse
              "frame_rate_error": ("ratio", 1.0, 1.0), "plane_tilt": ("x_rad", 1.0, 0.0), "trigger_jitter": ("sd_s", 1.0, 0.0)}
 
 
-def detectable_sizes(climbed: rules.Ladder) -> dict[str, dict[str, Any]]:
+def detectable_sizes(climbed: Ladder) -> dict[str, dict[str, Any]]:
     """``{effect: {"parameter", "size"}}``; ``size`` of a ratio is its distance from 1."""
     out: dict[str, dict[str, Any]] = {}
     for effect, (parameter, _, _) in _MEASURED.items():
@@ -47,7 +48,7 @@ def detectable_sizes(climbed: rules.Ladder) -> dict[str, dict[str, Any]]:
     return {k: v for k, v in out.items() if np.isfinite(v["size"])}
 
 
-def _flight_size(gain: Gain, climbed: rules.Ladder) -> dict[str, Any] | None:
+def _flight_size(gain: Gain, climbed: Ladder) -> dict[str, Any] | None:
     if not len(gain.sd):
         return None
     noise = rules.SIGNIFICANCE * float(gain.sd[0])

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from analysis.gap import predict
 from analysis.gap.ahead import through_impacts
+from analysis.gap.cause import LEFT_OVER, Cause
 from analysis.gap.detectable import detectable_sizes
 from analysis.gap.flight_stage import FlightFit
 from analysis.gap.impact_stage import restitution_design
-from analysis.gap.ladder import LEFT_OVER, Cause, Ladder, climb
+from analysis.gap.ladder import Ladder, climb
 from analysis.gap.own_residual import own_shrinkage
 from analysis.gap.series import Series
 from analysis.gap.words import CONFUSABLE, NEXT_TEST, NONE_TEST, unknown_test

@@ -56,7 +56,7 @@ def ladder_figure(errors: Mapping[str, Errors | None]) -> Figure:
             ax.plot(at + spread, per_run, "o", ms=2.4, color=BLACK, alpha=0.7, mew=0)
             ax.annotate(f"{value:.2g}" if value < 100 else f"{value:.0f}", (at, max(value, per_run.max())), ha="center", va="bottom", fontsize=FONT_PT - 1.5, xytext=(0, 2),
                         textcoords="offset points")
-            heights += [value, *per_run[per_run > 0]]
+            heights += [one for one in (value, *per_run) if one > 0]
         if heights and max(heights) > 8 * min(heights):
             ax.set_yscale("log")
             ax.set_ylim(0.6 * min(heights), 2.2 * max(heights))

@@ -50,7 +50,8 @@ def view_panels(ladder: Ladder) -> list[Panel]:
     if not blocks:
         return []
     across, x, y, e_before, e_after, z_before, z_after = np.vstack(blocks).T
-    z_before, z_after = z_before - np.nanmedian(z_before), z_after - np.nanmedian(z_after)
+    if np.isfinite(z_before).any():  # none of the NES' markers is left where only the Host was seen
+        z_before, z_after = z_before - np.nanmedian(z_before), z_after - np.nanmedian(z_after)
     e, z = "epipolar residual (px)", "height of the NES (µm)"
     return [Panel(1e-3 * across, e_before, 1e-3 * across, e_after, "speed across the epipolar line (1000 px/s)", e),
             Panel(x, e_before, x, e_after, "x in the room (mm)", e), Panel(x, z_before, x, z_after, "x in the room (mm)", z),

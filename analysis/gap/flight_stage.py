@@ -207,7 +207,7 @@ def gain_of(base: FlightFit, term: FlightTerm) -> Gain:
         covariance = (runs - 1) / runs * centred.T @ centred + np.diag(0.25 * sd**2)
         significance = float(np.sqrt(max(estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate, 0.0)))
     else:
-        significance = float(np.sqrt(np.sum((estimate / sd) ** 2)))
+        significance = float(np.sqrt(np.nansum((estimate / np.where(sd > 0, sd, np.nan)) ** 2)))  # no sd: no information
     scale = [s for c, s in zip(term.columns, term.scale, strict=True) if c in columns]
     acceleration = float(np.sqrt(np.sum((estimate * np.array(scale)) ** 2)))
     return Gain(term, g1 - g0, float(per_run.sum()), estimate, sd, significance, float(np.mean(per_run > 0)), acceleration, per_run)

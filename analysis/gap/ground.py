@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from analysis.gap.cause import Structure
 from analysis.gap.series import Series
 
 # Ground markers that move together by more than this are no longer noise (m); a lens residual leaves a still marker still.
 STILL_M = 1.2e-5
 
 
-def ground_motion(series: Series):
-    """:class:`analysis.gap.ladder.Structure` when the ground markers move together by more than their noise, else nothing."""
-    from analysis.gap.ladder import Structure
-
+def ground_motion(series: Series) -> list[Structure]:
+    """:class:`analysis.gap.cause.Structure` when the ground markers move together by more than their noise, else nothing."""
     ground = series.recordings[0].bodies.get("ground")
     if ground is None or series.points is None or not ground.markers:
         return []

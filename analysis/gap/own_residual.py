@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.ladder import Cause, Ladder
+from analysis.gap.cause import Cause
+from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import measurement_tests
 from analysis.gap.predict import shrinkage
 from analysis.wall import Wall

@@ -8,6 +8,7 @@ import numpy as np
 
 import ovines
 from analysis.gap import figures_paths as paths_figures
+from analysis.gap.cause import GAIN, IMPACT_GAIN
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.figures import Candidate, ladder_figure, ranking_figure, residual_panels
 from analysis.gap.figures_flights import flight_panels
@@ -19,7 +20,6 @@ from analysis.gap.figures_impacts import (
 )
 from analysis.gap.figures_measured import ground_figure, layout_figure, measured_figure, own_residual
 from analysis.gap.flight_stage import Gain
-from analysis.gap.ladder import GAIN, IMPACT_GAIN
 from analysis.gap.page_tables import (
     detectable_rows,
     gap_rows,
