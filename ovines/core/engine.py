@@ -10,11 +10,11 @@ from ovines.core import parameters as P
 from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.collision import resolve
 from ovines.core.compiled import compiled
-from ovines.core.dynamics import derivatives
+from ovines.core.disk_step import flight_slopes, flight_step
 from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.host import ROTATION, base_motion, host_after
 from ovines.core.sampling import sample_glide, take_sample
-from ovines.core.stepper import next_size, step
+from ovines.core.stepper import next_size
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
 
@@ -67,7 +67,7 @@ def fly_integrated(
     fast = p[P.SPEED] + math.hypot(y[2], y[3])
     h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
     n = k[P.STATE_SIZE]
-    derivatives(t, y, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[0])
+    flight_slopes(t, y, p, k, drive, table, polygon, work, work[0])
     relative(t, y, p, k, drive, table, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, p, k):
@@ -75,33 +75,36 @@ def fly_integrated(
             if p[P.COUPLING] > 0.0:
                 y[5] = 0.0
             return t, -2, next_sample
-        s = min(h, end - t)
-        error = step(t, y, s, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+        s = asked = min(h, end - t)
+        error = flight_step(t, y, s, p, k, drive, table, polygon, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
-        derivatives(t + s, trial, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+        flight_slopes(t + s, trial, p, k, drive, table, polygon, work, work[15])
         relative(t + s, trial, p, k, drive, table, work, work[15], b)
         guess, wall = first_crossing(a, b, s, min(grace, s), p, k, polygon, cx, cy)
         if wall >= 0:
-            reached, contact = land(t, y, guess, s, wall, p, k, drive, table, polygon, work, trial)
-            s = reached
+            s, contact = land(t, y, guess, s, wall, p, k, drive, table, polygon, work, trial)
             if not contact:
                 wall = -1
         if next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
             while next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
-                step(t, y, sample_times[next_sample] - t, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+                flight_step(t, y, sample_times[next_sample] - t, p, k, drive, table, polygon, work, trial)
                 take_sample(sample_times[next_sample], trial, p, k, drive, table, work, samples[next_sample])
                 next_sample += 1
-            step(t, y, s, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, trial)
+            flight_step(t, y, s, p, k, drive, table, polygon, work, trial)
         for j in range(n):
             y[j] = trial[j]
         t = t + s if s < end - t else end
         if wall >= 0:
             return t, wall, next_sample
+        if s == asked:  # the slopes at the step's end are those of this state
+            work[0, :n] = work[15, :n]
+            a[:] = b
+        else:
+            flight_slopes(t, y, p, k, drive, table, polygon, work, work[0])
+            relative(t, y, p, k, drive, table, work, work[0], a)
         grace = max(grace - s, 0.0)
-        derivatives(t, y, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], work[0])
-        relative(t, y, p, k, drive, table, work, work[0], a)
         h = min(next_size(s, error), p[P.MAX_STEP])
     return t, -1, next_sample
 

@@ -6,9 +6,9 @@ import math
 
 from ovines.core import parameters as P
 from ovines.core.compiled import compiled
+from ovines.core.disk_step import flight_step
 from ovines.core.dynamics import in_host, place
 from ovines.core.host import ROTATION, host_after, sprung_response
-from ovines.core.stepper import step
 from ovines.core.walls import gap_measure, safe_time
 
 ROUNDING = 4e-16  # of a length: gaps below this are contact
@@ -194,7 +194,7 @@ def land(t, y, guess, h, wall, p, k, drive, table, polygon, work, out) -> tuple[
     tiny = ROUNDING * p[P.LENGTH]
     s = guess
     for _ in range(12):
-        step(t, y, s, P.FLIGHT, wall, 0.0, p, k, drive, table, polygon, work, out)
+        flight_step(t, y, s, p, k, drive, table, polygon, work, out)
         place(t + s, out, p, k, drive, table, work[13], work[14])
         x, yy, vx, vy = in_host(work[14], k)
         f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)

@@ -59,7 +59,8 @@ def floor_friction(
     regularised by tanh(v/v_d) (Eq. 22); Farkas by the single tanh(sqrt(v^2 + R^2 omega^2)/v_d) for both
     force and torque: a factor each as in (52)-(53) would damp twice (ERRATA).
     """
-    speed = math.hypot(vx, vy)
+    square = vx * vx + vy * vy
+    speed = math.sqrt(square)
     rim = radius * abs(spin)
     force = 0.0
     torque = 0.0
@@ -67,12 +68,18 @@ def floor_friction(
         f_ratio, t_ratio = 1.0, 0.0
         if rim > 0.0:
             f_ratio, t_ratio = farkas(speed / rim)
-        smooth = coupling * math.tanh(math.hypot(speed, rim) / regularisation)
+        smooth = coupling * smooth_step(math.sqrt(square + rim * rim) / regularisation)
         force = f_ratio * smooth
         torque = -strength * radius * t_ratio * smooth * (1.0 if spin > 0.0 else -1.0)
     if coupling < 1.0:
-        force += (1.0 - coupling) * math.tanh(speed / regularisation)
+        force += (1.0 - coupling) * smooth_step(speed / regularisation)
     if speed == 0.0:
         return 0.0, 0.0, torque
     scale = -strength * force / speed
     return scale * vx, scale * vy, torque
+
+
+@compiled
+def smooth_step(ratio: float) -> float:
+    """tanh of a ratio >= 0; from 20 on it is 1 to the last digit and costs nothing."""
+    return math.tanh(ratio) if ratio < 20.0 else 1.0

@@ -173,6 +173,8 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     shaped = p[P.ELLIPTICITY] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
     turns = (driven and (turning.any() or k[P.HAS_TABLE])) or k[P.HOST_KIND] in (P.FREE, P.SPRUNG)
     k[P.WALL_TURNS] = shaped and turns
+    k[P.PLAIN] = k[P.HOST_KIND] in (P.FIXED, P.DRIVEN) and not k[P.OFF_CENTRE]
+    k[P.FLOOR_TURNS] = driven and (turning.any() or k[P.HAS_TABLE])
     if k[P.OFF_CENTRE]:
         cosine, sine = math.cos(y[4]), math.sin(y[4])
         dx, dy = cosine * p[P.MASS_X] - sine * p[P.MASS_Y], sine * p[P.MASS_X] + cosine * p[P.MASS_Y]

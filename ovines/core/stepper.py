@@ -28,17 +28,22 @@ def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> f
         derivatives_inlined(
             t + NODES[i] * h, trial, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[i]
         )
-    for j in range(n):
-        total = 0.0
-        for m in range(12):
-            total += WEIGHTS[m] * work[m, j]
-        out[j] = y[j] + h * total
+    return finish_step(y, h, p, k, work, out)
+
+
+@compiled
+def finish_step(y, h, p, k, work, out) -> float:
+    """The new state from the twelve stages in ``work``, and its error over the tolerance."""
+    n = k[P.STATE_SIZE]
     error_5, error_3 = 0.0, 0.0
     for j in range(n):
-        e5, e3 = 0.0, 0.0
+        total, e5, e3 = 0.0, 0.0, 0.0
         for m in range(12):
-            e5 += ERROR_5[m] * work[m, j]
-            e3 += ERROR_3[m] * work[m, j]
+            slope = work[m, j]
+            total += WEIGHTS[m] * slope
+            e5 += ERROR_5[m] * slope
+            e3 += ERROR_3[m] * slope
+        out[j] = y[j] + h * total
         scale = p[P.TOLERANCE] * state_scale(j, max(abs(y[j]), abs(out[j])), p)
         error_5 += (e5 / scale) ** 2
         error_3 += (e3 / scale) ** 2
