@@ -8,14 +8,19 @@ answers are scored.
 
 import hashlib
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from analysis.blind.causes import CAUSES, LISTED, UNLISTED
 from analysis.blind.plant import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
 from ovines.errors import InputError
+from ovines.written_whole import write_text_whole
+
+Film = Callable[[Series, Outline, Path], None]
 
 LARGE, SMALL = 1.0, 0.35
 BOTH_SIZES = (LARGE, SMALL)
@@ -145,16 +150,19 @@ def make_trial(
     runs: int = 12,
     progress: Callable[[str], None] = lambda _: None,
     filmed: int = 0,
-    film: Callable[[Series, Outline, Path], None] | None = None,
+    film: Film | None = None,
     sizes: tuple[float, ...] = BOTH_SIZES,
+    jobs: int = 1,
 ) -> None:
-    """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks. The
-    manifest with every hash stands before the first series is written."""
-    if (folder / "manifest.json").exists():
-        raise InputError(f"{folder} already holds a trial", "an empty or new folder", "choose another folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks.
+
+    The manifest with every hash stands before the first series is written; a trial cut short goes on where it
+    was, and `jobs` processes write at a time."""
     drawn = list(outlines(count, seed, kinds, runs, filmed, sizes))
     cases = [{"case": outline.truth["case"], "truth_sha256": truth_hash(outline.truth)} for outline in drawn]
+    if (folder / "manifest.json").exists() and read_manifest(folder)["cases"] != cases:
+        raise InputError(f"{folder} already holds another trial", "an empty or new folder", "choose another folder")
+    folder.mkdir(parents=True, exist_ok=True)
     manifest = {
         "format": 1,
         "cases": cases,
@@ -164,18 +172,32 @@ def make_trial(
         "sealed": sealed,
         "sizes": list(sizes),
     }
-    temporary = folder / "manifest.json.part"
-    temporary.write_text(json.dumps(manifest, indent=1))
-    temporary.rename(folder / "manifest.json")
-    for index, outline in enumerate(drawn):
-        name = outline.truth["case"]
-        write_series(
-            run_outline(outline, np.random.default_rng([seed, index + 1, 1])), folder / "cases" / name
-        )
-        if not sealed:
-            (folder / "sealed").mkdir(exist_ok=True)
-            (folder / "sealed" / f"{name}.json").write_text(truth_text(outline.truth))
-        progress(f"{index + 1}/{len(drawn)} {name} written")
+    write_text_whole(json.dumps(manifest, indent=1), folder / "manifest.json")
+    if not sealed:
+        (folder / "sealed").mkdir(exist_ok=True)
+        for outline in drawn:
+            write_text_whole(truth_text(outline.truth), folder / "sealed" / f"{outline.truth['case']}.json")
+    missing = [i for i, o in enumerate(drawn) if not (folder / "cases" / o.truth["case"]).exists()]
+    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        delayed(_write_case)(drawn[i], [seed, i + 1, 1], folder / "cases", film if i >= count else None)
+        for i in missing
+    )
+    for done, name in enumerate(made, len(drawn) - len(missing) + 1):
+        progress(f"{done}/{len(drawn)} {name} written")
+
+
+def _write_case(outline: Outline, seed: list[int], folder: Path, film: Film | None) -> str:
+    """One case, under its own name only when it is whole."""
+    name = outline.truth["case"]
+    part = folder / f"{name}.part"
+    shutil.rmtree(part, ignore_errors=True)
+    series = run_outline(outline, np.random.default_rng(seed))
+    if film is None:
+        write_series(series, part)
+    else:
+        film(series, outline, part)
+    part.rename(folder / name)
+    return name
 
 
 def read_manifest(folder: Path) -> dict:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from analysis.blind import score, score_report, trial
 from ovines import __version__
@@ -43,12 +44,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="K",
         help="further cases given as images of three runs each (minutes and about 1 GB per case)",
     )
+    _add_jobs(make)
     answer = steps.add_parser("answer", help="run the diagnosis on every case that has no answer yet")
     answer.add_argument("folder", type=Path)
+    _add_jobs(answer)
     marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
+
+
+def _add_jobs(step: argparse.ArgumentParser) -> None:
+    step.add_argument("--jobs", type=int, default=1, help="cases at a time, each in a process (default: 1)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -85,6 +92,7 @@ def _make(args: argparse.Namespace) -> int:
         args.rendered,
         film_series,
         sizes,
+        args.jobs,
     )
     return 0
 
@@ -98,17 +106,23 @@ def _diagnose(series: Path, out: Path) -> None:
     diagnose.run(parser.parse_args([str(series), "--out", str(out)]))
 
 
+def _answer_case(folder: Path, case: str) -> tuple[str, str]:
+    out = folder / "answers" / case
+    start = time.monotonic()
+    _diagnose(folder / "cases" / case, out)
+    (out / "seconds.json").write_text(json.dumps(time.monotonic() - start))
+    verdict = json.loads((out / "diagnosis.json").read_text())
+    return case, ", ".join(verdict["effects"]) or verdict["verdict"]
+
+
 def _answer(args: argparse.Namespace) -> int:
     cases = [entry["case"] for entry in trial.read_manifest(args.folder)["cases"]]
-    for index, case in enumerate(cases):
-        out = args.folder / "answers" / case
-        if (out / "seconds.json").exists():
-            continue
-        start = time.monotonic()
-        _diagnose(args.folder / "cases" / case, out)
-        (out / "seconds.json").write_text(json.dumps(time.monotonic() - start))
-        verdict = json.loads((out / "diagnosis.json").read_text())
-        _say(f"{index + 1}/{len(cases)} {case}: {', '.join(verdict['effects']) or verdict['verdict']}")
+    left = [case for case in cases if not (args.folder / "answers" / case / "seconds.json").exists()]
+    answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
+        delayed(_answer_case)(args.folder, case) for case in left
+    )
+    for done, (case, answer) in enumerate(answered, len(cases) - len(left) + 1):
+        _say(f"{done}/{len(cases)} {case}: {answer}")
     return 0
 
 
