@@ -34,7 +34,7 @@ class Film:
     pictures per second.
     """
 
-    start_s: float = 0.0
+    start_s: float = float("-inf")
     end_s: float = float("inf")
     slower: float = 20.0
     rate_hz: float = 20.0

@@ -36,6 +36,9 @@ def cloud_of(points: pd.DataFrame, markers: Sequence[str], frames: NDArray[np.in
 
 def frames_and_times(points: pd.DataFrame, recording: Recording) -> tuple[NDArray[np.int64], Array]:
     """Every frame from the first to the last with a point, and its time; unseen frames' times are interpolated."""
+    if points.empty:
+        raise InputError(f"{recording.folder}: no points of any marker", "points of the Host's and the NES' markers",
+                         "check tracks: was each marker seen by both cameras?")
     first = points.groupby("frame", sort=True)["time_s"].first()
     frames = np.arange(first.index.min(), first.index.max() + 1, dtype=np.int64)
     times = np.interp(frames, first.index.to_numpy(float), first.to_numpy(float))
@@ -107,9 +110,6 @@ def motion_from_points(points: pd.DataFrame, recording: Recording, layouts: Mapp
     there.  Velocities are slopes of local parabolas over 7 frames (null at gaps); they are for looking, the identification
     fits positions.
     """
-    if points.empty:
-        raise InputError(f"{recording.folder}: points.parquet has no row", "points of the Host's and the NES' markers",
-                         "check tracks: was each marker seen by both cameras?")
     frames, times = frames_and_times(points, recording)
     found = poses(points, recording, layouts)
     table = pd.DataFrame({"frame": frames, "time_s": times})

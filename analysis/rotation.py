@@ -74,6 +74,12 @@ def triplet_angles(points: pd.DataFrame, recording: Recording) -> tuple[NDArray[
         name = "-".join(nes.markers[i] for i in (a, b, c))
         angles[name] = triplet_angle(position_m[:, a], position_m[:, b], position_m[:, c])
     if not angles:
+        together = int(np.isfinite(position_m).all(-1).sum(1).max(initial=0))
+        if together < 3:
+            raise InputError(
+                f"no more than {together} of the NES' markers {', '.join(nes.markers)} in any frame", "three in one frame",
+                "check the tracks of the NES' markers",
+            )  # fmt: skip
         raise InputError(
             "every triplet of NES markers lies on one line",
             "three markers that span a triangle",

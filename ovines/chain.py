@@ -204,7 +204,7 @@ def code_digest(sources: tuple[str, ...]) -> str:
 
 
 CODE = (".py", ".j2", ".css")
-FOUNDATIONS = ("camera", "stages", "recording", "recording_schema")
+FOUNDATIONS = ("camera", "stages", "recording", "recording_schema", "seen")
 
 
 def stored_state(path: Path) -> dict[str, Any] | None:

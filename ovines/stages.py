@@ -14,6 +14,7 @@ from ovines.first_frame_names import read_names
 from ovines.pages import CALIBRATION_PAGE
 from ovines.recording import Recording
 from ovines.running import Work
+from ovines.seen import gaps, refuse_unseen
 from ovines.tables import checked, read_table
 
 
@@ -71,7 +72,12 @@ def analyse(work: Work) -> dict[str, Any]:
         if len(work.recording.bodies["host"].markers) >= 3:
             results["host_circle.parquet"] = host_circle(points, work.recording)
         if len(work.recording.bodies["nes"].markers) >= 3:
-            results["rotation.parquet"] = rotation(points, motion, work.recording)
+            try:
+                results["rotation.parquet"] = rotation(points, motion, work.recording)
+            except InputError as error:  # fewer than three were seen: the angle of the rigid fit is there
+                work.notes.append(f"no rotation.parquet: {error.found}")
+    refuse_unseen(motion, work.recording)
+    work.notes.extend(gaps(motion, work.recording))
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, work.recording)
     return results

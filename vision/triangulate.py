@@ -51,6 +51,9 @@ def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
     pairs = views[0].merge(views[1], on=["frame", "marker"], suffixes=("", "_2"))
     uv = [pairs[["u_px", "v_px"]].to_numpy(float), pairs[["u_px_2", "v_px_2"]].to_numpy(float)]
     sd = [pairs[column].to_numpy(float) for column in ("sd_px", "sd_px_2")]
+    if any((s <= 0).any() for s in sd):
+        raise InputError("tracks with sd_px of 0 or below", "a standard deviation above 0, or null where it is unknown",
+                         "write null where it is unknown")
     unknown = np.isnan(sd[0]) | np.isnan(sd[1])
     sd = [np.where(unknown, FIRST_GUESS_SD_PX, s) for s in sd]
     pair = [by_name[name] for name in names]

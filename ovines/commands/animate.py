@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start",
         type=float,
-        default=0.0,
+        default=float("-inf"),
         metavar="S",
         help="from this time of the recording (default: its start)",
     )

@@ -19,6 +19,7 @@ from ovines.errors import InputError
 from ovines.provenance import provenance, sha256_of
 from ovines.recording import Recording, read_series
 from ovines.running import locked, run_stages
+from ovines.seen import refuse_uninformative
 from ovines.tables import read_table, write_table
 from ovines.written_whole import write_text_whole
 
@@ -116,9 +117,12 @@ def load(recordings: Sequence[Recording], out: Path):
         if kind == "points" and entry == "motion":
             motions.append(motion_from_points(table, recording))
     if entry == "motion":
-        return from_motions(recordings, motions), sources
-    whole = len(tracks) == len(recordings)
-    return from_points(recordings, points, cameras if whole else None, tracks if whole else None, triangulate_again), sources
+        series = from_motions(recordings, motions)
+    else:
+        whole = len(tracks) == len(recordings)
+        series = from_points(recordings, points, cameras if whole else None, tracks if whole else None, triangulate_again)
+    refuse_uninformative(series.motions, recordings)
+    return series, sources
 
 
 def triangulate_again(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording, shift_px: tuple[float, float]) -> pd.DataFrame:
