@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import keyword
 import os
 import pkgutil
 import sys
@@ -37,7 +38,7 @@ ORDER = (
 def command_names() -> list[str]:
     """Every module of ovines.commands is a command, except those that serve others."""
     names = [
-        found.name
+        found.name.removesuffix("_")  # import_.py: Python keeps the word to itself
         for found in pkgutil.iter_modules(ovines.commands.__path__)
         if found.name != "stage_command"
     ]
@@ -45,7 +46,7 @@ def command_names() -> list[str]:
 
 
 def command(name: str) -> ModuleType:
-    return importlib.import_module(f"ovines.commands.{name}")
+    return importlib.import_module(f"ovines.commands.{name}{'_' * keyword.iskeyword(name)}")
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
