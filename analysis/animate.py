@@ -57,6 +57,8 @@ def animate(
     if path.suffix not in (".gif", ".mp4"):
         raise InputError(f"a film named {path.name}", "a name that ends in .gif or .mp4", "change --out")
     clock = motion["time_s"].to_numpy(float)
+    if not len(clock):
+        raise InputError("a motion without a row", "frames to show", "run `ovines run` again")
     start_s, end_s = max(film.start_s, clock[0]), min(film.end_s, clock[-1])
     times = np.arange(start_s, end_s, 1 / (film.rate_hz * film.slower))
     if not 2 <= len(times) <= film.most_pictures:

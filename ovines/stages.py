@@ -12,7 +12,7 @@ from ovines.camera import read_calibration
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
 from ovines.pages import CALIBRATION_PAGE
-from ovines.recording import Recording
+from ovines.recording import Recording, read_trigger
 from ovines.running import Work
 from ovines.seen import gaps, refuse_unseen
 from ovines.tables import checked, read_table
@@ -34,6 +34,8 @@ def calibrate(work: Work) -> dict[str, Any]:
 def track(work: Work) -> dict[str, Any]:
     from vision.track import track as track_markers
 
+    if "trigger.csv" in work.inputs:
+        read_trigger(work.path("trigger.csv"))  # a wrong one is refused before the images cost an hour
     cameras = read_calibration(work.path("calibration.json"))
     names = read_names(work.path("names.csv"), work.recording) if "names.csv" in work.inputs else None
     found = track_markers(work.recording, cameras, names, work.progress)

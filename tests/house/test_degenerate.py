@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -25,33 +26,34 @@ def lost(first: int, last: int, marker: str = "") -> Spoil:
     return lambda t: t[~(t["frame"].between(first, last) & t["marker"].str.startswith(marker))]
 
 
+# spoiled tracks, exit status of `ovines run`, and a word: of the refusal, or of the note that names the gap ("" for none)
 TRACKS: dict[str, tuple[Spoil, int, str]] = {
-    "two markers of the NES": (only("H1", "H2", "H3", "H4", "N2", "N3"), 0, ""),
-    "one marker of the NES": (only("H1", "H2", "H3", "H4", "N1"), 0, ""),
+    "two markers of the NES": (only("H1", "H2", "H3", "H4", "N2", "N3"), 0, "no rotation.parquet: no more than 2"),
+    "one marker of the NES": (only("H1", "H2", "H3", "H4", "N1"), 2, "no frame shows two markers of the NES"),
     "two markers of the Host": (only("H1", "H2", "N1", "N2", "N3"), 0, ""),
-    "two markers in all": (only("H1", "N1"), 0, ""),
-    "no marker of the NES": (only("H1", "H2", "H3", "H4"), 0, ""),
-    "no marker of the Host": (only("N1", "N2", "N3", "N4", "N5"), 0, ""),
+    "two markers in all": (only("H1", "N1"), 2, "no frame shows two markers of the NES"),
+    "no marker of the NES": (only("H1", "H2", "H3", "H4"), 2, "no frame shows two markers of the NES"),
+    "no marker of the Host": (only("N1", "N2", "N3", "N4", "N5"), 2, "no frame shows two markers of the Host"),
     "one camera": (lambda t: t[t["camera"] == "VW1"], 2, "camera"),
     "one camera for half of the run": (lambda t: t[(t["camera"] == "VW1") | (t["frame"] < 100)], 0, ""),
-    "all lost for 100 ms": (lost(60, 139), 0, ""),
-    "NES lost for 100 ms": (lost(60, 139, "N"), 0, ""),
-    "Host lost for 100 ms": (lost(60, 139, "H"), 0, ""),
+    "all lost for 100 ms": (lost(60, 139), 0, "NES not seen in 80 of 200 frames, longest from 0.075 s to 0.1737 s"),
+    "NES lost for 100 ms": (lost(60, 139, "N"), 0, "NES not seen in 80 of 200 frames"),
+    "Host lost for 100 ms": (lost(60, 139, "H"), 0, "Host not seen in 80 of 200 frames"),
     "every second frame lost": (lambda t: t[t["frame"] % 2 == 0], 0, ""),
-    "one frame": (lambda t: t[t["frame"] == 0], 0, ""),
+    "one frame": (lambda t: t[t["frame"] == 0], 0, "does not move"),
     "three frames": (lambda t: t[t["frame"] < 3], 0, ""),
     "unknown markers too": (lambda t: pd.concat([t, t[t["marker"] == "N1"].assign(marker="Q7")]), 0, ""),
     "only unknown markers": (lambda t: t.assign(marker="Q" + t["marker"]), 2, "marker"),
-    "nothing moves": (lambda t: t.assign(**{c: t.groupby(["camera", "marker"])[c].transform("first") for c in ("u_px", "v_px")}), 0, ""),
+    "nothing moves": (lambda t: t.assign(**{c: t.groupby(["camera", "marker"])[c].transform("first") for c in ("u_px", "v_px")}), 0, "does not move"),
     "duplicate frames": (lambda t: t.assign(frame=t["frame"] // 2), 2, "frame"),
     "negative times": (lambda t: t.assign(time_s=t["time_s"] - 5.0), 0, ""),
     "repeated times": (lambda t: t.assign(time_s=np.floor(t["time_s"] * 400) / 400), 2, "time"),
     "times a million seconds late": (lambda t: t.assign(time_s=t["time_s"] + 1e6), 0, ""),
     "NaN": (lambda t: t.assign(u_px=t["u_px"].where(t["frame"] != 5)), 2, "u_px"),
     "infinite": (lambda t: t.assign(v_px=t["v_px"].where(t["frame"] != 5, np.inf)), 2, "v_px"),
-    "markers far off": (lambda t: t.assign(u_px=t["u_px"] * 1e6), 0, ""),
-    "markers on one spot": (lambda t: t.assign(u_px=500.0, v_px=300.0), 0, ""),
-    "sd of zero": (lambda t: t.assign(sd_px=0.0), 0, ""),
+    "markers far off": (lambda t: t.assign(u_px=t["u_px"] * 1e6), 2, "no points"),
+    "markers on one spot": (lambda t: t.assign(u_px=500.0, v_px=300.0), 2, "no frame shows two markers"),
+    "sd of zero": (lambda t: t.assign(sd_px=0.0), 2, "sd_px"),
     "sd unknown": (lambda t: t.assign(sd_px=np.nan), 0, ""),
 }  # fmt: skip
 
@@ -67,8 +69,19 @@ def write_tracks(path: Path, frame: pd.DataFrame) -> None:
 QUICK = {
     "two markers of the NES", "one camera", "all lost for 100 ms", "one frame", "only unknown markers", "duplicate frames", "negative times",
     "repeated times", "NaN", "infinite", "no impacts, at rest", "NES never seen", "times backwards", "black", "the same noise in every frame",
-    "wrong size",
+    "wrong size", "no marker of the Host", "markers far off", "sd of zero",
 }  # fmt: skip
+# what each command needs after `ovines run RECORDING --out OUT`, tried whether that came through or not
+AFTER = {
+    "check": lambda folder, out: [folder, "--out", out],
+    "identify": lambda folder, out: [folder, "--out", out],
+    "report": lambda folder, out: [out, "--force"],
+    "compare": lambda folder, out: [folder, "--out", out, "--runs", "2"],
+    "animate": lambda folder, out: [folder, "--results", out, "--slower", "3"],
+    "diagnose": lambda folder, out: [folder, "--out", out / "gap"],
+}
+# these read what the run would have written, or the same input: a run that was refused leaves nothing for them
+NEEDS_THE_RUN = ("identify", "report", "compare", "diagnose")
 
 
 def cases(names: Iterable[str]) -> list:
@@ -76,26 +89,48 @@ def cases(names: Iterable[str]) -> list:
     return [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in names]
 
 
-def ended_well(status: int, error: str, expected: int, word: str) -> None:
-    assert "Traceback" not in error, error
-    assert status in (0, 2) if expected == 0 else status == expected, error
+def ended_well(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
+    """Run a command: status 0, or 2 with three lines; never an exception, a traceback or numpy's warnings on the terminal."""
+    capsys.readouterr()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        status = main([str(one) for one in arguments])
+    output, error = capsys.readouterr()
+    assert status in (0, 2), error
+    assert "Traceback" not in error and "Warning" not in error, error
     if status == 2:
-        assert "found:" in error and "expected:" in error and "do:" in error, error
-        assert word in error, error
+        said = error or output  # `ovines check` says it as its answer
+        assert ("found:" in said or "wrong:" in said) and "expected:" in said and "do:" in said, said
+    return status, output + error
+
+
+def through_every_command(folder: Path, out: Path, expected: int, word: str, capsys: pytest.CaptureFixture[str]) -> dict[str, int]:
+    """`ovines run`, then every command that could follow it; the exit status of each."""
+    status, said = ended_well(capsys, "run", folder, "--out", out)
+    assert status == expected and word in said, said
+    assert (status == 0) == (out / "report.html").exists()
+    ends = {name: ended_well(capsys, name, *arguments(folder, out))[0] for name, arguments in AFTER.items()}
+    if expected == 2:
+        assert all(ends[name] == 2 for name in NEEDS_THE_RUN), ends
+        assert not list(out.glob("gap/diagnosis.json")), "a refusal leaves no answer"
+    else:
+        assert ends["check"] == ends["identify"] == ends["report"] == 0, ends
+    return ends
 
 
 @pytest.mark.parametrize("case", cases(TRACKS))
-def test_run_of_poor_tracks(case, tmp_path, capsys):
+def test_poor_tracks(case, tmp_path, capsys):
     spoil, expected, word = TRACKS[case]
-    folder = write_small_recording(tmp_path / "run", frames=200).folder
+    folder, out = write_small_recording(tmp_path / "run", frames=200).folder, tmp_path / "out"
     write_tracks(folder / "tracks.parquet", spoil(pd.DataFrame(read_table(folder / "tracks.parquet", "tracks"))))
-    status = main(["run", str(folder), "--out", str(tmp_path / "out")])
-    ended_well(status, capsys.readouterr().err, expected, word)
-    assert (status == 0) == (tmp_path / "out" / "report.html").exists()
+    ends = through_every_command(folder, out, expected, word, capsys)
     if case == "all lost for 100 ms":
-        motion = read_table(tmp_path / "out" / "motion.parquet", "motion")
+        motion = read_table(out / "motion.parquet", "motion")
         gap = motion[motion["frame"].between(60, 139)]
         assert gap["nes_x_m"].isna().all(), "nobody saw the disk: nothing may stand there"
+        assert motion[~motion["frame"].between(60, 139)]["nes_x_m"].notna().all()
+    if case in ("one frame", "three frames", "nothing moves"):
+        assert ends["diagnose"] == 2, "data that say nothing are no evidence for the nominal model"
 
 
 def still(motion: pd.DataFrame) -> pd.DataFrame:
@@ -103,17 +138,20 @@ def still(motion: pd.DataFrame) -> pd.DataFrame:
 
 
 MOTION: dict[str, tuple[Spoil, int, str]] = {
-    "no impacts, at rest": (still, 0, ""),
+    "no impacts, at rest": (still, 0, "does not move"),
     "no impacts, one flight": (lambda m: m[m["frame"] < 12], 0, ""),
-    "NES never seen": (lambda m: m.assign(nes_x_m=np.nan, nes_y_m=np.nan, nes_angle_rad=np.nan), 0, ""),
-    "Host never seen": (lambda m: m.assign(host_x_m=np.nan, host_y_m=np.nan, host_angle_rad=np.nan), 0, ""),
+    "NES never seen": (lambda m: m.assign(nes_x_m=np.nan, nes_y_m=np.nan, nes_angle_rad=np.nan), 2, "no place of the NES"),
+    "Host never seen": (lambda m: m.assign(host_x_m=np.nan, host_y_m=np.nan, host_angle_rad=np.nan), 0, "no place of the Host"),
     "no angle": (lambda m: m.assign(nes_angle_rad=np.nan), 0, ""),
-    "NES outside the Host": (lambda m: m.assign(nes_x_m=m["nes_x_m"] + 1.0), 0, ""),
+    "NES outside the Host": (lambda m: m.assign(nes_x_m=m["nes_x_m"] + 1.0), 0, "outside the Host's wall in 100 %"),
     "frames 1000 apart": (lambda m: m.assign(frame=m["frame"] * 1000), 0, ""),
-    "huge": (lambda m: m.assign(nes_x_m=m["nes_x_m"] * 1e150), 0, ""),
+    "huge": (lambda m: m.assign(nes_x_m=m["nes_x_m"] * 1e150), 0, "outside the Host's wall"),
     "noise only": (lambda m: m.assign(nes_x_m=np.random.default_rng(1).normal(0, 0.01, len(m))), 0, ""),
     "repeated times": (lambda m: m.assign(time_s=0.0), 2, "time"),
     "times backwards": (lambda m: m.assign(time_s=-m["time_s"]), 2, "time"),
+    "infinite": (lambda m: m.assign(nes_y_m=np.inf), 2, "nes_y_m is infinite"),
+    "negative frames": (lambda m: m.assign(frame=m["frame"] - 5), 2, "frame is -5"),
+    "duplicate frames": (lambda m: pd.concat([m, m]), 2, "stands more than once"),
 }  # fmt: skip
 BODIES = "[bodies.host]\ninner_radius_m = 0.05\n[bodies.nes]\nradius_m = 0.01\ninertia_factor = 0.5\nmass_kg = 0.02\n"
 
@@ -125,16 +163,12 @@ def write_motion(folder: Path, motion: pd.DataFrame) -> None:
 
 
 @pytest.mark.parametrize("case", cases(MOTION))
-def test_run_and_diagnose_of_poor_motion(case, tmp_path, capsys):
+def test_poor_motion(case, tmp_path, capsys):
     spoil, expected, word = MOTION[case]
-    motion = spoil(bouncing_motion(200, 800.0))
-    for name in ("a", "b"):
-        write_motion(tmp_path / "series" / name, motion)
-    status = main(["run", str(tmp_path / "series" / "a"), "--out", str(tmp_path / "out")])
-    ended_well(status, capsys.readouterr().err, expected, word)
-    status = main(["diagnose", str(tmp_path / "series"), "--out", str(tmp_path / "gap")])
-    ended_well(status, capsys.readouterr().err, expected, word)
-    assert (status == 0) == (tmp_path / "gap" / "diagnosis.json").exists()
+    write_motion(tmp_path / "run", spoil(bouncing_motion(200, 800.0)))
+    ends = through_every_command(tmp_path / "run", tmp_path / "out", expected, word, capsys)
+    if case in ("NES outside the Host", "huge", "no impacts, at rest"):
+        assert ends["diagnose"] == 2, "data that say nothing are no evidence for the nominal model"
 
 
 def write_frames(folder: Path, images: list[np.ndarray]) -> None:
@@ -165,10 +199,51 @@ IMAGES = {
 
 
 @pytest.mark.parametrize("case", cases(IMAGES))
-def test_run_of_images_that_show_nothing(case, tmp_path, capsys):
+def test_images_that_show_nothing(case, tmp_path, capsys):
     write_frames(tmp_path / "run", IMAGES[case])
-    status = main(["run", str(tmp_path / "run"), "--out", str(tmp_path / "out")])
-    ended_well(status, capsys.readouterr().err, 2 if case == "wrong size" else 0, "")
+    word = "a picture of 100 x 100 px" if case == "wrong size" else "no marker was found"
+    through_every_command(tmp_path / "run", tmp_path / "out", 2, word, capsys)
+    status, said = ended_well(capsys, "track", tmp_path / "run", "--out", tmp_path / "other")
+    assert status == 2 and word in said
+
+
+@pytest.mark.parametrize("case", ["black", "noise"])
+def test_calibration_images_without_a_board(case, tmp_path, capsys):
+    folder = write_small_recording(tmp_path / "run", frames=20).folder
+    text = (folder / "recording.toml").read_text()
+    images = 'board = "charuco_5x7_8mm"\nintrinsic = "{camera}_*.png"\nextrinsic = "x_{camera}.png"'
+    (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images).replace("4096, 3072", "400, 300").replace(
+        "4096, 688", "400, 300").replace("0, 1192", "0, 0").replace("0, 900", "0, 0"))
+    for name in ("VW1_1", "VW1_2", "VW2_1", "VW2_2", "x_VW1", "x_VW2"):
+        cv2.imwrite(str(folder / f"{name}.png"), IMAGES["black"][0] if case == "black" else NOISE)
+    for command in ("calibrate", "run", "diagnose"):
+        status, said = ended_well(capsys, command, folder, "--out", tmp_path / f"out-{command}")
+        assert status == 2 and "board" in said, said
+    assert not list(tmp_path.glob("*/calibration*"))
+
+
+TRIGGERS = {
+    "negative": ("frame,time_s\n" + "".join(f"{i},{i / 800 - 3}\n" for i in range(6)), ""),
+    "repeated": ("frame,time_s\n0,0\n1,0.1\n2,0.1\n", "line 4"),
+    "backwards": ("frame,time_s\n0,0\n1,0.1\n2,0.05\n", "line 4"),
+    "too few": ("frame,time_s\n0,0\n1,0.1\n", ""),
+    "NaN": ("frame,time_s\n0,0\n1,nan\n", "line 3"),
+    "empty": ("", "header"),
+}
+
+
+@pytest.mark.parametrize("case", TRIGGERS)
+def test_trigger_times(case, tmp_path, capsys):
+    """Negative times are times (a trigger in mid-recording); what does not go forward is refused by its line, before any
+    image is looked at.
+    """
+    text, word = TRIGGERS[case]
+    write_frames(tmp_path / "run", IMAGES["black"])
+    toml = (tmp_path / "run" / "recording.toml").read_text()
+    (tmp_path / "run" / "recording.toml").write_text(toml.replace("[time]\n", '[time]\ntrigger = "trigger.csv"\n'))
+    (tmp_path / "run" / "trigger.csv").write_text(text)
+    status, said = ended_well(capsys, "run", tmp_path / "run", "--out", tmp_path / "out")
+    assert status == 2 and (word or "no marker was found") in said, said
 
 
 @pytest.mark.long
@@ -179,6 +254,21 @@ def test_tracks_of_half_a_series_do_not_cost_the_other_half(tmp_path, capsys):
     cameras = two_cameras()
     poor = tracks_of(bouncing_motion(3, 800.0), cameras, 0.02, np.random.default_rng(0))
     write_table(poor, "tracks", tmp_path / "series" / "b" / "tracks.parquet", {})
-    status = main(["run", str(tmp_path / "series"), "--out", str(tmp_path / "out")])
-    ended_well(status, capsys.readouterr().err, 0, "")
+    status, _ = ended_well(capsys, "run", tmp_path / "series", "--out", tmp_path / "out")
+    assert status == 0
     assert (tmp_path / "out" / "report.html").exists() and (tmp_path / "out" / "a" / "report.html").exists()
+
+
+def test_results_that_another_program_spoiled(tmp_path, capsys):
+    """Tables in the results folder are input again for `compare`, `report` and `animate`."""
+    folder, out = write_small_recording(tmp_path / "run", frames=200).folder, tmp_path / "out"
+    assert ended_well(capsys, "run", folder, "--out", out)[0] == 0
+    for name, table in (("impacts", "impacts"), ("motion", "motion"), ("identification", "identification")):
+        path = out / f"{name}.parquet"
+        good = path.read_bytes()
+        frame = pd.DataFrame(read_table(path, table))
+        for spoiled in (frame.iloc[:0], frame.iloc[:, 1:], None):
+            path.write_bytes(b"PAR1") if spoiled is None else write_tracks(path, spoiled)
+            for command in ("compare", "animate", "check"):
+                ended_well(capsys, command, *AFTER[command](folder, out))
+        path.write_bytes(good)
