@@ -7,10 +7,10 @@ each impact are arguments, so that they can be fitted to the frames.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from analysis.flight_model import LONGEST_STEP_S, acceleration
+from analysis.compiled import compiled
+from analysis.flight_model import LONGEST_STEP_S, advance, strongest_acceleration
 
 Array = NDArray[np.float64]
 #: columns of an impact's record
@@ -20,21 +20,13 @@ RIG = ("radius", "centre_x", "centre_y", "disk_x", "disk_y", "ellipse_c", "ellip
        "disk_radius", "inertia", "omega", "phase", "stop_speed")
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _step(y: Array, t: float, h: float, p: Array, harmonics: Array, rig: Array, k: Array, trial: Array, host: Array, a: Array, out: Array) -> None:
-    for stage in range(4):
-        c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-        for j in range(6):
-            trial[j] = y[j] if stage == 0 else y[j] + c * h * k[stage - 1, j]
-        acceleration(t + c * h, trial, p, harmonics, rig[11], rig[9], rig[10], rig[0], rig[12], host, a)
-        for j in range(3):
-            k[stage, j] = trial[3 + j]
-            k[stage, 3 + j] = a[j]
-    for j in range(6):
-        out[j] = y[j] + h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
+    strongest = strongest_acceleration(p, harmonics, rig[11])
+    advance(y, t, h, p, harmonics, rig[11], rig[9], rig[10], rig[0], rig[12], strongest, k, trial, host, a, out)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _host_place(t: float, harmonics: Array, omega: float, host: Array) -> None:
     for axis in range(4):
         host[axis] = harmonics[axis, 0]
@@ -48,7 +40,7 @@ def _host_place(t: float, harmonics: Array, omega: float, host: Array) -> None:
             host[4 + axis] += w * (v * c - u * s)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float, host: Array, view: Array) -> None:
     """view = gap beyond the wall (m, > 0: outside), normal and tangential speed of the contact point, azimuth, normal's direction."""
     _host_place(t, harmonics, rig[11], host)
@@ -72,7 +64,7 @@ def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float,
     view[4] = normal
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _strike(y: Array, view: Array, rig: Array, restitution: float, record: Array, t: float) -> None:
     """Luding's law at the contact: ``y`` after it, ``record`` filled."""
     share = 1 + 1 / rig[10]
@@ -88,7 +80,7 @@ def _strike(y: Array, view: Array, rig: Array, restitution: float, record: Array
     record[6], record[7] = y[5], view[3]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _strike_and_look(y: Array, t: float, view: Array, rig: Array, restitution: float, shift: float, p: Array, harmonics: Array,
                      record: Array, host: Array, later: Array, k: Array, trial: Array, a: Array, probe: Array) -> float:
     """Impact at t; ``view`` is the one after it.  Returns the longest step: the hop lasts 2 v / a, a step covers a quarter of it at most."""
@@ -102,7 +94,7 @@ def _strike_and_look(y: Array, t: float, view: Array, rig: Array, restitution: f
     return min(LONGEST_STEP_S, max(0.5 * leaving / back, 2e-6)) if back > 0 else LONGEST_STEP_S
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift: float, restitution: Array, p: Array, harmonics: Array,
                    rig: Array, out: Array, records: Array, befores: Array) -> tuple[int, float]:
     """States (len(times), 6) at the sorted ``times`` >= t0, and ``records`` (K, 8) of the impacts up to the last of them.
@@ -111,7 +103,7 @@ def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift
     wall.  ``at_impact``: the start is the state just before the first impact.  ``befores`` (K, 6) takes the states just before each
     impact.  Returns the number of impacts and the time at which the disk settled (inf when it never did).
     """
-    host, a, view, later = np.empty(9), np.empty(3), np.empty(5), np.empty(5)
+    host, a, view, later = np.empty(9), np.empty(4), np.empty(5), np.empty(5)
     k, trial, moved, probe = np.empty((4, 6)), np.empty(6), np.empty(6), np.empty(6)
     y, t, impacts, settled = start.copy(), t0, 0, np.inf
     longest = LONGEST_STEP_S
@@ -177,7 +169,7 @@ def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift
 COMMON = 8
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _residual(out: Array, first: int, observed: Array, sd: Array, origin: Array, r: Array) -> None:
     for i in range(len(out)):
         c, s = np.cos(out[i, 2]), np.sin(out[i, 2])
@@ -187,7 +179,7 @@ def _residual(out: Array, first: int, observed: Array, sd: Array, origin: Array,
         r[o, 2] = (observed[o, 2] - out[i, 2]) / sd[o, 1]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def chain_residual(theta: Array, steps: Array, mean: float, t0: float, times: Array, observed: Array, sd: Array, origin: Array, p: Array,
                    harmonics: Array, rig: Array, jacobian: Array, records: Array, r: Array) -> tuple[int, float]:
     """Standardised residuals ``r`` (N, 3) of a chain, their ``jacobian`` (N, 3, P) in theta (P,) where it has rows, ``records``.

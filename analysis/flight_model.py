@@ -58,8 +58,11 @@ INDEX = {name: i for i, name in enumerate(PARAMETERS)}
 GRAVITY_M_PER_S2 = 9.81
 # Below this sliding speed the friction is smoothed; 1 mm/s is a thousandth of what the disk usually slides with.
 REGULARISATION_M_PER_S = 1e-3
-# Longest Runge-Kutta step: half a frame at 800 fps keeps the error of a flight below 1e-8 m away from v = 0.
+# Longest Runge-Kutta step: a frame at 800 fps keeps the error of a flight below 1e-8 m away from v = 0.
 LONGEST_STEP_S = 1.3e-3
+# Where the disk slides the other way its friction turns within the time in which the sliding speed changes by itself: a step
+# changes it by this share at most.  Whole frames across such turns left up to 1 mm/s each, which a flight of 0.8 s shows.
+SHARE_OF_SPEED = 0.4
 
 STATES = 6
 
@@ -84,7 +87,9 @@ def host_at(t: float, harmonics: Array, omega: float, out: Array) -> None:
 @compiled
 def acceleration(t: float, y: Array, p: Array, harmonics: Array, omega: float, radius: float, inertia: float,
                  contact_radius: float, phase: float, host: Array, out: Array) -> None:
-    """out[0:3] = x'', y'', spin'.  ``phase`` is the drive's phase at t = 0; ``inertia`` the factor q of I = q m R^2."""
+    """out[0:3] = x'', y'', spin'; out[3] the speed against the floor, sliding and rim together (m/s).
+
+    ``phase`` is the drive's phase at t = 0; ``inertia`` the factor q of I = q m R^2."""
     host_at(t, harmonics, omega, host)
     rx, ry = y[0] - host[0], y[1] - host[1]
     ux = y[3] - host[4] + host[7] * ry
@@ -128,16 +133,58 @@ def acceleration(t: float, y: Array, p: Array, harmonics: Array, omega: float, r
     ax += -turn * vy - p[28] * (vx - host[4]) + p[29] * cosine + p[30] * sine
     ay += turn * vx - p[28] * (vy - host[5]) + p[31] * cosine + p[32] * sine
     torque -= p[17] * y[5]
-    out[0], out[1], out[2] = ax, ay, torque
+    out[0], out[1], out[2], out[3] = ax, ay, torque, total
+
+
+@compiled
+def strongest_acceleration(p: Array, harmonics: Array, omega: float) -> float:
+    """Upper bound of the acceleration of disk against floor (m/s^2), for :func:`advance`."""
+    total = 2 * abs(p[0]) * GRAVITY_M_PER_S2 + 1e-3
+    for k in range((harmonics.shape[1] - 1) // 2):
+        w = omega * (k + 1)
+        for axis in range(2):
+            total += w * w * np.sqrt(harmonics[axis, 1 + 2 * k] ** 2 + harmonics[axis, 2 + 2 * k] ** 2)
+    return total
+
+
+@compiled
+def advance(y: Array, t: float, span: float, p: Array, harmonics: Array, omega: float, radius: float, inertia: float,
+            contact_radius: float, phase: float, strongest: float, k: Array, trial: Array, host: Array, a: Array, out: Array) -> None:
+    """out = state ``span`` seconds (either sign) after ``y`` at t, by classical Runge-Kutta of fourth order.
+
+    Steps of at most LONGEST_STEP_S, shorter where the floor's friction turns.  ``out`` may be ``y``; ``k`` (4, 6), ``trial`` (6,),
+    ``host`` (9,) and ``a`` (4,) are room to work in."""
+    for j in range(6):
+        out[j] = y[j]
+    shortest = SHARE_OF_SPEED * REGULARISATION_M_PER_S / strongest
+    while span != 0.0:
+        h = span
+        for stage in range(4):
+            c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+            for j in range(6):
+                trial[j] = out[j] if stage == 0 else out[j] + c * h * k[stage - 1, j]
+            acceleration(t + c * h, trial, p, harmonics, omega, radius, inertia, contact_radius, phase, host, a)
+            k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
+            k[stage, 3], k[stage, 4], k[stage, 5] = a[0], a[1], a[2]
+            if stage == 0:
+                limit = LONGEST_STEP_S
+                if p[0] != 0.0:
+                    limit = min(limit, max(shortest, SHARE_OF_SPEED * a[3] / strongest))
+                h = span / np.ceil(abs(span) / limit)
+        for j in range(6):
+            out[j] += h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
+        t += h
+        span = 0.0 if h == span else span - h
 
 
 @compiled
 def fly(start: Array, t0: float, times: Array, p: Array, harmonics: Array, omega: float, radius: float, inertia: float,
         contact_radius: float, phase: float, out: Array) -> None:
     """States (len(times), 6) at sorted ``times`` on either side of t0, by classical Runge-Kutta of fourth order."""
-    host, a = np.empty(9), np.empty(3)
+    host, a = np.empty(9), np.empty(4)
     k = np.empty((4, 6))
     y, trial = np.empty(6), np.empty(6)
+    strongest = strongest_acceleration(p, harmonics, omega)
     n = len(times)
     before = 0
     while before < n and times[before] < t0:
@@ -149,20 +196,7 @@ def fly(start: Array, t0: float, times: Array, p: Array, harmonics: Array, omega
         if number == 0 or number == n - before:
             t = t0
             y[:] = start
-        span = times[i] - t
-        steps = max(1, int(np.ceil(abs(span) / LONGEST_STEP_S)))
-        h = span / steps
-        for _ in range(steps):
-            for stage in range(4):
-                c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-                for j in range(6):
-                    trial[j] = y[j] if stage == 0 else y[j] + c * h * k[stage - 1, j]
-                acceleration(t + c * h, trial, p, harmonics, omega, radius, inertia, contact_radius, phase, host, a)
-                k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
-                k[stage, 3], k[stage, 4], k[stage, 5] = a[0], a[1], a[2]
-            for j in range(6):
-                y[j] += h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
-            t += h
+        advance(y, t, times[i] - t, p, harmonics, omega, radius, inertia, contact_radius, phase, strongest, k, trial, host, a, y)
         out[i] = y
         t = times[i]
 

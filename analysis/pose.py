@@ -14,9 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 # Tukey's biweight at 4.685 sd keeps 95 % of the efficiency on Gaussian errors (Huber, Robust Statistics, ch. 4).
 TUKEY = 4.685
+# A frame is looked at again where a marker is this far (sd) from the pose of all; one of four markers or more is left out where that
+# takes most of the misfit away.  Among markers that all are off (a layout not yet learnt) no single one does.
+DOUBTFUL_SD = 3.5
+FEWEST_TO_DOUBT = 4
+AGREE_SHARE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +62,11 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
     variance = 0.5 * (cloud.sd_m[..., 0] ** 2 + cloud.sd_m[..., 1] ** 2) + layout_sd_m**2
     seen = np.isfinite(place.real) & np.isfinite(variance)
     place, base = np.where(seen, place, 0), np.where(seen, 1 / np.where(seen, variance, 1), 0.0)
-    robust = np.ones_like(base)
+    robust = _without_worst(place, design, base)
     for step in range(rounds):
         weight = base * robust
-        total = weight.sum(1, keepdims=True)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            mean_place, mean_design = ((weight * v).sum(1, keepdims=True) / total for v in (place, design))
-            turn = (weight * np.conj(design - mean_design) * (place - mean_place)).sum(1, keepdims=True)
-            turn = turn / np.abs(turn)
-            origin = mean_place - turn * mean_design
-            distance = np.abs(place - origin - turn * design) * np.sqrt(base)
+        origin, turn, mean_design = _placed(place, design, weight)
+        distance = np.abs(place - origin - turn * design) * np.sqrt(base)
         if step == rounds - 1:
             break
         # The scale falls from the misfit at hand to the known sd, so that one gross error cannot hide in its own fit.
@@ -73,7 +74,7 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
         robust = np.where(seen, np.clip(1 - (distance / (TUKEY * scale)) ** 2, 0, None) ** 2, 0.0)
         few = (robust > 0).sum(1) < 2
         robust[few] = seen[few]
-    used = (weight > 0).sum(1)
+    used, total = (weight > 0).sum(1), weight.sum(1, keepdims=True)
     spread = (weight * np.abs(design - mean_design) ** 2).sum(1)
     lever = np.abs(mean_design[:, 0]) ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -89,6 +90,40 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
     columns = [np.where(bad, np.nan, v) for v in (origin[:, 0].real, origin[:, 0].imag, z, angle, xy_sd, z_sd, angle_sd)]
     return Pose(np.stack(columns[:2], -1), columns[2], columns[3], columns[4], columns[5], columns[6],
                 np.where(bad, 0, used), weight)
+
+
+def _placed(place: Complex, design: Complex, weight: Array) -> tuple[Complex, Complex, Complex]:
+    """Origin, turn (unit complex) and weighted mean of the design, (F, 1) each, of the least-squares pose."""
+    total = weight.sum(1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean_place, mean_design = ((weight * v).sum(1, keepdims=True) / total for v in (place, design))
+        turn = (weight * np.conj(design - mean_design) * (place - mean_place)).sum(1, keepdims=True)
+        turn = turn / np.abs(turn)
+        return mean_place - turn * mean_design, turn, mean_design
+
+
+def _without_worst(place: Complex, design: Complex, base: Array) -> Array:
+    """1 per marker, 0 for the one without which the others of its frame (three or more) agree, where together they do not.
+
+    Reweighting alone does not get there: of five markers, one 20 sd off drags the pose so far that all look 5 sd wrong."""
+    start = np.ones_like(base)
+    origin, turn, _ = _placed(place, design, base)
+    distance = np.where(base > 0, np.abs(place - origin - turn * design) * np.sqrt(base), 0.0)
+    doubtful = np.flatnonzero((distance.max(1, initial=0.0) > DOUBTFUL_SD) & ((base > 0).sum(1) >= FEWEST_TO_DOUBT))
+    if not len(doubtful):
+        return start
+    at, goal, known = place[doubtful], design[doubtful], base[doubtful]
+    left = np.full(at.shape, np.inf)
+    for marker in range(at.shape[1]):
+        without = known.copy()
+        without[:, marker] = 0.0
+        origin, turn, _ = _placed(at, goal, without)
+        misfit = np.sum(without * np.abs(at - origin - turn * goal) ** 2, 1)
+        left[:, marker] = np.where(known[:, marker] > 0, misfit, np.inf)
+    worst = np.argmin(left, 1)
+    told = left[np.arange(len(doubtful)), worst] < AGREE_SHARE * np.sum(distance[doubtful] ** 2, 1)
+    start[doubtful[told], worst[told]] = 0.0
+    return start
 
 
 def _median_seen(values: Array, seen: NDArray[np.bool_]) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from analysis.pose import MarkerCloud, fit_pose, refine_layout, unwrap_angle
 
@@ -46,6 +47,18 @@ def test_one_wrong_marker_does_not_move_the_pose():
     seen.position_m[20, 1, 0] += 5e-3
     pose = fit_pose(seen, LAYOUT, 1e-6)
     assert np.hypot(*(pose.xy_m[20] - place[20])) < 5e-5
+
+
+@pytest.mark.parametrize("marker", range(5))
+def test_a_marker_off_by_twenty_sd_is_left_out(marker):
+    """Large enough to drag the pose by 4 sd, small enough to hide among five markers of which all then look wrong."""
+    angle, place = motion(300)
+    seen = cloud(LAYOUT, angle, place, 1e-5, np.random.default_rng(4))
+    seen.position_m[:, marker, 0] -= 2.1e-4
+    pose = fit_pose(seen, LAYOUT, 1e-6)
+    assert np.mean(pose.markers == 4) > 0.95
+    error = (pose.xy_m - place) / pose.xy_sd_m[:, None]
+    assert np.all(np.abs(error.mean(0)) < 0.3) and np.std(error) < 1.2
 
 
 def test_two_markers_suffice_and_one_does_not():
