@@ -1,0 +1,1 @@
+"""What `ovines view` shows: geometry of the bodies (`outlines`), and its writing as a rerun recording (`stream`)."""
