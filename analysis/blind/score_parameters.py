@@ -11,7 +11,10 @@ def parameter_checks(truth: dict, answer: dict) -> list[dict]:
     out = []
     for cause in truth["effects"]:
         stated = (answer.get("parameters") or {}).get(cause) or {}
-        for name, true in truth["parameters"][cause].items():
+        # Two views tell the one window from the other's opposite only; answers speak of the second view's pixels.
+        second = cause == "sensor_window_offset" and (truth.get("measurement") or {}).get("window_camera") == 1
+        for name, size in truth["parameters"][cause].items():
+            true = -size if second else size
             interval = stated.get(name)
             if interval is None or interval.get("low") is None or interval.get("high") is None:
                 continue

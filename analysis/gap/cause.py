@@ -15,7 +15,9 @@ LEFT_OVER = 0.25
 CENTRE_NEGLIGIBLE_M = 1.0e-4
 MASS_CENTRE_NEGLIGIBLE_M = 5e-5
 CONTACT_TIME_NEGLIGIBLE_S = 6e-5
-ELLIPTICITY_NEGLIGIBLE = 7e-4
+# Ellipticity; where a lens residual is seen, what the like of it leaves in 50 series (0.7e-3 at most) is no finding.
+ELLIPTICITY_NEGLIGIBLE, ELLIPTICITY_UNDER_LENS = 5e-4, 1.1e-3
+ELLIPTICITY_SD_UNDER_LENS = 2.5e-4
 
 @dataclass(frozen=True, eq=False)
 class Cause:

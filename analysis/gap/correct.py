@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from analysis.gap.measurement import NEGLIGIBLE, Finding, MeasurementTests, measurement_tests
+from analysis.gap.finding import NEGLIGIBLE, Finding
+from analysis.gap.measurement import MeasurementTests, measurement_tests
 from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both bodies alike

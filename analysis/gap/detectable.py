@@ -8,25 +8,27 @@ import numpy as np
 
 from analysis.flight_model import GRAVITY_M_PER_S2, INDEX
 from analysis.gap import cause as rules
+from analysis.gap.finding import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
+from analysis.gap.finding import SIGNIFICANT
 from analysis.gap.flight_stage import Gain
 from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2
 from analysis.gap.impact_stage import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.ladder import Ladder
-from analysis.gap.measurement import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
-from analysis.gap.measurement import SIGNIFICANT
+from analysis.gap.two_views import LENS_TILTS
 
-_MEASURED = {"camera_clock_offset": ("offset_s", 1.0, 0.0), "sensor_window_offset": ("u_px", 1.0, 0.0), "length_scale_error": ("scale", 1.0, 1.0),
-             "frame_rate_error": ("ratio", 1.0, 1.0), "plane_tilt": ("x_rad", 1.0, 0.0), "trigger_jitter": ("sd_s", 1.0, 0.0)}
+_MEASURED = {"camera_clock_offset": "offset_s", "sensor_window_offset": "u_px", "length_scale_error": "scale", "frame_rate_error": "ratio",
+             "plane_tilt": "x_rad", "trigger_jitter": "sd_s"}
 
 
 def detectable_sizes(climbed: Ladder) -> dict[str, dict[str, Any]]:
     """``{effect: {"parameter", "size"}}``; ``size`` of a ratio is its distance from 1."""
     out: dict[str, dict[str, Any]] = {}
-    for effect, (parameter, _, _) in _MEASURED.items():
+    for effect, parameter in _MEASURED.items():
         finding = climbed.measurement.findings.get(effect)
         if finding is not None:
             sd = max(s for _, s in finding.parameters.values())
-            out[effect] = {"parameter": parameter, "size": float(max(MEASUREMENT_NEGLIGIBLE[effect], SIGNIFICANT * sd))}
+            factor = LENS_TILTS if climbed.measurement.lens_seen and effect in ("plane_tilt", "sensor_window_offset") else SIGNIFICANT
+            out[effect] = {"parameter": parameter, "size": float(max(MEASUREMENT_NEGLIGIBLE[effect], factor * sd))}
     for gain in climbed.flight_gains:
         size = _flight_size(gain, climbed)
         if size:
@@ -41,7 +43,7 @@ def detectable_sizes(climbed: Ladder) -> dict[str, dict[str, Any]]:
         fall = float(max(IMPACT_NEGLIGIBLE["restitution"] / spread, rules.SIGNIFICANCE * sd / np.sqrt(2) / spread))
         out["speed_dependent_restitution"] = {"parameter": "restitution_fast", "size": fall}
         out["finite_contact_time"] = {"parameter": "duration_s", "size": rules.CONTACT_TIME_NEGLIGIBLE_S}
-        out["wall_ellipticity"] = {"parameter": "ellipticity", "size": rules.ELLIPTICITY_NEGLIGIBLE}
+        out["wall_ellipticity"] = {"parameter": "ellipticity", "size": rules.ELLIPTICITY_UNDER_LENS if climbed.measurement.lens_seen else rules.ELLIPTICITY_NEGLIGIBLE}
         out["wall_centre_offset"] = {"parameter": "x_m", "size": rules.CENTRE_NEGLIGIBLE_M}
         out["mass_centre_offset"] = {"parameter": "x_m", "size": rules.MASS_CENTRE_NEGLIGIBLE_M}
     out["centre_marker_offset"] = {"parameter": "x_m", "size": rules.CENTRE_NEGLIGIBLE_M}

@@ -14,6 +14,7 @@ from analysis.gap.ahead import through_impacts
 from analysis.gap.cause import LEFT_OVER, Cause
 from analysis.gap.detectable import detectable_sizes
 from analysis.gap.flight_stage import FlightFit
+from analysis.gap.impact_floor import impact_floor
 from analysis.gap.impact_stage import restitution_design
 from analysis.gap.ladder import Ladder, climb
 from analysis.gap.own_residual import own_shrinkage
@@ -177,7 +178,7 @@ def _how_far(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[dict[str, predi
         hits["recalibrated"] = predict.predicted_impacts(ladder.impacts_nominal, ())
         runs_of["recalibrated"] = ladder.impacts_nominal.data.run
         hits["with_effect"] = predict.predicted_impacts(ladder.impacts, ladder.restitution_terms)
-        hits["noise_floor"] = _impact_floor(ladder)
+        hits["noise_floor"] = impact_floor(ladder.impacts, ladder.restitution_terms)
         if model and None not in (model.restitution, model.wall_friction, model.tangential_restitution):
             hits["as_given"] = predict.predicted_impacts(ladder.impacts_nominal, (), np.array([model.restitution]),
                                                          (model.wall_friction, model.tangential_restitution))
@@ -203,13 +204,3 @@ def _given_paths(runs, given, ladder: Ladder) -> list[Array]:
     from dataclasses import replace
     model = replace(given, origin_m=ladder.nominal.model.origin_m)
     return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, [model] * len(runs)), strict=True)]
-
-
-def _impact_floor(ladder: Ladder) -> tuple[Array, Array]:
-    """What no law can predict: noise of the measured velocities and the scatter of restitution from impact to impact."""
-    data, scatter = ladder.impacts.data, _scatter(ladder)
-    normal = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)
-    spin = data.angular_sd / (data.inertia_factor * ladder.impacts.meetings.radius_m)
-    return np.column_stack([normal, data.tangential_sd]), spin
-
-

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from analysis.figures.style import BLACK, BLUE, CYCLE, FONT_PT, GREY, RED, label, legend, new_figure
 from analysis.gap.figures import Panel, draw_panel, give_room
 from analysis.gap.figures_impacts import impact_panels
+from analysis.gap.finding import Finding
 from analysis.gap.ladder import Ladder
-from analysis.gap.measurement import Finding, _body_rows
+from analysis.gap.two_views import body_rows
 
 Array = NDArray[np.float64]
 #: runs whose frames the figure shows; six hold thousands of frames and keep the page quick
@@ -21,7 +22,7 @@ MOST_RUNS = 6
 def view_panels(ladder: Ladder) -> list[Panel]:
     """Epipolar residual against velocity and place, height against place: as measured, and with what was found taken out.
 
-    What the corrections took out is put back by the linear relation the tests rest on (``analysis.gap.measurement``).
+    What the corrections took out is put back by the linear relation the tests rest on (``analysis.gap.two_views``).
     Empty at entries without two views.
     """
     series = ladder.series
@@ -36,7 +37,7 @@ def view_panels(ladder: Ladder) -> list[Panel]:
     blocks = []
     for points, motion, run in list(zip(series.points, series.motions, series.runs, strict=True))[:MOST_RUNS]:
         for body in ("host", "nes"):
-            block = _body_rows(series, points, motion, run, body)
+            block = body_rows(series, points, motion, run, body)
             if block is not None:
                 epipolar, height, x, y, j_v, n2, m_z, *_ = block
                 across = np.sum(n2 * j_v, 1)

@@ -118,8 +118,10 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series) -> Cause:
                       np.std(amplitude) / np.sqrt(max(len(amplitude), 1)) + 1e-6)
         parameters = {"amplitude_m": (float(amplitude.mean()), float(sd))}
     elif name == "friction_drift":
+        # Fitted about the middle run, told about the first, as the simulator has it.
+        share = 1 - 0.5 * (len(series.runs) - 1) * trial.model.drift_per_run
         parameters = {"relative_per_s": (float(p[INDEX["drift"]]), _sd(trial, "drift")),
-                      "relative_per_run": (float(trial.model.drift_per_run), _sd(trial, "drift_run"))}
+                      "relative_per_run": (float(trial.model.drift_per_run / share), _sd(trial, "drift_run") / share**2)}
     else:
         column, parameter = {"viscous_drag": ("viscous", "rate_per_s"), "air_drag": ("air", "rate_per_m")}[name]
         parameters = {parameter: (float(p[INDEX[column]]), _sd(trial, column))}

@@ -11,6 +11,8 @@ from analysis.gap import impact_stage
 from analysis.gap.cause import (
     CONTACT_TIME_NEGLIGIBLE_S,
     ELLIPTICITY_NEGLIGIBLE,
+    ELLIPTICITY_SD_UNDER_LENS,
+    ELLIPTICITY_UNDER_LENS,
     IMPACT_GAIN,
     LEFT_OVER,
     OVERRIDES,
@@ -42,14 +44,14 @@ class ImpactRung:
     structure: tuple[Structure, ...] = ()
 
 
-def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset[str]) -> ImpactRung:
+def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset[str], lens_seen: bool) -> ImpactRung:
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8 impacts."""
     terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
     ellipse, finite = "wall_ellipticity" in effects, "finite_contact_time" in effects
     nominal = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
     if len(nominal.data) < LEAST_IMPACTS:
         return ImpactRung(restitution_terms=tuple(terms), ellipse=ellipse, finite=finite)
-    ellipse, finite, shape, fitted, shape_gains = _shape(flight, nominal, ellipse, finite, withheld)
+    ellipse, finite, shape, fitted, shape_gains = _shape(flight, nominal, ellipse, finite, withheld, lens_seen)
     laws, terms, law_gains, probes, structure = _laws(fitted, terms, finite, withheld)
     distance_probes = [g for g in impact_stage.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named]
     structure = [*structure, *_distance_structure(distance_probes, shape)]
@@ -57,20 +59,20 @@ def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset
                       (*shape, *laws), tuple(structure))
 
 
-def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str]):
+def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_seen: bool):
     """Ellipticity and finite contact, whichever explains more first; then the other on top."""
     causes: list[Cause] = []
     first: list[ImpactGain] = []
     for _ in range(2):
         found = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite, withheld) if g.named]
         first = first or found
-        accepted = [g for g in found if _shape_accepted(g, base)]
+        accepted = [g for g in found if _shape_accepted(g, base, lens_seen)]
         if not accepted:
             break
         best = max(accepted, key=lambda g: g.gain)
         ellipse, finite = ellipse or best.name == "wall_ellipticity", finite or best.name == "finite_contact_time"
         base = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
-        causes.append(_shape_cause(best, base))
+        causes.append(_shape_cause(best, base, lens_seen))
     return ellipse, finite, causes, base, first
 
 
@@ -79,16 +81,16 @@ def _contact_time(slope_s: float, restitution: float) -> float:
     return slope_s * (1 + restitution) / max(restitution, 0.05)
 
 
-def _shape_accepted(gain: ImpactGain, base: ImpactFit) -> bool:
+def _shape_accepted(gain: ImpactGain, base: ImpactFit, lens_seen: bool) -> bool:
     if gain.gain < IMPACT_GAIN or gain.significance < SIGNIFICANCE:
         return False
     if gain.name == "finite_contact_time":
         return _contact_time(float(gain.estimate[-1]), base.law.restitution) > CONTACT_TIME_NEGLIGIBLE_S
     e = gain.estimate[:2]
-    return float(np.hypot(*e)) > ELLIPTICITY_NEGLIGIBLE
+    return float(np.hypot(*e)) > (ELLIPTICITY_UNDER_LENS if lens_seen else ELLIPTICITY_NEGLIGIBLE)
 
 
-def _shape_cause(gain: ImpactGain, base: ImpactFit) -> Cause:
+def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_seen: bool) -> Cause:
     if gain.name == "finite_contact_time":
         factor = _contact_time(1.0, base.law.restitution)
         duration = base.contact_slope_s * factor
@@ -96,8 +98,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit) -> Cause:
         return Cause(gain.name, "impact", parameters, duration / CONTACT_TIME_NEGLIGIBLE_S, gain.gain, "normal", "impact")
     c, s = base.wall.wall.ellipse
     at = [list(base.wall.terms).index(t) for t in ("ellipse_c", "ellipse_s")]
-    # A lens residual of the size of the scatter left over looks like a little ellipse.
-    lens = 0.5 * max(base.wall.scatter_m - 3e-6, 0.0) / base.wall.wall.contact_radius_m
+    lens = ELLIPTICITY_SD_UNDER_LENS if lens_seen else 0.0
     sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
     parameters = {"ellipticity": (e, sd), "direction_rad": (float(0.5 * np.arctan2(s, c)), 0.5 * sd / max(e, 1e-9))}

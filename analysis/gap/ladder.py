@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.centres import centre_causes
 from analysis.gap.correct import correct
+from analysis.gap.finding import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
+from analysis.gap.finding import Finding
 from analysis.gap.flight_rung import climb_flights, unexplained_misfit
 from analysis.gap.flight_stage import FlightFit, Gain
 from analysis.gap.ground import ground_motion
 from analysis.gap.impact_rung import climb_impacts, unexplained_scatter
 from analysis.gap.impact_stage import ImpactFit, ImpactGain
-from analysis.gap.measurement import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
-from analysis.gap.measurement import Finding, MeasurementTests
+from analysis.gap.measurement import MeasurementTests
 from analysis.gap.series import Series
 
 
@@ -52,7 +53,7 @@ def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
     flights = climb_flights(corrected, effects, withheld)
-    impacts = climb_impacts(flights.fitted, effects, withheld)
+    impacts = climb_impacts(flights.fitted, effects, withheld, tests.lens_seen)
     centres = centre_causes(corrected, flights.fitted, impacts.fitted)
     structure = [*ground_motion(series), *_withheld_measurement(tests, withheld), *flights.structure, *impacts.structure]
     structure += unexplained_scatter(impacts, structure)

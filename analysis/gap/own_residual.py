@@ -10,21 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.cause import Cause
+from analysis.gap.impact_stage import ImpactFit
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement import measurement_tests
 from analysis.gap.predict import shrinkage
 from analysis.wall import Wall
-from analysis.wall_fit import fit_wall
+from analysis.wall_fit import WallFit, fit_wall
 
 Array = NDArray[np.float64]
+
+
+#: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
+WALL_TERMS_OF: dict[str, tuple[str, ...]] = {"wall_centre_offset": ("centre_x", "centre_y"), "mass_centre_offset": ("disk_x", "disk_y"),
+                                             "wall_ellipticity": ("ellipse_c", "ellipse_s"), "finite_contact_time": ()}
 
 
 def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float] | None:
     """Shrinkage with its 90 % interval in the effect's own residual; None where flights or impacts show it."""
     if cause.stage == "measurement":
         return _of_measurement(ladder, cause)
-    if cause.effect in ("wall_centre_offset", "mass_centre_offset"):
-        return _of_centre(ladder, cause, rng)
+    if cause.effect in WALL_TERMS_OF:
+        return _of_wall(ladder, cause, rng)
     if cause.effect == "centre_marker_offset":
         size = float(np.hypot(*(v for v, _ in cause.parameters.values())))
         sd = float(max(s for _, s in cause.parameters.values()))
@@ -48,15 +54,10 @@ def _ratio(before: float, after: float, sd: float) -> tuple[float, float, float]
     return share(after), share(after + 1.645 * sd), share(max(after - 1.645 * sd, 0.0))
 
 
-def _of_centre(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float]:
-    """Contact distance with and without the centre's terms, against the cameras' noise, bootstrapped over runs."""
-    names = ("centre_x", "centre_y") if cause.effect == "wall_centre_offset" else ("disk_x", "disk_y")
+def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Contact distance with and without the effect's terms, against the cameras' noise, bootstrapped over runs."""
     fitted = ladder.impacts.wall
-    terms = tuple(t for t in fitted.terms if t not in names)
-    wall = fitted.wall
-    start = Wall(wall.contact_radius_m, np.zeros(2) if names[0] == "centre_x" else wall.centre_m,
-                 np.zeros(2) if names[0] == "disk_x" else wall.disk_m, wall.ellipse)
-    without = fit_wall(ladder.impacts.meetings, start, terms)
+    without = fit_without(ladder.impacts, WALL_TERMS_OF[cause.effect], finite=ladder.finite and cause.effect != "finite_contact_time")
     used = fitted.used & without.used
     run = ladder.impacts.meetings.run[used]
     n = len(ladder.series.runs)
@@ -64,3 +65,12 @@ def _of_centre(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[
     def sums(residual: Array) -> Array:
         return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n)
     return shrinkage(sums(without.residual_m), sums(fitted.residual_m), sums(fitted.impacts.sd("radius")), rng)
+
+
+def fit_without(impacts: ImpactFit, names: tuple[str, ...], *, finite: bool) -> WallFit:
+    """The wall refitted without the terms ``names``; ``finite`` keeps the slope of a contact that lasts."""
+    wall = impacts.wall.wall
+    start = Wall(wall.contact_radius_m, *(np.zeros(2) if name in names else value for name, value in
+                                          (("centre_x", wall.centre_m), ("disk_x", wall.disk_m), ("ellipse_c", wall.ellipse))))
+    extra = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None] if finite else None
+    return fit_wall(impacts.meetings, start, tuple(t for t in impacts.wall.terms if t not in names), extra=extra)

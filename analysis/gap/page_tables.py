@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from analysis.gap.finding import NEGLIGIBLE, SIGNIFICANT
 from analysis.gap.ladder import Ladder
-from analysis.gap.measurement import NEGLIGIBLE, SIGNIFICANT
 from analysis.gap.page_words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
 from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 

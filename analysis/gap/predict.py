@@ -151,7 +151,7 @@ def errors_of(runs: Sequence[Run], paths: Sequence[Array], impact_error: Array |
     impact, spins, hits = np.zeros(n), np.zeros(n), np.zeros(n)
     if impact_error is not None:
         for i in range(n):
-            here = impact_run == i
+            here = (impact_run == i) & np.isfinite(impact_error[:, 0])
             impact[i], spins[i], hits[i] = np.sum(impact_error[here] ** 2), np.sum(spin_error[here] ** 2), np.count_nonzero(here)
     return Errors(flight, count, impact, hits, spins)
 

@@ -1,0 +1,28 @@
+"""What a measurement test finds, and the sizes below which a good rig's calibration, placement and lens leave nothing better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measurement effect: its parameters with sd, how many sd it is from nothing, and whether it is more than negligible."""
+
+    effect: str
+    parameters: dict[str, tuple[float, float]]
+    significance: float
+    size: float
+    found: bool
+
+
+#: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig
+NEGLIGIBLE = {"camera_clock_offset": 3e-5, "sensor_window_offset": 0.35, "length_scale_error": 1.6e-3, "frame_rate_error": 2.5e-4,
+              "plane_tilt": 1.7e-3, "trigger_jitter": 7e-6}
+SIGNIFICANT = 5.0
+
+
+def judge(effect: str, parameters: dict[str, tuple[float, float]], size: float, significance: float) -> Finding:
+    """A finding with its parameters (value, sd), ``found`` when it is both significant and more than negligible."""
+    return Finding(effect, parameters, float(significance), float(size),
+                   bool(size > NEGLIGIBLE[effect] and significance > SIGNIFICANT))
