@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import keyword
 import os
 import pkgutil
@@ -17,7 +18,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import ovines
 import ovines.commands
-from ovines.errors import InputError
+from ovines.errors import InputError, refusal_of
 from ovines.system_library import missing_library
 
 ORDER = (
@@ -65,6 +66,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str] | None = None) -> int:
     """0 done, 2 the input or the command line is wrong, 1 a mistake of ours (with its traceback)."""
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a name that the terminal cannot show is no reason to stop
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
         return args.run(args)
@@ -83,6 +86,12 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # `ovines check ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        said = refusal_of(error)
+        if said is None:
+            raise
+        print(said, file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ in a table, never errors.
 
 from __future__ import annotations
 
+import errno
+from pathlib import Path
+
 
 class InputError(Exception):
     """Input that cannot be used as it is.
@@ -24,5 +27,24 @@ class InputError(Exception):
         self.expected = expected
         self.do = do
 
-    def __reduce__(self):  # workers hand it through a pickle; the default would lose two fields
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:  # workers hand it through a pickle; the default would lose two fields
         return type(self), (self.found, self.expected, self.do)
+
+
+ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO)
+PATHS = (errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EEXIST)
+
+
+def refusal_of(error: OSError, place: str | Path = "") -> InputError | None:
+    """What a full disk, a missing permission or an impossible path is to the user; None for any other ``OSError``.
+
+    ``place`` stands in where the error does not say which file it was.
+    """
+    name = str(error.filename or place)
+    found = f"{name[:200] + '...' if len(name) > 200 else name}: {error.strerror or error}".removeprefix(": ")
+    if error.errno in ROOM:
+        return InputError(found, "room and permission to write there",
+                          "free some space or name another --out, and run again: finished stages are kept")  # fmt: skip
+    if error.errno in PATHS:
+        return InputError(found, "a path that can be read or written", "check the path, and --out")
+    return None

@@ -172,6 +172,10 @@ def read_recording(folder: str | Path) -> Recording:
         folder = folder.parent
     if not folder.is_dir():
         raise InputError(f"{folder} is not there", "the folder of a recording", "check the path")
+    try:
+        str(folder.resolve()).encode()
+    except UnicodeEncodeError:  # names go into tables and pages, which are UTF-8
+        raise InputError(f"a path with bytes that are no UTF-8: {str(folder)!r}", "a path in UTF-8", "rename that folder") from None
     return Recording(folder, read_toml(folder / FILE, RecordingFile))
 
 

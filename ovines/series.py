@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import traceback
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from typing import Literal
 
 from tqdm import tqdm
 
-from ovines.errors import InputError
+from ovines.errors import InputError, refusal_of
 from ovines.pages import recording_figures, remove_figures, write_calibration_page
 from ovines.recording import Recording, read_recording, series_folders
 from ovines.running import Done, Progress, locked, run_stages
@@ -102,18 +101,11 @@ def _beside(recording: Recording, out: Path, only: str | None, done: Done, figur
             remove_figures(out)  # of an earlier page
 
 
-ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO)
-
-
 def _no_room(folder: Path, out: Path, error: OSError) -> Outcome:
-    """A full disk or a missing permission is nothing of ours, and said in three lines; another OSError is."""
-    if error.errno not in ROOM:
+    """A full disk, a missing permission or a bad path is nothing of ours, and said in three lines; another OSError is."""
+    said = refusal_of(error, out)
+    if said is None:
         return Outcome(folder, out, "failed", message="".join(traceback.format_exception(error)))
-    said = InputError(
-        f"{error.filename or out}: {error.strerror or error}",
-        "room and permission to write there",
-        "free some space or name another --out, and run again: finished stages are kept",
-    )
     return Outcome(folder, out, "refused", message=str(said))
 
 
