@@ -11,6 +11,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from analysis.blind import score, score_report, trial
+from analysis.blind.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
 from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.errors import InputError
@@ -20,7 +21,7 @@ HELP = "Make sealed cases with a plant of their own, answer them, and score the 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Sub-commands make, answer, score."""
+    """Sub-commands make, answer, withhold, score."""
     parser.description = HELP
     steps = parser.add_subparsers(dest="step", required=True)
     make = steps.add_parser("make", help="write cases; the hash of every truth is written first")
@@ -48,6 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     answer = steps.add_parser("answer", help="run the diagnosis on every case that has no answer yet")
     answer.add_argument("folder", type=Path)
     _add_jobs(answer)
+    without = steps.add_parser(
+        "withhold", help="answer every case without its cause in the library: withheld.md says what came back"
+    )
+    without.add_argument("folder", type=Path)
+    without.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
+    without.add_argument("--most", type=int, default=None, metavar="N", help="the first N such cases only")
+    _add_jobs(without)
     marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
@@ -60,7 +68,7 @@ def _add_jobs(step: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Dispatch to the step; 0 when it is done."""
-    return {"make": _make, "answer": _answer, "score": _score}[args.step](args)
+    return {"make": _make, "answer": _answer, "withhold": _withhold, "score": _score}[args.step](args)
 
 
 def _say(text: str) -> None:
@@ -97,13 +105,14 @@ def _make(args: argparse.Namespace) -> int:
     return 0
 
 
-def _diagnose(series: Path, out: Path) -> None:
+def _diagnose(series: Path, out: Path, withheld: tuple[str, ...] = ()) -> None:
     """`ovines diagnose` on one series, in this process so that compiled code is compiled once."""
     from ovines.commands import diagnose
 
     parser = argparse.ArgumentParser()
     diagnose.add_arguments(parser)
-    diagnose.run(parser.parse_args([str(series), "--out", str(out)]))
+    options = [word for effect in withheld for word in ("--withhold", effect)]
+    diagnose.run(parser.parse_args([str(series), "--out", str(out), *options]))
 
 
 def _answer_case(folder: Path, case: str) -> tuple[str, str]:
@@ -123,6 +132,34 @@ def _answer(args: argparse.Namespace) -> int:
     )
     for done, (case, answer) in enumerate(answered, len(cases) - len(left) + 1):
         _say(f"{done}/{len(cases)} {case}: {answer}")
+    return 0
+
+
+def _withhold_case(folder: Path, truth: dict, effects: tuple[str, ...]) -> Withheld:
+    out = folder / "withheld" / truth["case"]
+    if not (out / "diagnosis.json").exists():
+        _diagnose(folder / "cases" / truth["case"], out, effects)
+    return judge_withheld(truth, json.loads((out / "diagnosis.json").read_text()))
+
+
+def _withhold(args: argparse.Namespace) -> int:
+    truths = trial.read_truths(args.folder, args.seed)
+    chosen = [(truth, to_withhold(truth)) for truth in truths.values() if to_withhold(truth)][: args.most]
+    if not chosen:
+        raise InputError(
+            f"no case with a single listed cause in {args.folder}", "at least one", "make one with --kinds listed"
+        )
+    answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
+        delayed(_withhold_case)(args.folder, truth, effects) for truth, effects in chosen
+    )
+    rows = []
+    for row in answered:
+        rows.append(row)
+        _say(f"{len(rows)}/{len(chosen)} {row.case} without {row.kind}: {', '.join(row.named) or row.verdict}")
+    told = f"Made by `ovines blind withhold {args.folder.name}` on {len(rows)} cases, `ovines {__version__}`."
+    text = withheld_markdown(rows, told)
+    (args.folder / "withheld.md").write_text(text)
+    print(text)
     return 0
 
 

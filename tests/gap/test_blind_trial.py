@@ -11,6 +11,7 @@ from analysis.blind import score, score_report, trial
 from analysis.blind.intervals import wilson
 from analysis.blind.listed_causes import LISTED
 from analysis.blind.score_parameters import missed_above_limit
+from analysis.blind.withheld import judge_withheld, to_withhold, withheld_figures, withheld_markdown
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -208,3 +209,49 @@ def test_commands_make_refuse_and_score(tmp_path):
     assert figures["truth in the set"]["value"] == 1.0
     assert (folder / "confusion.png").exists() and (folder / "score.md").exists()
     assert _ovines("make", tmp_path / "other", "--cases", 0, "--seed", 1).returncode == 2
+
+
+def test_a_trial_cut_short_goes_on_and_another_one_is_refused(tmp_path):
+    folder = tmp_path / "trial"
+    trial.make_trial(folder, 2, 7, ("none",), runs=1)
+    kept = (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").read_bytes()
+    lost = folder / "cases" / "case-002"
+    was = (lost / "run-01" / "tracks.parquet").read_bytes()
+    lost.rename(folder / "cases" / "case-002.part")  # as a kill leaves it
+    said = []
+    trial.make_trial(folder, 2, 7, ("none",), runs=1, progress=said.append)
+    assert said == ["2/2 case-002 written"]
+    assert (lost / "run-01" / "tracks.parquet").read_bytes() == was
+    assert (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").read_bytes() == kept
+    assert not (folder / "cases" / "case-002.part").exists()
+    with pytest.raises(InputError):
+        trial.make_trial(folder, 2, 8, ("none",), runs=1)
+
+
+def _mark_filmed(series, outline, folder):
+    folder.mkdir(parents=True)
+    (folder / "filmed").write_text(f"{len(series.poses)} runs")
+
+
+def test_rendered_cases_are_filmed_and_the_others_are_not(tmp_path):
+    folder = tmp_path / "trial"
+    trial.make_trial(folder, 1, 3, ("none",), runs=1, filmed=1, film=_mark_filmed)
+    assert (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").exists()
+    assert (folder / "cases" / "case-002" / "filmed").read_text() == "3 runs"
+    assert len(trial.read_truths(folder)) == 2
+
+
+def test_withheld_cause_is_judged_by_verdict_and_stage():
+    truth = {"case": "case-001", "effect": "floor_friction", "effects": ["floor_friction"], "size": 1.0}
+    truth |= {"noise": "white", "stages": ["flight"]}
+    assert set(to_withhold(truth)) == {"floor_friction", "spin_coupling"}
+    assert to_withhold(truth | {"effect": "table_tilt+air_drag"}) == () == to_withhold(truth | {"effect": "none"})
+    structure = [{"goes_with": "friction that follows the sliding speed"}]
+    found = judge_withheld(truth, {"verdict": "unknown", "stage": "flight", "goes_with": structure})
+    named = judge_withheld(truth, {"verdict": "effect", "effects": ["air_drag"], "stage": "flight"})
+    elsewhere = judge_withheld(truth, {"verdict": "unknown", "stage": "impact"})
+    figures = {f.name: f for f in withheld_figures([found, named, elsewhere])}
+    assert figures["unknown when the cause is withheld, large size"].value == pytest.approx(2 / 3)
+    assert figures["given another name"].value == pytest.approx(1 / 3)
+    assert figures["unknown: in the right stage"].value == pytest.approx(1 / 2)
+    assert "friction that follows the sliding speed" in withheld_markdown([found, elsewhere], "told")
