@@ -1,4 +1,8 @@
-"""The smallest size of each effect that this series would have shown: the acceptance rules turned round."""
+"""The smallest size of each effect that this series would have shown: the acceptance rules turned round.
+
+Two things decide it: what the noise of these data lets stand out (``noise_limit``: the significance asked for, times the Fisher
+information's standard deviation), and what is worth a name at all (calibration, placement of markers, lens).  ``size`` is the larger.
+"""
 
 from __future__ import annotations
 
@@ -13,56 +17,74 @@ from analysis.gap.finding import SIGNIFICANT
 from analysis.gap.flight_stage import Gain
 from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2
 from analysis.gap.impact_stage import NEGLIGIBLE as IMPACT_NEGLIGIBLE
+from analysis.gap.impact_stage import ImpactFit
 from analysis.gap.ladder import Ladder
 from analysis.gap.two_views import LENS_TILTS
 
 _MEASURED = {"camera_clock_offset": "offset_s", "sensor_window_offset": "u_px", "length_scale_error": "scale", "frame_rate_error": "ratio",
              "plane_tilt": "x_rad", "trigger_jitter": "sd_s"}
+Entry = dict[str, Any]
 
 
-def detectable_sizes(climbed: Ladder) -> dict[str, dict[str, Any]]:
-    """``{effect: {"parameter", "size"}}``; ``size`` of a ratio is its distance from 1."""
-    out: dict[str, dict[str, Any]] = {}
+def detectable_sizes(climbed: Ladder) -> dict[str, Entry]:
+    """``{effect: {"parameter", "size", "noise_limit", "limited_by"}}``; ``size`` of a ratio is its distance from 1."""
+    out: dict[str, Entry] = {}
     for effect, parameter in _MEASURED.items():
         finding = climbed.measurement.findings.get(effect)
         if finding is not None:
             sd = max(s for _, s in finding.parameters.values())
-            factor = LENS_TILTS if climbed.measurement.lens_seen and effect in ("plane_tilt", "sensor_window_offset") else SIGNIFICANT
-            out[effect] = {"parameter": parameter, "size": float(max(MEASUREMENT_NEGLIGIBLE[effect], factor * sd))}
+            by_lens = climbed.measurement.lens_seen and effect in ("plane_tilt", "sensor_window_offset")
+            out[effect] = _entry(parameter, MEASUREMENT_NEGLIGIBLE[effect], (LENS_TILTS if by_lens else SIGNIFICANT) * sd)
     for gain in climbed.flight_gains:
-        size = _flight_size(gain, climbed)
-        if size:
-            out[gain.term.name] = size
+        if len(gain.sd):
+            out |= _of_flight(gain, climbed)
     if climbed.impacts is not None:
-        data, law = climbed.impacts.data, climbed.impacts.law
-        # An amplitude a of a cosine over K impacts has sd scatter sqrt(2/K); its rms is a/sqrt 2.
-        sd = np.sqrt(2 / max(len(data), 1)) * max(law.scatter, float(np.median(data.normal_sd / data.before)))
-        amplitude = float(max(np.sqrt(2) * IMPACT_NEGLIGIBLE["restitution"], rules.SIGNIFICANCE * sd))
-        out["direction_dependent_restitution"] = {"parameter": "amplitude", "size": amplitude}
-        spread = float(np.std(np.exp(-data.before / 1.2))) or 1.0
-        fall = float(max(IMPACT_NEGLIGIBLE["restitution"] / spread, rules.SIGNIFICANCE * sd / np.sqrt(2) / spread))
-        out["speed_dependent_restitution"] = {"parameter": "restitution_fast", "size": fall}
-        out["finite_contact_time"] = {"parameter": "duration_s", "size": rules.CONTACT_TIME_NEGLIGIBLE_S}
-        out["wall_ellipticity"] = {"parameter": "ellipticity", "size": rules.ELLIPTICITY_UNDER_LENS if climbed.measurement.lens_seen else rules.ELLIPTICITY_NEGLIGIBLE}
-        out["wall_centre_offset"] = {"parameter": "x_m", "size": rules.CENTRE_NEGLIGIBLE_M}
-        out["mass_centre_offset"] = {"parameter": "x_m", "size": rules.MASS_CENTRE_NEGLIGIBLE_M}
-    out["centre_marker_offset"] = {"parameter": "x_m", "size": rules.CENTRE_NEGLIGIBLE_M}
+        out |= _of_impacts(climbed.impacts)
+        out |= _of_wall(climbed.impacts, climbed.measurement.lens_seen)
+    out["centre_marker_offset"] = _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, None)
     return {k: v for k, v in out.items() if np.isfinite(v["size"])}
 
 
-def _flight_size(gain: Gain, climbed: Ladder) -> dict[str, Any] | None:
-    if not len(gain.sd):
-        return None
+def _entry(parameter: str, negligible: float, noise: float | None) -> Entry:
+    size = max(negligible, noise or 0.0)
+    return {"parameter": parameter, "size": float(size), "noise_limit": None if noise is None or not np.isfinite(noise) else float(noise),
+            "limited_by": "noise" if noise is not None and noise >= negligible else "what counts as negligible"}
+
+
+def _of_flight(gain: Gain, climbed: Ladder) -> dict[str, Entry]:
     noise = rules.SIGNIFICANCE * float(gain.sd[0])
     name = gain.term.name
     if name == "table_tilt":
-        return {"parameter": "tilt_rad", "size": max(NEGLIGIBLE_M_PER_S2, noise) / GRAVITY_M_PER_S2}
+        return {name: _entry("tilt_rad", NEGLIGIBLE_M_PER_S2 / GRAVITY_M_PER_S2, noise / GRAVITY_M_PER_S2)}
     if name == "vertical_motion":
         friction = max(float(climbed.flight.model.parameters[INDEX["friction"]]), 1e-3)
         omega = float(np.median([r.data.host.omega_rad_per_s for r in climbed.series.runs]))
         if omega == 0:
-            return None
-        # rms of mu z'' equals the negligible acceleration
-        return {"parameter": "amplitude_m", "size": float(np.sqrt(2) * NEGLIGIBLE_M_PER_S2 / (friction * omega**2))}
+            return {}
+        # The rms of mu z'' equals the negligible acceleration; the load's column is per unit of the measured z'', so its sd is no length.
+        return {name: _entry("amplitude_m", float(np.sqrt(2) * NEGLIGIBLE_M_PER_S2 / (friction * omega**2)), None)}
     parameter = {"viscous_drag": "rate_per_s", "air_drag": "rate_per_m", "friction_drift": "relative_per_s"}[name]
-    return {"parameter": parameter, "size": max(NEGLIGIBLE_M_PER_S2 / gain.term.scale[0], noise)}
+    return {name: _entry(parameter, NEGLIGIBLE_M_PER_S2 / gain.term.scale[0], noise)}
+
+
+def _of_impacts(impacts: ImpactFit) -> dict[str, Entry]:
+    """Restitution's effects.  An amplitude a of a cosine over K impacts has sd scatter sqrt(2/K); its rms is a/sqrt 2."""
+    data, law = impacts.data, impacts.law
+    sd = np.sqrt(2 / max(len(data), 1)) * max(law.scatter, float(np.median(data.normal_sd / data.before)))
+    spread = float(np.std(np.exp(-data.before / 1.2))) or 1.0
+    worth = IMPACT_NEGLIGIBLE["restitution"]
+    return {"direction_dependent_restitution": _entry("amplitude", float(np.sqrt(2) * worth), rules.SIGNIFICANCE * sd),
+            "speed_dependent_restitution": _entry("restitution_fast", worth / spread, rules.SIGNIFICANCE * sd / np.sqrt(2) / spread)}
+
+
+def _of_wall(impacts: ImpactFit, lens_seen: bool) -> dict[str, Entry]:
+    """Shape and centres, from the contact distance."""
+    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.contact_radius_m
+    noise_m = rules.SIGNIFICANCE * scatter * np.sqrt(2 / max(int(impacts.wall.used.sum()), 1))
+    speed = impacts.data.before
+    lasting = noise_m / np.sqrt(2) / max(float(np.std(speed)), 1e-6) * (1 + impacts.law.restitution) / max(impacts.law.restitution, 0.05)
+    ellipse = rules.ELLIPTICITY_UNDER_LENS if lens_seen else rules.ELLIPTICITY_NEGLIGIBLE
+    return {"finite_contact_time": _entry("duration_s", rules.CONTACT_TIME_NEGLIGIBLE_S, lasting),
+            "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius),
+            "wall_centre_offset": _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, noise_m),
+            "mass_centre_offset": _entry("x_m", rules.MASS_CENTRE_NEGLIGIBLE_M, noise_m)}

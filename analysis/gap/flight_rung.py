@@ -59,13 +59,14 @@ def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[st
         if not candidates or (causes and len(causes) >= 2):
             break
         best = max(candidates, key=lambda g: g.held_out)
-        rivals = [p for p in probes if _accepted(p)]
+        rivals = [p for p in (_measure_load(p, base, series) for p in probes) if _accepted(p)]
         if rivals and max(p.held_out for p in rivals) > 1.15 * best.held_out + OVERRIDES:
             break
         trial = fit(runs, _with_free(base.model, best.term.columns))
         causes.append(_term_cause(best, trial, series))
         base = trial
         every, probes = gains(base, named_terms), gains(base, probe_terms)
+    probes = [_measure_load(p, base, series) for p in probes]
     structure = _flight_structure(probes, causes)
     return FlightRung(nominal, base, tuple(causes), tuple(first), tuple(probes), tuple(structure))
 
@@ -76,7 +77,7 @@ def _with_free(model: FlightModel, names: Sequence[str]) -> FlightModel:
 
 def _measure_load(gain: Gain, base: FlightFit, series: Series) -> Gain:
     """The load's term counts by the acceleration that the Host's measured z'' makes it give."""
-    if gain.term.name != "vertical_motion" or not len(gain.estimate):
+    if gain.term.columns != ("load",) or not len(gain.estimate):
         return gain
     friction = base.model.parameters[INDEX["friction"]]
     rms = np.sqrt(np.mean([np.mean(r.data.host.at(r.data.time_s, 2)[:, 2] ** 2) for r in series.runs]))

@@ -163,7 +163,8 @@ def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) 
 
 def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -> list[Structure]:
     strongest = max((c.strength for c in causes), default=0.0)
-    return [Structure("geometry", "impact", "radius", p.name, p.size / impact_stage.NEGLIGIBLE["distance"], p.gain) for p in probes
+    # A contact distance that goes with the azimuth is the wall's shape; with the speed of approach it is the contact's doing.
+    return [Structure("impact" if p.name == "the approach speed" else "geometry", "impact", "radius", p.name, p.size / impact_stage.NEGLIGIBLE["distance"], p.gain) for p in probes
             if p.gain > 2 * IMPACT_GAIN and p.significance > SIGNIFICANCE and p.size > impact_stage.NEGLIGIBLE["distance"]
             and p.size / impact_stage.NEGLIGIBLE["distance"] > LEFT_OVER * strongest]
 

@@ -394,7 +394,7 @@ def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
 def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
     summary = diagnosis.summary
     section = page.add_section("What would have been seen", "limits")
-    section.add_table(("effect", "parameter", "smallest size named", "found"), detectable_rows(summary["detectable"], summary["parameters"]), text_columns=(0, 1))
+    section.add_table(("effect", "parameter", "smallest size named", "limit of the noise", "found"), detectable_rows(summary["detectable"], summary["parameters"]), text_columns=(0, 1))
     section.add_table(("phase", "time", "share", "use"), time_rows(summary["time"]), "Time of the series.", text_columns=(0, 3))
     ladder = diagnosis.ladder
     if ladder.impacts is not None:

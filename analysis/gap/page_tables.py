@@ -65,11 +65,13 @@ def _number(value: float | None) -> str:
 
 
 def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> list[Row]:
-    """Smallest size of each effect that would have been named, and what was found of it."""
+    """Smallest size of each effect that would have been named, what the noise alone would allow, and what was found of it."""
     rows = []
     for effect, entry in detectable.items():
         found = parameters.get(effect, {}).get(entry["parameter"])
+        noise = entry.get("noise_limit")
         rows.append((plain(effect), parameter_words(entry["parameter"]), _size(entry["parameter"], entry["size"]),
+                     MISSING if noise is None else _size(entry["parameter"], noise),
                      shown(entry["parameter"], found["value"]) if found else MISSING))
     return rows
 
