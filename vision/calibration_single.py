@@ -13,7 +13,7 @@ from ovines.camera import Camera
 from vision.boards import Board
 from vision.calibration_adjust import INTRINSICS, Adjusted, Setting, Sighting, State, adjust
 from vision.calibration_detect import MINIMUM_POINTS, View
-from vision.centre import circle_centres
+from vision.circle_centre import circle_centres
 
 Array = NDArray[np.float64]
 K1, K2, P1, P2, K3 = (INTRINSICS.index(name) for name in ("k1", "k2", "p1", "p2", "k3"))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovines.camera import Camera
-from vision.centre import N_FIT, U, V, on_plane
+from vision.centre import N_FIT, U, V
+from vision.circle_centre import on_plane
 from vision.detect import find_discs
 from vision.follow import empty_fits, follow, packed
 from vision.identity import Match, match_layout, place, wrapped

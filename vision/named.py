@@ -10,7 +10,8 @@ import pandas as pd
 
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
-from vision.centre import U, V, on_plane
+from vision.centre import U, V
+from vision.circle_centre import on_plane
 from vision.eye import Eye, layout_tolerance
 from vision.identity import rigid_pose
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ovines.camera import triangulate_points
-from vision.centre import CONTRAST, U, V, circle_centres
+from vision.centre import CONTRAST, U, V
+from vision.circle_centre import circle_centres
 from vision.eye import Eye
 
 _EPIPOLAR_PX = 4.0

@@ -16,7 +16,8 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.centre import SD, U, circle_centres
+from vision.centre import SD, U
+from vision.circle_centre import circle_centres
 from vision.eye import Eye, Layout, layout_tolerance
 from vision.frames import open_sources, stream
 from vision.identity import match_in_both, wrapped
