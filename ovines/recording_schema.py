@@ -55,7 +55,7 @@ class CameraSettings(Section):
             if offset + size > sensor:
                 raise ValueError(
                     f"window of {self.name} ends at {offset + size} px of a sensor {axis} of {sensor} px"
-                    " | window_offset_px + window_size_px within sensor_size_px"
+                    " | window_offset_px + window_size_px within sensor_size_px | window_offset_px"
                 )
         return self
 
@@ -104,10 +104,10 @@ class Body(Section):
     @model_validator(mode="after")
     def _markers_fit(self) -> Body:
         if len(set(self.markers)) < len(self.markers):
-            raise ValueError(f"markers {', '.join(self.markers)} | each marker once")
+            raise ValueError(f"markers {', '.join(self.markers)} | each marker once | markers")
         if self.layout_m is not None and len(self.layout_m) != len(self.markers):
             raise ValueError(
-                f"{len(self.layout_m)} positions in layout_m | one for each of {len(self.markers)} markers"
+                f"{len(self.layout_m)} positions in layout_m | one for each of {len(self.markers)} markers | layout_m"
             )
         return self
 
@@ -135,9 +135,9 @@ class Host(Body):
         if self.polygon_m is not None:
             corners = zip(self.polygon_m, (*self.polygon_m[1:], self.polygon_m[0]), strict=True)
             if sum(a[0] * b[1] - a[1] * b[0] for a, b in corners) <= 0:
-                raise ValueError("polygon_m runs clockwise or has no area | corners counter-clockwise")
+                raise ValueError("polygon_m runs clockwise or has no area | corners counter-clockwise | polygon_m")
         if self.inner_radius_m and self.obstacle_radius_m and self.obstacle_radius_m >= self.inner_radius_m:
-            raise ValueError("obstacle_radius_m reaches the wall | an obstacle smaller than inner_radius_m")
+            raise ValueError("obstacle_radius_m reaches the wall | an obstacle smaller than inner_radius_m | obstacle_radius_m")
         return self
 
 
@@ -151,7 +151,7 @@ class Nes(Body):
     def _centre(self) -> Nes:
         if self.centre_marker is not None and self.centre_marker not in self.markers:
             raise ValueError(
-                f"centre_marker {self.centre_marker!r} | one of the markers {', '.join(self.markers)}"
+                f"centre_marker {self.centre_marker!r} | one of the markers {', '.join(self.markers)} | centre_marker"
             )
         return self
 
@@ -168,7 +168,7 @@ class Bodies(Section):
             for marker in getattr(getattr(self, body), "markers", ()):
                 if marker in seen:
                     raise ValueError(
-                        f"marker {marker!r} is on {seen[marker]} and on {body} | each marker on one body"
+                        f"marker {marker!r} is on {seen[marker]} and on {body} | each marker on one body | {body}.markers"
                     )
                 seen[marker] = body
         if self.host and self.nes and self.host.inner_radius_m:
@@ -176,7 +176,7 @@ class Bodies(Section):
             taken_m = self.nes.radius_m * (2 if self.host.obstacle_radius_m else 1)
             if taken_m >= free_m:
                 raise ValueError(
-                    f"nes radius_m {self.nes.radius_m} has no room | an NES that fits inside the Host"
+                    f"nes radius_m {self.nes.radius_m} has no room | an NES that fits inside the Host | nes.radius_m"
                 )
         return self
 
@@ -211,5 +211,6 @@ class RecordingFile(Section):
     def _cameras_differ(self) -> RecordingFile:
         names = [camera.name for camera in self.cameras]
         if len(set(names)) < len(names):
-            raise ValueError(f"cameras {', '.join(names)} | each camera name once")
+            again = next(i for i, name in enumerate(names) if name in names[:i])
+            raise ValueError(f"cameras {', '.join(names)} | each camera name once | cameras.{again}.name")
         return self

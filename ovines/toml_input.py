@@ -70,10 +70,14 @@ def _tuples(value: Any) -> Any:
 
 
 def _as_input_error(error: ValidationError, model: type[BaseModel], text: str, path: Path) -> InputError:
+    """A model's own check says ``found | expected``, and ``| key`` (dotted, below its section) where one line is at fault."""
     first = error.errors()[0]
     location = first["loc"]
     key = _key(location)
-    line = line_of(text, location)
+    reason = str(first["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+    found, expected, at_fault = (*reason.split(" | "), "", "")[:3]
+    below = tuple(int(part) if part.isdigit() else part for part in at_fault.split(".") if part)
+    line = line_of(text, (*location, *below) if first["type"] == "value_error" else location)
     where = f"{path}{f', line {line}' if line else ''}"
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] == "extra_forbidden":
@@ -85,9 +89,7 @@ def _as_input_error(error: ValidationError, model: type[BaseModel], text: str, p
         return InputError(
             f"{where}: no key '{key}'{more}", f"a value for '{key}'", f"add '{location[-1]} = ...'"
         )
-    reason = str(first["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
     if first["type"] == "value_error":
-        found, _, expected = reason.partition(" | ")
         at = f" '{key}':" if key else ""
         return InputError(
             f"{where}:{at} {found}{more}", expected or "values that fit together", "correct the file"
