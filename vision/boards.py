@@ -64,6 +64,13 @@ class Board:
         board.setLegacyPattern(self.legacy_pattern)
         return board
 
+    def opencv_layout(self) -> dict[int, Array]:
+        """Corners (4, 2) of each ChArUco marker on the board, by its number; squares of 1, whatever the dictionary holds."""
+        largest = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)  # only the places are asked for
+        board = cv2.aruco.CharucoBoard(self.squares, 1.0, self.marker_size_m / self.square_size_m, largest)
+        board.setLegacyPattern(self.legacy_pattern)
+        return {int(number): np.asarray(corners, float)[:, :2] for number, corners in zip(board.getIds().ravel(), board.getObjPoints(), strict=True)}
+
     def altered(self, **changes: Any) -> Board:
         return replace(self, **changes)
 

@@ -1,4 +1,4 @@
-"""A board found in an image: which of its points, where, how surely; and what is wrong when it is not found."""
+"""A board found in an image: which of its points, where, how surely."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.errors import InputError
-from vision.boards import DICTIONARIES, Board
+from vision.boards import Board
 from vision.calibration_corner import refine_corners
 from vision.calibration_dots import detect_dots
 from vision.centre import SD, U, V, radius_px
@@ -68,10 +67,14 @@ def _empty(name: str) -> View:
 
 
 def _detector(board: Board, shape: tuple[int, ...]) -> cv2.aruco.CharucoDetector:
+    return cv2.aruco.CharucoDetector(board.opencv(), cv2.aruco.CharucoParameters(), marker_parameters(shape))
+
+
+def marker_parameters(shape: tuple[int, ...]) -> cv2.aruco.DetectorParameters:
+    """OpenCV's, but for its smallest perimeter of 3 % of the image's longer side: 123 px on 4096, so a 30 px marker vanishes."""
     parameters = cv2.aruco.DetectorParameters()
-    # OpenCV's smallest perimeter is 3 % of the image's longer side: 123 px on 4096, so a 30 px marker vanishes.
     parameters.minMarkerPerimeterRate = min(0.03, 40.0 / max(shape))
-    return cv2.aruco.CharucoDetector(board.opencv(), cv2.aruco.CharucoParameters(), parameters)
+    return parameters
 
 
 def _chessboard(image: NDArray[np.uint8], board: Board, name: str) -> View:
@@ -92,60 +95,3 @@ def _chessboard(image: NDArray[np.uint8], board: Board, name: str) -> View:
                           (3, 50, 1e-3)).reshape(-1, 2).astype(float)
     uv, sd = refine_corners(image, uv, np.full(len(uv), 0.42 * spacing))
     return View(name, np.arange(len(uv)), uv, sd)
-
-
-def alternatives(images: list[NDArray[np.uint8]], board: Board) -> tuple[Board, str]:
-    """The board as it really is, when ``board`` was found in none of the images.
-
-    Tries, in this order: inverted print, legacy pattern, both; then mirrored images, other dictionaries.  The first
-    three give the altered board and a sentence that says so; the others are refused by name, because no setting of the
-    board makes them right.  `InputError` when nothing fits.
-    """
-    if board.kind != "charuco":
-        changed = board.altered(inverted=not board.inverted)
-        if any(len(detect(image, changed).points) for image in images):
-            return changed, (f"the board is printed {'inverted' if changed.inverted else 'black on white'}; set inverted = " \
-                            f"{str(changed.inverted).lower()}")
-        raise InputError(f"board {board.name} in none of {len(images)} images", f"a {board.kind} of {board.squares}",
-                         "check squares in the board's TOML, focus and light")
-    for inverted in (board.inverted, not board.inverted):
-        for legacy in (board.legacy_pattern, not board.legacy_pattern):
-            changed = board.altered(inverted=inverted, legacy_pattern=legacy)
-            if changed != board and any(len(detect(image, changed).points) for image in images):
-                told = [f"{key} = {str(getattr(changed, key)).lower()}" for key in ("inverted", "legacy_pattern")
-                        if getattr(changed, key) != getattr(board, key)]
-                return changed, f"the board fits with {' and '.join(told)}, not as {board.name} says; correct its TOML"
-    _refuse_mirrored(images, board)
-    _refuse_dictionary(images, board)
-    raise InputError(f"board {board.name} in none of {len(images)} images",
-                     f"{board.squares[0]} x {board.squares[1]} squares with markers of {board.dictionary}",
-                     "check that these are the board's images, that it is in focus and lit, and markers are above 20 px")
-
-
-def _refuse_mirrored(images: list[NDArray[np.uint8]], board: Board) -> None:
-    for inverted in (board.inverted, not board.inverted):
-        for legacy in (board.legacy_pattern, not board.legacy_pattern):
-            changed = board.altered(inverted=inverted, legacy_pattern=legacy)
-            if any(len(detect(np.ascontiguousarray(image[:, ::-1]), changed).points) for image in images):
-                raise InputError(f"the board {board.name} fits only when the images are mirrored", "images as the camera saw them",
-                                 "switch off the mirroring in the camera's software, or flip all images, the recording's too")
-
-
-def _refuse_dictionary(images: list[NDArray[np.uint8]], board: Board) -> None:
-    best, seen = "", 0
-    for name in DICTIONARIES:
-        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
-        parameters = cv2.aruco.DetectorParameters()
-        parameters.minMarkerPerimeterRate = min(0.03, 40.0 / max(images[0].shape))
-        parameters.detectInvertedMarker = True
-        detector = cv2.aruco.ArucoDetector(dictionary, parameters)
-        found = 0
-        for image in images[:3]:
-            numbers = detector.detectMarkers(image)[1]
-            # a board counts its markers from 0 without gaps: chance hits of large dictionaries do not
-            found += 0 if numbers is None else int(np.sum(np.unique(numbers) < board.squares[0] * board.squares[1]))
-        if found > seen and name != board.dictionary:
-            best, seen = name, found
-    if seen >= 4:
-        raise InputError(f"markers of {best} in the images, none of {board.dictionary}", f"the dictionary of board {board.name}",
-                         f'set dictionary = "{best}" in the board\'s TOML, or name the right board')

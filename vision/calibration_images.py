@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
 from vision.boards import Board, find_board
-from vision.calibration_detect import View, alternatives, detect
+from vision.calibration_detect import View, detect
+from vision.calibration_mistakes import alternatives, refuse_mirrored
 
-TRIED = 6  # images in which another print of the board is looked for
+TRIED = 4  # images of each camera in which another print of the board is looked for
 VIDEO_VIEWS = 40
 VIDEOS = {".mp4", ".avi", ".mov", ".mkv", ".m4v"}
 Image = NDArray[np.uint8]
+Array = NDArray[np.float64]
 
 
 def read_views(recording: Recording, progress: Callable[[int, int], None] | None = None,
@@ -60,14 +62,20 @@ def _files(recording: Recording, camera: str, which: str) -> list[Path]:
 
 def _board_that_fits(board: Board, images: list[tuple[Path, CameraSettings]]) -> tuple[Board, list[str]]:
     """The board itself if some image shows it, else the print that does; refused by name where nothing helps."""
-    chosen = images[::max(1, len(images) // TRIED)][:TRIED]
-    seen = [image for path, camera in chosen for _, image in _read(path, camera, few=True)]
-    if not seen:
+    seen: dict[str, list[Image]] = {}
+    for name in dict.fromkeys(camera.name for _, camera in images):
+        own = [(path, camera) for path, camera in images if camera.name == name]
+        seen[name] = [image for path, camera in own[::max(1, len(own) // TRIED)][:TRIED] for _, image in _read(path, camera, few=True)]
+    every = [image for one in seen.values() for image in one]
+    if not every:
         raise InputError("none of the board images can be read", "PNG, TIFF, BMP or JPEG images, or a video", "check the files")
-    if any(len(detect(image, board).points) for image in seen):
-        return board, []
-    changed, note = alternatives(seen, board)
-    return changed, [note]
+    blind = [name for name, own in seen.items() if own and not any(len(detect(image, board).points) for image in own)]
+    if len(blind) == len([own for own in seen.values() if own]):
+        changed, note = alternatives(every, board)
+        return changed, [note]
+    for name in blind:
+        refuse_mirrored(seen[name], board, name)
+    return board, []
 
 
 def _views_of(path: Path, camera: CameraSettings, board: Board) -> list[View]:
@@ -84,7 +92,7 @@ def _views_of(path: Path, camera: CameraSettings, board: Board) -> list[View]:
     return views
 
 
-def _shifted(discs, offset_px):
+def _shifted(discs: Array | None, offset_px: tuple[int, int]) -> Array | None:
     if discs is None:
         return None
     moved = discs.copy()

@@ -9,14 +9,11 @@ import pytest
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from ovines.tables import checked
-from vision.boards import WORLD_FROM_BOARD, Board, find_board
+from vision.boards import WORLD_FROM_BOARD, find_board
 from vision.calibrate import calibrate
 from vision.calibration_adjust import INTRINSICS, pinhole
 from vision.calibration_advice import length_advice
-from vision.calibration_detect import View, alternatives, detect
-from vision.render import Look
-from vision.render import View as Window
-from vision.render_board import render_board
+from vision.calibration_detect import View
 from vision.render_recording import board_poses, thesis_setup
 
 NOISE_PX = 0.02
@@ -163,37 +160,3 @@ def test_wrong_square_size_is_told_by_a_known_length():
     wrong = setup.board.altered(square_size_m=0.010, marker_size_m=0.0075)
     said = calibrate(wrong, seen, SIZES, extrinsic, known_baseline_m=baseline).advice
     assert any("square_size_m = 0.00" in line and "measure the print" in line for line in said)
-
-
-@pytest.fixture(scope="module")
-def pictures():
-    """One rendered view of each print; the camera is small, the board near."""
-    from ovines.camera import Camera
-    camera = Camera("A", (640, 640), np.array([[6000.0, 0, 319.5], [0, 6000, 319.5], [0, 0, 1]]), np.zeros(5), np.eye(3), np.zeros(3))
-    turn = cv2.Rodrigues(np.array([0.2, -0.3, 0.4]))[0]
-
-    def take(board):
-        return render_board(Window(camera), board, turn, np.array([-0.01, -0.03, 1.1]), Look(0.8, 1.0), np.random.default_rng(0))[0]
-    return take
-
-
-def thesis(**changes):
-    return Board("b", (5, 8), 0.008, 0.006, "DICT_5X5_50").altered(**changes)  # rows even: the legacy pattern differs
-
-
-@pytest.mark.parametrize("truth", [{"inverted": True}, {"legacy_pattern": True}, {"inverted": True, "legacy_pattern": True}])
-def test_other_print_is_found_and_told(pictures, truth):
-    image = pictures(thesis(**truth))
-    assert len(detect(image, thesis()).points) == 0
-    board, said = alternatives([image], thesis())
-    assert board == thesis(**truth) and all(f"{key} = true" in said for key in truth)
-
-
-def test_mirrored_images_and_wrong_dictionary_are_refused_by_name(pictures):
-    image = pictures(thesis())
-    with pytest.raises(InputError, match="mirrored"):
-        alternatives([np.ascontiguousarray(image[:, ::-1])], thesis())
-    with pytest.raises(InputError, match="DICT_5X5"):
-        alternatives([image], thesis(dictionary="DICT_6X6_50"))
-    with pytest.raises(InputError, match="none of 1 images"):
-        alternatives([np.full((300, 300), 128, np.uint8)], thesis())
