@@ -15,7 +15,7 @@ FIRST_GUESS_SD_PX = 0.1
 
 
 def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
-                window_offset_px: Mapping[str, Sequence[int]]) -> pd.DataFrame:
+                window_offset_px: Mapping[str, Sequence[float]]) -> pd.DataFrame:
     """Points in metres of every marker that both cameras saw in a frame.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ class Draft:
     `parameters` holds what each cause set, by the cause's name."""
 
     plant: dict[str, float] = field(default_factory=dict)
-    view: dict[str, object] = field(default_factory=dict)
+    view: dict[str, Any] = field(default_factory=dict)
     model_effects: tuple[str, ...] = FULL_MODEL
     vertical_amplitude_m: float = 0.0
     run_friction: np.ndarray | None = None

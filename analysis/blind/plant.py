@@ -171,7 +171,8 @@ def outline_series(
 
 def run_outline(outline: Outline, rng: np.random.Generator) -> Series:
     """Simulate and film an outlined series."""
-    recordings, states, poses, count = [], {}, [], 0
+    recordings, poses, count = [], [], 0
+    states: dict[str, np.ndarray] = {}
     name = outline.truth["case"]
     for run in range(outline.truth["runs"]):
         level = float(rng.choice([6.0, 7.0, 8.0, 9.0], p=[0.17, 0.18, 0.48, 0.17]))

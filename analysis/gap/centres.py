@@ -35,7 +35,7 @@ def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None,
     recording: Recording = series.recordings[0]
     nes = recording.bodies.get("nes")
     marker = getattr(nes, "centre_marker", None)
-    if series.layouts is None or marker is None or nes.layout_m is None or marker not in nes.markers:
+    if series.layouts is None or nes is None or marker is None or nes.layout_m is None or marker not in nes.markers:
         return None
     at = list(nes.markers).index(marker)
     design = np.asarray(nes.layout_m, float)[at, :2]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,12 +10,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.contact_law import LawData, fit_restitution
 from analysis.gap import predict
-from analysis.gap.ahead import through_impacts
 from analysis.gap.cause import LEFT_OVER, Cause
 from analysis.gap.detectable import detectable_sizes
-from analysis.gap.flight_stage import FlightFit
-from analysis.gap.impact_floor import impact_floor
+from analysis.gap.how_far import Errors4, how_far
 from analysis.gap.impact_stage import restitution_design
 from analysis.gap.ladder import Ladder, climb
 from analysis.gap.own_residual import own_shrinkage
@@ -43,15 +43,9 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
     ladder = climb(series, withheld)
     verdict, causes = decide(ladder)
-    errors, table = _how_far(ladder, causes if verdict == "effect" else ())
-    gap = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
-    kind = "impact" if causes and causes[0].stage in ("impact", "geometry") and causes[0].effect != "centre_marker_offset" else "flight"
-    value, low, high, measure = 0.0, 0.0, 0.0, "flight_m"
-    if verdict == "effect":
-        own = own_shrinkage(ladder, causes[0], rng)
-        value, low, high = own or predict.shrinkage(*(getattr(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor")), rng)
-        measure = "the effect's own residual" if own else ("impact_m_per_s" if kind == "impact" else "flight_m")
-    gap |= {"shrinkage": value, "shrinkage_low": low, "shrinkage_high": high, "shrinkage_of": measure}
+    errors, table = how_far(ladder, causes if verdict == "effect" else ())
+    gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
+    gap |= _shrinkage(ladder, causes if verdict == "effect" else (), errors, rng)
     stage = causes[0].stage if verdict == "effect" else (ladder.structure[0].stage if verdict == "unknown" else None)
     summary = {
         "format": 1, "verdict": verdict, "effects": [c.effect for c in causes] if verdict == "effect" else [],
@@ -65,6 +59,24 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "nominal": _nominal_shift(ladder), "time": time_shares(ladder),
     }
     return Diagnosis(summary, table, ladder, errors)
+
+
+def _shrinkage(ladder: Ladder, causes: tuple[Cause, ...], errors: Errors4, rng: np.random.Generator) -> dict[str, Any]:
+    """Shrinkage with interval, and of which error: held-out flights or impacts, or the residual that is the effect's own."""
+    if not causes:
+        return {"shrinkage": 0.0, "shrinkage_low": 0.0, "shrinkage_high": 0.0, "shrinkage_of": "flight_m"}
+    first = causes[0]
+    value, measure = own_shrinkage(ladder, first, rng), "the effect's own residual"
+    if value is None:
+        kind = "impact" if first.stage == "impact" else "flight"
+        measure = "impact_m_per_s" if kind == "impact" else "flight_m"
+        recalibrated, final, floor = (_of(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor"))
+        value = predict.shrinkage(recalibrated, final, floor, rng)
+    return {"shrinkage": value[0], "shrinkage_low": value[1], "shrinkage_high": value[2], "shrinkage_of": measure}
+
+
+def _of(errors: predict.Errors | None, kind: str) -> Array:
+    return np.zeros(1) if errors is None else errors.impact if kind == "impact" else errors.flight
 
 
 def decide(ladder: Ladder) -> tuple[str, tuple[Cause, ...]]:
@@ -100,10 +112,8 @@ def _probabilities(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> d
         score[cause.effect] = 4.0 + np.log1p(cause.strength) if cause in causes else 1.5
     if verdict == "effect" and causes:
         score[causes[0].effect] += 1.5
-    for gain in ladder.flight_gains:
-        score.setdefault(gain.term.name, -2.0)
-    for gain in ladder.impact_gains:
-        score.setdefault(gain.name, -2.0)
+    for name in (*(g.term.name for g in ladder.flight_gains), *(g.name for g in ladder.impact_gains)):
+        score.setdefault(name, -2.0)
     values = np.exp(np.array(list(score.values())) - max(score.values()))
     return {k: float(round(v, 4)) for k, v in zip(score, values / values.sum(), strict=True)}
 
@@ -135,18 +145,17 @@ def _nominal_shift(ladder: Ladder) -> dict[str, Any]:
                                               "recalibrated": predict.friction_of(ladder.nominal.model),
                                               "with_effect": predict.friction_of(ladder.flight.model)}}
     if ladder.impacts is not None:
+        before, after = ladder.both_impacts()
         for name in ("restitution", "wall_friction", "tangential_restitution"):
             out[name] = {"as_given": getattr(model, name, None) if model else None,
-                         "recalibrated": getattr(ladder.impacts_nominal.law, name), "with_effect": getattr(ladder.impacts.law, name)}
-        out["restitution_scatter"] = {"as_given": None, "recalibrated": ladder.impacts_nominal.law.scatter,
-                                      "with_effect": _scatter(ladder)}
+                         "recalibrated": getattr(before.law, name), "with_effect": getattr(after.law, name)}
+        out["restitution_scatter"] = {"as_given": None, "recalibrated": before.law.scatter,
+                                      "with_effect": _scatter(after.data, ladder.restitution_terms)}
     return out
 
 
-def _scatter(ladder: Ladder) -> float:
-    from analysis.contact_law import fit_restitution
-
-    return float(fit_restitution(ladder.impacts.data, restitution_design(ladder.impacts.data, ladder.restitution_terms))[2])
+def _scatter(data: LawData, restitution_terms: Sequence[str]) -> float:
+    return float(fit_restitution(data, restitution_design(data, restitution_terms))[2])
 
 
 def time_shares(ladder: Ladder) -> dict[str, float]:
@@ -159,48 +168,3 @@ def time_shares(ladder: Ladder) -> dict[str, float]:
         flight += sum(t[f.last] - t[f.first] + period for f in run.flights)
         contact += sum(t[b] - t[a] + period for a, b in run.segments.contact)
     return {"free_flight_s": float(flight), "sustained_contact_s": float(contact), "left_out_s": float(max(total - flight - contact, 0.0))}
-
-
-def _how_far(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[dict[str, predict.Errors | None], pd.DataFrame]:
-    """Errors of the four rungs and the predictions' table, all on runs held out of the fits behind them."""
-    runs = ladder.series.runs
-    model = ladder.series.recordings[0].model
-    effects = list(model.effects) if model else []
-    given = predict.given_model(effects, model.floor_friction) if model else None
-    nominal = _paths(runs, ladder.nominal)
-    final = _paths(runs, ladder.flight) if ladder.flight is not ladder.nominal else nominal
-    as_given = _given_paths(runs, given, ladder) if given is not None else None
-    floor = [predict.free_paths(run) for run in runs]
-    impact_run = ladder.impacts.data.run if ladder.impacts is not None else None
-    hits: dict[str, tuple[Array, Array] | None] = dict.fromkeys(("as_given", "recalibrated", "with_effect", "noise_floor"))
-    runs_of = {k: impact_run for k in hits}
-    if ladder.impacts is not None:
-        hits["recalibrated"] = predict.predicted_impacts(ladder.impacts_nominal, ())
-        runs_of["recalibrated"] = ladder.impacts_nominal.data.run
-        hits["with_effect"] = predict.predicted_impacts(ladder.impacts, ladder.restitution_terms)
-        hits["noise_floor"] = impact_floor(ladder.impacts, ladder.restitution_terms)
-        if model and None not in (model.restitution, model.wall_friction, model.tangential_restitution):
-            hits["as_given"] = predict.predicted_impacts(ladder.impacts_nominal, (), np.array([model.restitution]),
-                                                         (model.wall_friction, model.tangential_restitution))
-            runs_of["as_given"] = ladder.impacts_nominal.data.run
-    errors: dict[str, predict.Errors | None] = {}
-    for name, paths in (("as_given", as_given), ("recalibrated", nominal), ("with_effect", final), ("noise_floor", floor)):
-        hit = hits[name]
-        errors[name] = None if paths is None else predict.errors_of(runs, paths, hit[0] if hit else None, hit[1] if hit else None, runs_of[name])
-    columns = {"as_given": as_given, "recalibrated": nominal, "with_effect": final}
-    if causes and causes[0].stage in ("impact", "geometry") and ladder.impacts is not None and causes[0].effect != "centre_marker_offset":
-        columns["as_given"] = None
-        columns["recalibrated"] = through_impacts(runs, ladder.flight.fits, ladder.impacts_nominal, (), finite=False)
-        columns["with_effect"] = through_impacts(runs, ladder.flight.fits, ladder.impacts, ladder.restitution_terms, finite=ladder.finite)
-    return errors, predict.table(runs, columns)
-
-
-def _paths(runs, fitted: FlightFit) -> list[Array]:
-    models = predict.held_out_models(fitted, len(runs))
-    return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, models), strict=True)]
-
-
-def _given_paths(runs, given, ladder: Ladder) -> list[Array]:
-    from dataclasses import replace
-    model = replace(given, origin_m=ladder.nominal.model.origin_m)
-    return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, [model] * len(runs)), strict=True)]

@@ -74,9 +74,9 @@ def overview_panels(ladder: Ladder) -> list[Panel]:
 
 
 def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel:
-    (x, y), (x_after, y_after) = (
-        (covariate_of(fitted, covariate), residual_of(fitted, terms, residual, put_back))
-        for fitted, terms, put_back in ((ladder.impacts_nominal, (), finding), (ladder.impacts, ladder.restitution_terms, "")))
+    before, after = ladder.both_impacts()
+    x, y = covariate_of(before, covariate), residual_of(before, (), residual, finding)
+    x_after, y_after = covariate_of(after, covariate), residual_of(after, ladder.restitution_terms, residual)
     unit = "°" if covariate in CIRCULAR else UNITS[covariate]
     return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
 
@@ -88,8 +88,9 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
               "azimuth in the disk": fitted.wall.impacts.body_rad[d.index], "drive phase": d.drive_rad,
               "clock of the drive": d.drive_rad - d.drive_start_rad}
     if name in angles:
-        return DEGREES * np.angle(np.exp(1j * angles[name]))
-    return {"approach speed": d.before, "slip": d.slip, "spin before": d.spin, "time in the run": d.time_s, "run": d.run + 1.0}[name]
+        return np.asarray(DEGREES * np.angle(np.exp(1j * angles[name])), float)
+    plain: dict[str, Array] = {"approach speed": d.before, "slip": d.slip, "spin before": d.spin, "time in the run": d.time_s, "run": d.run.astype(float) + 1}
+    return plain[name]
 
 
 def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: str, put_back: str = "") -> Array:
@@ -97,7 +98,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
     d = fitted.data
     if residual == "restitution":
         design = restitution_design(d, restitution_terms)
-        return d.after / d.before - design @ fit_restitution(d, design)[0]
+        return np.asarray(d.after / d.before - design @ fit_restitution(d, design)[0], float)
     if residual == "distance":
         r = fitted.wall.residual_m[d.index]
         if put_back in ("wall_centre_offset", "mass_centre_offset"):
@@ -109,12 +110,12 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
     if residual == "angular":
         return 1e3 * d.angular
     law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
-    return np.where(law > WEAK_M_PER_S, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan)
+    return np.asarray(np.where(law > WEAK_M_PER_S, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan), float)
 
 
 def law_figure(ladder: Ladder) -> Figure:
     """The measured law itself: leaving over approach speed, tangential over normal impulse, angular law; lines are the models."""
-    before, after = ladder.impacts_nominal, ladder.impacts
+    before, after = ladder.both_impacts()
     d = after.data
     figure, axes = new_figure(1, 3, height_in=2.8, gap_in=(0.68, 0.3))
     ax = axes[0, 0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -60,7 +61,8 @@ def same_models(paths: list[Paths]) -> bool:
 def where_map(paths: list[Paths]) -> Figure:
     """RMS of the held-out residual (µm) in squares of the Host's plane, for each model on one colour scale."""
     shown = MODELS[1:] if same_models(paths) else MODELS
-    place, errors = [], {m: [] for m in shown}
+    place: list[Array] = []
+    errors: dict[str, list[Array]] = {m: [] for m in shown}
     for p in paths:
         place.append(p.measured[:, :2] - p.run.data.host.at(p.time_s)[:, :2])
         for m in shown:
@@ -74,7 +76,7 @@ def where_map(paths: list[Paths]) -> Figure:
     finite = np.concatenate([v[np.isfinite(v) & (v > 0)] for v in maps.values()])
     figure, axes = new_figure(1, 2, height_in=3.4, margins_in=(0.62, 0.9, 0.5, 0.32), gap_in=(0.5, 0.3))
     norm = LogNorm(*np.quantile(finite, [0.02, 0.98])) if len(finite) > 3 and np.ptp(finite) > 0 else None
-    mesh = None
+    mesh: Any = None
     for ax, m in zip(axes[0], shown, strict=False):
         mesh = ax.pcolormesh(edges, edges, maps[m].T, norm=norm, cmap="viridis")
         angle = np.linspace(0, 2 * np.pi, 200)

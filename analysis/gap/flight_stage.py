@@ -205,7 +205,7 @@ def gain_of(base: FlightFit, term: FlightTerm) -> Gain:
     if runs > 2:
         centred = estimates - estimates.mean(0)
         covariance = (runs - 1) / runs * centred.T @ centred + np.diag(0.25 * sd**2)
-        significance = float(np.sqrt(max(estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate, 0.0)))
+        significance = float(np.sqrt(max(float(estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate), 0.0)))
     else:
         significance = float(np.sqrt(np.nansum((estimate / np.where(sd > 0, sd, np.nan)) ** 2)))  # no sd: no information
     scale = [s for c, s in zip(term.columns, term.scale, strict=True) if c in columns]

@@ -74,9 +74,13 @@ def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bo
     # Beside a real error of scale or centre a tight prior would bend the others: only the disk's own centre is held.
     wall = fit_wall(meetings, Wall(run.contact_radius_m), terms, extra=extra)
     data = law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor)
-    law = fit_law(data) if len(data) >= 4 else None
+    law = fit_law(data) if len(data) >= 4 else NO_LAW
     slope, slope_sd = (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     return ImpactFit(meetings, wall, data, law, slope, slope_sd, ())
+
+
+#: law of a series with too few impacts to fit one
+NO_LAW = Law(*[float("nan")] * 7)
 
 
 def covariates(data: LawData) -> dict[str, Array]:
@@ -160,7 +164,7 @@ def restitution_gains(data: LawData, base: Sequence[str], withheld: frozenset[st
         k = design.shape[1]
         explained = np.column_stack(columns) @ c[k:]
         sd = np.sqrt(np.diag(covariance))[k:]
-        significance = float(np.sqrt(max(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:], 0)))
+        significance = float(np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0)))
         out.append(ImpactGain(name, "restitution", value - new - penalty, float(np.std(explained)), c[k:], sd, named, significance))
 
     if "speed_dependent_restitution" in withheld:
@@ -230,7 +234,7 @@ def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, f
     for name, parts in probes.items():
         full = np.zeros((len(base.meetings), len(parts)))
         full[base.data.index] = np.column_stack([table[p] for p in parts])
-        trial = fit_wall(base.meetings, wall.wall, terms, extra=np.column_stack([full, held]) if finite else full, rounds=3)
+        trial = fit_wall(base.meetings, wall.wall, terms, extra=full if held is None else np.column_stack([full, held]), rounds=3)
         k = len(parts)
         estimate = trial.estimate[len(terms):len(terms) + k]
         add(name, trial, k, float(np.std(full[used] @ estimate)), False)
@@ -285,14 +289,14 @@ def _regress(x: Array, y: Array, sd: Array) -> tuple[float, Array, Array, float,
             a = columns * w[:, None]
             covariance = np.linalg.pinv(a.T @ a, hermitian=True)
             c = covariance @ (a.T @ (y * w))
-            z = (y - columns @ c) / sd
+            z = np.asarray((y - columns @ c) / sd, float)
             s = max(1.0, 1.4826 * float(np.median(np.abs(z))))
             w = 1 / (sd * s) / np.sqrt(1 + (z / s / 3) ** 2)
         clipped = np.minimum(np.abs(z), 5 * s)
-        return float(np.sqrt(np.mean(clipped**2))), c, covariance
+        return float(np.sqrt(np.mean(clipped**2))), c, np.asarray(covariance, float)
     r0, _, _ = rms(x[:, :1])
     r1, c, covariance = rms(x)
     gain = 2 * len(y) * np.log(max(r0, 1.0) / max(r1, 1.0))
     k = c[1:]
-    significance = float(np.sqrt(max(k @ np.linalg.pinv(covariance[1:, 1:], hermitian=True) @ k, 0)))
-    return float(gain), k, np.sqrt(np.diag(covariance))[1:], float(np.std(x[:, 1:] @ k)), significance
+    significance = float(np.sqrt(max(float(k @ np.linalg.pinv(covariance[1:, 1:], hermitian=True) @ k), 0.0)))
+    return float(gain), k, np.asarray(np.sqrt(np.diag(covariance))[1:], float), float(np.std(x[:, 1:] @ k)), significance

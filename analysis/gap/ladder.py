@@ -43,6 +43,11 @@ class Ladder:
     causes: tuple[Cause, ...]
     structure: tuple[Structure, ...]
 
+    def both_impacts(self) -> tuple[ImpactFit, ImpactFit]:
+        """Wall and law recalibrated and with what was accepted; only where there were impacts enough to fit them."""
+        assert self.impacts_nominal is not None and self.impacts is not None, "fewer than eight impacts: look at `impacts` first"
+        return self.impacts_nominal, self.impacts
+
 
 def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
     """The whole diagnosis of a series, without its report.

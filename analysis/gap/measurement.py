@@ -65,9 +65,10 @@ def _length_scale(series: Series) -> Finding | None:
             continue
         design = np.asarray(body.layout_m, float)[:, :2]
         centred, seen = design - design.mean(0), layout[:, :2] - layout[:, :2].mean(0)
-        if name == "nes" and getattr(body, "centre_marker", None) in body.markers:
+        centre = getattr(body, "centre_marker", None)
+        if name == "nes" and centre in body.markers:
             # The centre marker has an effect of its own; without it the scale does not hear of that.
-            keep = [m != body.centre_marker for m in body.markers]
+            keep = [m != centre for m in body.markers]
             centred, seen = design[keep] - design[keep].mean(0), layout[keep, :2] - layout[keep, :2].mean(0)
         variance = (body.layout_sd_m or PLACEMENT_SD_M) ** 2
         top += np.sum(centred * seen) / variance

@@ -32,7 +32,7 @@ def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tup
     if cause.effect in WALL_TERMS_OF:
         return _of_wall(ladder, cause, rng)
     if cause.effect == "centre_marker_offset":
-        size = float(np.hypot(*(v for v, _ in cause.parameters.values())))
+        size = float(np.linalg.norm([v for v, _ in cause.parameters.values()]))
         sd = float(max(s for _, s in cause.parameters.values()))
         return _ratio(size, sd, sd)
     return None
@@ -56,14 +56,16 @@ def _ratio(before: float, after: float, sd: float) -> tuple[float, float, float]
 
 def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float]:
     """Contact distance with and without the effect's terms, against the cameras' noise, bootstrapped over runs."""
-    fitted = ladder.impacts.wall
-    without = fit_without(ladder.impacts, WALL_TERMS_OF[cause.effect], finite=ladder.finite and cause.effect != "finite_contact_time")
+    impacts = ladder.impacts
+    assert impacts is not None, "a cause at the wall comes from impacts"
+    fitted = impacts.wall
+    without = fit_without(impacts, WALL_TERMS_OF[cause.effect], finite=ladder.finite and cause.effect != "finite_contact_time")
     used = fitted.used & without.used
-    run = ladder.impacts.meetings.run[used]
+    run = impacts.meetings.run[used]
     n = len(ladder.series.runs)
 
     def sums(residual: Array) -> Array:
-        return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n)
+        return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n).astype(float)
     return shrinkage(sums(without.residual_m), sums(fitted.residual_m), sums(fitted.impacts.sd("radius")), rng)
 
 

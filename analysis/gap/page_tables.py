@@ -17,7 +17,7 @@ NOMINAL = {"floor_friction": "floor friction μ_s", "restitution": "restitution 
 
 def measurement_rows(ladder: Ladder) -> list[Row]:
     """Each test: what was measured with sd, how many sd from nothing, negligible size, verdict."""
-    rows = []
+    rows: list[Row] = []
     for name, finding in ladder.measurement.findings.items():
         values = "; ".join(_with_sd(p, *v) for p, v in finding.parameters.items())
         first = next(iter(finding.parameters))
@@ -51,7 +51,7 @@ def parameter_rows(parameters: dict[str, Any]) -> list[Row]:
 
 def nominal_rows(nominal: dict[str, Any], effect: bool) -> list[Row]:
     """How the nominal parameters moved; with an ``effect``, by how much of themselves it moves them again."""
-    rows = []
+    rows: list[Row] = []
     for name, values in nominal.items():
         a, b = values.get("recalibrated"), values.get("with_effect")
         change = f"{100 * (b / a - 1):+.2f} %".replace("-", "−") if a and b is not None else MISSING
@@ -66,7 +66,7 @@ def _number(value: float | None) -> str:
 
 def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> list[Row]:
     """Smallest size of each effect that would have been named, what the noise alone would allow, and what was found of it."""
-    rows = []
+    rows: list[Row] = []
     for effect, entry in detectable.items():
         found = parameters.get(effect, {}).get(entry["parameter"])
         noise = entry.get("noise_limit")
@@ -78,7 +78,7 @@ def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> l
 
 def gap_rows(gap: dict[str, Any], leave_out: Sequence[str] = ()) -> list[Row]:
     names = {"as_given": "as given", "recalibrated": "recalibrated", "with_effect": "with the effect", "noise_floor": "noise floor"}
-    rows = []
+    rows: list[Row] = []
     for key, name in names.items():
         if key in leave_out:
             continue

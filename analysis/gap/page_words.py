@@ -81,3 +81,8 @@ def parameter_words(parameter: str) -> str:
         if parameter.endswith(ending) and len(parameter) > len(ending):
             return parameter[: -len(ending)].replace("_", " ")
     return parameter.replace("_", " ")
+
+
+def bare(text: str) -> str:
+    """A title as it stands within a sentence."""
+    return text[0].lower() + text[1:] if text[:2].istitle() else text

@@ -6,7 +6,7 @@ runs.  Impact ahead: the state before an impact, carried through wall and law th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,7 +137,7 @@ def _part(data: LawData, mask: NDArray[np.bool_], **changes: Array) -> LawData:
 
 
 def errors_of(runs: Sequence[Run], paths: Sequence[Array], impact_error: Array | None, spin_error: Array | None,
-              impact_run: Array | None) -> Errors:
+              impact_run: NDArray[np.int64] | None) -> Errors:
     """Errors per run; flights clipped at 8 robust sd so that a wrong track is not taken for a gap."""
     n = len(runs)
     flight, count = np.zeros(n), np.zeros(n)
@@ -149,7 +149,7 @@ def errors_of(runs: Sequence[Run], paths: Sequence[Array], impact_error: Array |
             residual = residual[residual < limit]
             flight[i], count[i] = np.sum(residual**2), len(residual)
     impact, spins, hits = np.zeros(n), np.zeros(n), np.zeros(n)
-    if impact_error is not None:
+    if impact_error is not None and spin_error is not None and impact_run is not None:
         for i in range(n):
             here = (impact_run == i) & np.isfinite(impact_error[:, 0])
             impact[i], spins[i], hits[i] = np.sum(impact_error[here] ** 2), np.sum(spin_error[here] ** 2), np.count_nonzero(here)
@@ -168,7 +168,7 @@ def shrinkage(recalibrated: Array, with_effect: Array, floor: Array, rng: np.ran
     return value, float(min(low, value)), float(max(high, value))
 
 
-def table(runs: Sequence[Run], columns: dict[str, Sequence[Array] | None]) -> pd.DataFrame:
+def table(runs: Sequence[Run], columns: Mapping[str, Sequence[Array] | None]) -> pd.DataFrame:
     """Table ``predictions`` from paths per run (``measured`` and the models' columns; None gives nulls)."""
     parts = []
     for i, run in enumerate(runs):

@@ -11,12 +11,16 @@ velocity, which separates a tilted plane, a late clock and real vertical motion.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.gap.finding import SIGNIFICANT, Finding, judge
 from analysis.gap.series import Series
 from analysis.motion import VELOCITY_REACH
+from analysis.runs import Run
 from ovines.camera import Camera, triangulate_points
 
 Array = NDArray[np.float64]
@@ -114,7 +118,7 @@ def lens_residual(a: Array, residual: Array) -> tuple[float, bool]:
     return float(np.sqrt(max(excess, 0.0))), chi > LENS_SEEN
 
 
-def _by_square(values: Array, square: NDArray[np.int64], what) -> Array:
+def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array], float]) -> Array:
     order = np.argsort(square, kind="stable")
     cuts = np.flatnonzero(np.diff(square[order])) + 1
     out = np.zeros(int(square.max()) + 1)
@@ -123,10 +127,12 @@ def _by_square(values: Array, square: NDArray[np.int64], what) -> Array:
     return out
 
 
-def body_rows(series: Series, points, motion, run, body: str):
+def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str) -> tuple[Array, ...] | None:
     """Per frame of one body: epipolar residual, height, place, pixel velocity of the second view, and the derivatives."""
     recording = series.recordings[0]
     markers = recording.bodies[body].markers
+    if series.layouts is None or series.cameras is None:
+        return None
     layout = series.layouts[body]
     frames = motion["frame"].to_numpy()
     part = points[points["marker"].isin(list(markers))]

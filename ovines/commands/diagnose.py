@@ -129,7 +129,7 @@ def triangulate_again(tracks: pd.DataFrame, cameras: Sequence[Camera], recording
     """Points of the tracks with the second camera's window moved by ``shift_px``: what the diagnosis calls after a correction."""
     from vision.triangulate import triangulate
 
-    offsets = {name: list(offset) for name, offset in recording.window_offset_px.items()}
+    offsets: dict[str, list[float]] = {name: list(offset) for name, offset in recording.window_offset_px.items()}
     second = cameras[1].name
     if second in offsets:
         offsets[second] = [offsets[second][0] + shift_px[0], offsets[second][1] + shift_px[1]]
