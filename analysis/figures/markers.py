@@ -24,6 +24,7 @@ from analysis.figures.style import (
     NES_COLOUR,
     label,
     legend,
+    length_scale,
     new_figure,
     robust_limits,
     thinned,
@@ -183,18 +184,18 @@ def host_distances(points: pd.DataFrame, markers: Sequence[str]) -> Figure:
         sharex=True,
         sharey=True,
     )
-    everything = []
+    distances = [np.linalg.norm(position_m[:, i] - position_m[:, j], axis=1) for i, j in pairs]
+    middles = [np.nanmedian(one) if np.isfinite(one).any() else np.nan for one in distances]
+    unit, per_m = length_scale(*(one - middle for one, middle in zip(distances, middles, strict=True)))
+    everything = [per_m * (one - middle) for one, middle in zip(distances, middles, strict=True)]
     for n, (ax, (i, j)) in enumerate(zip(axes.flat, pairs, strict=False)):
-        distance = MM * np.linalg.norm(position_m[:, i] - position_m[:, j], axis=1)
-        middle = np.nanmedian(distance) if np.isfinite(distance).any() else np.nan
-        scatter = 1.4826 * np.nanmedian(np.abs(distance - middle)) if np.isfinite(middle) else np.nan
-        everything.append(distance - middle)
-        t, shown = thinned(time_s, distance - middle, points=500)
+        scatter = 1.4826 * np.nanmedian(np.abs(everything[n])) if np.isfinite(middles[n]) else np.nan
+        t, shown = thinned(time_s, everything[n], points=500)
         ax.plot(t, shown, color=CYCLE[0], lw=0.7)
         ax.axhspan(-scatter, scatter, color=CYCLE[4], alpha=0.25, lw=0)
-        title = f"{markers[i]}–{markers[j]}: {middle:.2f} mm, sd {scatter:.3f}"
+        title = f"{markers[i]}–{markers[j]}: {MM * middles[n]:.2f} mm, sd {scatter:.2g} {unit}"
         last, first = n + columns >= len(pairs), n % columns == 0
-        label(ax, "time (s)" if last else "", "deviation (mm)" if first else "", title, math=False)
+        label(ax, "time (s)" if last else "", f"deviation ({unit})" if first else "", title, math=False)
         ax.locator_params(axis="both", nbins=4)
     limits = robust_limits(np.concatenate(everything)) if everything else None
     if limits:
@@ -214,31 +215,31 @@ def circle_centres(circles: pd.DataFrame) -> Figure:
     def centre(name: str) -> NDArray[np.float64]:
         return circles[[f"{name}_x_m", f"{name}_y_m", f"{name}_z_m"]].to_numpy(float)
 
-    ax, distances = axes[0, 0], []
-    names = [f"circle{k}" for k in range(1, 5)]
-    for n, (i, j) in enumerate(combinations(range(4), 2)):
-        distance = MM * np.linalg.norm(centre(names[i]) - centre(names[j]), axis=1)
-        distances.append(distance)
-        t, distance = thinned(time_s, distance, points=500)
+    ax, names = axes[0, 0], [f"circle{k}" for k in range(1, 5)]
+    pairs = list(combinations(range(4), 2))
+    distances = [np.linalg.norm(centre(names[i]) - centre(names[j]), axis=1) for i, j in pairs]
+    unit, per_m = length_scale(*distances)
+    for n, (i, j) in enumerate(pairs):
+        t, distance = thinned(time_s, per_m * distances[n], points=500)
         ax.plot(t, distance, color=CYCLE[n], lw=0.7, label=f"{i + 1}–{j + 1}")
-    difference = MM * np.linalg.norm(centre("mean") - centre("fit"), axis=1)
+    difference = per_m * np.linalg.norm(centre("mean") - centre("fit"), axis=1)
     t, difference = thinned(time_s, difference, points=500)
     ax.plot(t, difference, color="black", lw=1.0, label="mean–fit")
-    label(ax, "time (s)", "distance of centres (mm)")
-    limits = robust_limits(np.concatenate(distances))
+    label(ax, "time (s)", f"distance of centres ({unit})")
+    limits = robust_limits(per_m * np.concatenate(distances))
     if limits:
         ax.set_ylim(0, limits[1])
     legend(ax, ncols=7, columnspacing=0.8, handlelength=1.1)
-    ax, radii = (
-        axes[0, 1],
-        [MM * circles[f"{name}_radius_m"].to_numpy(float) for name in (*names, "mean", "fit")],
-    )
+    ax = axes[0, 1]
+    radii = [circles[f"{name}_radius_m"].to_numpy(float) for name in (*names, "mean", "fit")]
+    middle_m = np.nanmedian(radii[-1]) if np.isfinite(radii[-1]).any() else 0.0
+    unit, per_m = length_scale(*(radius - middle_m for radius in radii))
     for n, radius in enumerate(radii):
-        radius = radius[np.isfinite(radius)]
+        radius = per_m * (radius[np.isfinite(radius)] - middle_m)
         if len(radius):
             low, middle, high = np.quantile(radius, [0.05, 0.5, 0.95])
             ax.plot([n, n], [low, high], color=CYCLE[0], lw=2, alpha=0.6)
             ax.plot(n, middle, "o", color=CYCLE[0], ms=4)
     ax.set_xticks(range(6), ["1", "2", "3", "4", "mean", "fit"])
-    label(ax, "circle", "radius (mm), 5 to 95 %")
+    label(ax, "circle", f"radius − {MM * middle_m:.3f} mm ({unit}), 5 to 95 %")
     return figure

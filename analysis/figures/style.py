@@ -163,6 +163,13 @@ def save_figure(figure: Figure, path: Path) -> Path:
     return path
 
 
+def length_scale(*lengths_m: ArrayLike) -> tuple[str, float]:
+    """Unit for an axis that shows these lengths, and how many of it make a metre: µm below 0.1 mm, else mm."""
+    finite = [np.abs(np.asarray(one, float)[np.isfinite(one)]) for one in lengths_m]
+    largest = max((float(np.quantile(one, 0.99)) for one in finite if one.size), default=1.0)
+    return ("µm", 1e6) if largest < 1e-4 else ("mm", 1e3)
+
+
 def shade(ax: Axes, spans_s: Sequence[tuple[float, float]], name: str, colour: str = GREY) -> None:
     """Grey bands over the time axis, named once."""
     for i, (start, end) in enumerate(spans_s):
@@ -180,7 +187,7 @@ def _save(figure: Figure, target: Any, image: FigureFormat) -> None:
 
 
 def _quiet(ax: Axes) -> None:
-    ax.tick_params(labelsize=FONT_PT - 1, colors="#38424f", width=0.6, length=2.5)
+    ax.tick_params(which="both", labelsize=FONT_PT - 1, colors="#38424f", width=0.6, length=2.5)
     ax.grid(True, color="#e3e7ec", lw=0.6)
     ax.set_axisbelow(True)
     for side, spine in ax.spines.items():

@@ -57,7 +57,9 @@ def calibration_page(results: Results) -> Page:
                 "that tilt the board by 30 degrees or more "
                 "and fill the corners of the image."
             )
-    faults += _views(results.get("calibration_views"), details, actions)
+    advice = list((results.calibration or {}).get("provenance", {}).get("notes", ()))
+    faults += max(_views(results.get("calibration_views"), details, [] if advice else actions), len(advice))
+    actions.extend(advice)
     page.add_card(
         "Did it work?",
         "Yes" if cameras else "No calibration",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 
 from analysis.figures.calibration import reprojection, view_errors
 from analysis.figures.markers import (
@@ -12,9 +13,32 @@ from analysis.figures.markers import (
     host_distances,
     tracks_over_frame,
 )
-from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
-from analysis.report.page import Page
+from analysis.report.numbers import MISSING, length, percent, value_with_sd, with_unit
+from analysis.report.page import Page, Section
 from analysis.report.results import Results
+
+# The order in which people read them, and their units; what a calibration adds to these follows by name.
+UNITS = {
+    "fx": "px", "fy": "px", "cx": "px", "cy": "px", "k1": "", "k2": "", "k3": "", "p1": "", "p2": "",
+    "tx_m": "m", "ty_m": "m", "tz_m": "m", "rms_px": "px",
+}  # fmt: skip
+
+
+def _add_parameters(section: Section, parameters: pd.DataFrame) -> None:
+    """One row per parameter, one column per camera."""
+    found = {(row.camera, row.parameter): (row.value, row.sd) for row in parameters.itertuples()}
+    cameras = list(dict.fromkeys(parameters["camera"]))
+    names = [name for name in UNITS if name in set(parameters["parameter"])]
+    names += sorted(set(parameters["parameter"]) - set(names))
+    rows = [
+        (
+            name.removesuffix("_m").removesuffix("_px") if name in UNITS else name,
+            *(value_with_sd(*found.get((camera, name), (None, None)), UNITS.get(name, "")) for camera in cameras),
+        )
+        for name in names
+    ]
+    caption = "Parameters ± sd from the full covariance; 0 without sd was held. t is the world's origin seen from the camera."
+    section.add_table(("parameter", *map(str, cameras)), rows, caption)
 
 
 def add_calibration(page: Page, results: Results) -> None:
@@ -52,15 +76,7 @@ def add_calibration(page: Page, results: Results) -> None:
             "RMS alone hides a weak calibration: look at the standard deviations too.",
         )
     if parameters is not None:
-        section.add_table(
-            ("camera", "parameter", "value ± sd"),
-            [
-                (str(row["camera"]), str(row["parameter"]), value_with_sd(row["value"], row["sd"]))
-                for _, row in parameters.iterrows()
-            ],
-            "Intrinsic parameters, sd from the full covariance.",
-            (0, 1),
-        )
+        _add_parameters(section, parameters)
     if views is not None:
         used = int(views["used"].sum())
         section.add_figure(
@@ -157,7 +173,7 @@ def add_host_geometry(page: Page, results: Results) -> None:
             host_distances(points, markers),
             "Distances between the Host markers minus their medians (Fig. 55); the band is ± one robust sd. "
             "A rigid Host keeps them constant: "
-            f"here to {with_unit(1e3 * float(scatter['sd_m'].max()), 'mm', 2)} for the worst pair.",
+            f"here to {length(float(scatter['sd_m'].max()))} for the worst pair.",
             "Distances between pairs of Host markers over time.",
         )
     else:

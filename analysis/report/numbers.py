@@ -41,6 +41,16 @@ def with_unit(value: float | None, unit: str = "", digits: int = 3) -> str:
     return f"{_signed(value / 10.0**exponent, digits - 1)} × 10{_superscript(exponent)}{_space(unit)}"
 
 
+def length(value_m: float | None, digits: int = 2) -> str:
+    """A small length in the unit that needs no power of ten: nm, µm, mm or m."""
+    if value_m is None or not isfinite(value_m):
+        return MISSING
+    for below_m, per_m, unit in ((1e-7, 1e9, "nm"), (1e-4, 1e6, "µm"), (1.0, 1e3, "mm")):
+        if abs(value_m) < below_m:
+            return with_unit(per_m * value_m, unit, digits)
+    return with_unit(value_m, "m", digits)
+
+
 def interval(low: float | None, high: float | None, unit: str = "") -> str:
     """``0.710 to 0.735``; open ends as ``≥`` and ``≤``; a dash when both are missing."""
     low_known, high_known = low is not None and isfinite(low), high is not None and isfinite(high)

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.figures.markers import distance_scatter
 from analysis.figures.trajectory import column
-from analysis.report.numbers import MISSING, percent, with_unit
+from analysis.report.numbers import MISSING, length, percent, with_unit
 from analysis.report.page import Page, Status
 from analysis.report.parameters import PRINCIPAL, state, statement
 from analysis.report.results import Results
@@ -119,7 +119,7 @@ def _how_good(results: Results) -> tuple[Status, str, list[str], list[str]]:
             else np.nan
         )
         if np.isfinite(sd):
-            details.append(f"NES centre known to {with_unit(1e3 * sd, 'mm', 2)} in x (median sd).")
+            details.append(f"NES centre known to {length(sd)} in x (median sd).")
     faults += _wall_fits(results, details, actions)
     left_out = {kind: share for kind, share in results.time_shares.items() if kind in LEFT_OUT and share > 0}
     if left_out:
@@ -137,7 +137,7 @@ def _host_is_rigid(results: Results, details: list[str], actions: list[str]) -> 
         return 0
     scatter = distance_scatter(points, results.markers("host"))
     worst = float(scatter["sd_m"].max()) if len(scatter) else np.nan
-    details.append(f"Host marker distances constant to {with_unit(1e3 * worst, 'mm', 2)} (worst pair, sd).")
+    details.append(f"Host marker distances constant to {length(worst)} (worst pair, sd).")
     if worst > POOR_DISTANCE_SCATTER_M:
         actions.append(
             "Distances between Host markers vary by more than camera noise: look for a loose marker or a "

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.figures.style import new_figure
-from analysis.report.numbers import interval, percent, value_with_sd, with_unit
+from analysis.report.numbers import interval, length, percent, value_with_sd, with_unit
 from analysis.report.page import Page
 
 
@@ -128,3 +128,11 @@ def test_figures_are_saved_as_svg_and_pdf(tmp_path):
 
 def test_the_same_figure_gives_the_same_page():
     assert nasty_page().render() == nasty_page().render()
+
+
+@pytest.mark.parametrize(
+    ("value_m", "text"),
+    [(9.3e-7, "0.93 µm"), (1.7e-6, "1.7 µm"), (-2.34e-4, "−0.23 mm"), (0.05, "50 mm"), (4e-9, "4.0 nm"), (0.0, "0 nm"), (1.5, "1.5 m"), (nan, "–"), (None, "–")],
+)
+def test_lengths_choose_their_unit(value_m, text):
+    assert length(value_m) == text
