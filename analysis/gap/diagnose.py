@@ -66,13 +66,18 @@ def _shrinkage(ladder: Ladder, causes: tuple[Cause, ...], errors: Errors4, rng: 
     if not causes:
         return {"shrinkage": 0.0, "shrinkage_low": 0.0, "shrinkage_high": 0.0, "shrinkage_of": "flight_m"}
     first = causes[0]
-    value, measure = own_shrinkage(ladder, first, rng), "the effect's own residual"
-    if value is None:
+    own, measure = own_shrinkage(ladder, first, rng), "the effect's own residual"
+    more: dict[str, Any] = {}
+    if own is not None:
+        value = (own.value, own.low, own.high)
+        if own.without_m is not None:
+            measure, more = "contact_m", {"contact_m": {"without_effect": own.without_m, "with_effect": own.with_m}}
+    else:
         kind = "impact" if first.stage == "impact" else "flight"
         measure = "impact_m_per_s" if kind == "impact" else "flight_m"
         recalibrated, final, floor = (_of(errors[k], kind) for k in ("recalibrated", "with_effect", "noise_floor"))
         value = predict.shrinkage(recalibrated, final, floor, rng)
-    return {"shrinkage": value[0], "shrinkage_low": value[1], "shrinkage_high": value[2], "shrinkage_of": measure}
+    return {"shrinkage": value[0], "shrinkage_low": value[1], "shrinkage_high": value[2], "shrinkage_of": measure, **more}
 
 
 def _of(errors: predict.Errors | None, kind: str) -> Array:

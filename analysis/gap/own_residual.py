@@ -6,6 +6,8 @@ with and without the effect, and would say that nothing shrank.  The residual th
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,8 +27,19 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {"wall_centre_offset": ("centre_x", 
                                              "wall_ellipticity": ("ellipse_c", "ellipse_s"), "finite_contact_time": ()}
 
 
-def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float] | None:
-    """Shrinkage with its 90 % interval in the effect's own residual; None where flights or impacts show it."""
+@dataclass(frozen=True)
+class OwnShrinkage:
+    """Shrinkage with its 90 % interval in the effect's own residual; where that is the contact distance, its rms (m) without and with."""
+
+    value: float
+    low: float
+    high: float
+    without_m: float | None = None
+    with_m: float | None = None
+
+
+def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrinkage | None:
+    """What the effect's own residual says; None where flights or impacts show it."""
     if cause.stage == "measurement":
         return _of_measurement(ladder, cause)
     if cause.effect in WALL_TERMS_OF:
@@ -38,7 +51,7 @@ def own_shrinkage(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tup
     return None
 
 
-def _of_measurement(ladder: Ladder, cause: Cause) -> tuple[float, float, float]:
+def _of_measurement(ladder: Ladder, cause: Cause) -> OwnShrinkage:
     """Size before against size after the correction, measured again; a late clock is not corrected and keeps its sd."""
     finding = next(f for f in ladder.findings if f.effect == cause.effect)
     sd = float(max(s for _, s in finding.parameters.values()))
@@ -47,14 +60,14 @@ def _of_measurement(ladder: Ladder, cause: Cause) -> tuple[float, float, float]:
     return _ratio(finding.size, left, sd)
 
 
-def _ratio(before: float, after: float, sd: float) -> tuple[float, float, float]:
+def _ratio(before: float, after: float, sd: float) -> OwnShrinkage:
     """1 - (after/before)^2, and the same at the ends of the 90 % interval of what is left."""
     def share(left: float) -> float:
         return float(np.clip(1 - (left / max(before, 1e-300)) ** 2, 0.0, 1.0))
-    return share(after), share(after + 1.645 * sd), share(max(after - 1.645 * sd, 0.0))
+    return OwnShrinkage(share(after), share(after + 1.645 * sd), share(max(after - 1.645 * sd, 0.0)))
 
 
-def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[float, float, float]:
+def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrinkage:
     """Contact distance with and without the effect's terms, against the cameras' noise, bootstrapped over runs."""
     impacts = ladder.impacts
     assert impacts is not None, "a cause at the wall comes from impacts"
@@ -66,7 +79,10 @@ def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> tuple[fl
 
     def sums(residual: Array) -> Array:
         return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n).astype(float)
-    return shrinkage(sums(without.residual_m), sums(fitted.residual_m), sums(fitted.impacts.sd("radius")), rng)
+    before, after = sums(without.residual_m), sums(fitted.residual_m)
+    share = shrinkage(before, after, sums(fitted.impacts.sd("radius")), rng)
+    count = max(int(used.sum()), 1)
+    return OwnShrinkage(*share, float(np.sqrt(before.sum() / count)), float(np.sqrt(after.sum() / count)))
 
 
 def fit_without(impacts: ImpactFit, names: tuple[str, ...], *, finite: bool) -> WallFit:

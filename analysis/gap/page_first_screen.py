@@ -78,7 +78,10 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
                                     else ("flight_m", 1e3, "mm", "position along a flight"))
     value = {k: with_unit(scale * gap[k][quantity], unit) if gap.get(k) and gap[k].get(quantity) is not None else MISSING
              for k in ("as_given", "recalibrated", "with_effect", "noise_floor")}
-    details = [f"Held-out {words}: {value['recalibrated']} RMS recalibrated, {value['with_effect']} with the effect, noise floor {value['noise_floor']}."]
+    contact = gap.get("contact_m")
+    details = [] if contact is None else [(f"Distance from the wall at impacts: {with_unit(1e3 * contact['without_effect'], 'mm')} RMS without the effect, "
+                                          f"{with_unit(1e3 * contact['with_effect'], 'mm')} with it; the shrinkage is of this.")]
+    details += [f"Held-out {words}: {value['recalibrated']} RMS recalibrated, {value['with_effect']} with the effect, noise floor {value['noise_floor']}."]
     if value["as_given"] != MISSING:
         details.append(f"As given it was {value['as_given']}.")
     if summary["verdict"] == "effect":
