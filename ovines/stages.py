@@ -32,23 +32,29 @@ def calibrate(work: Work) -> dict[str, Any]:
 
 
 def track(work: Work) -> dict[str, Any]:
+    from vision.calibration_doubt import refuse_mistaken
     from vision.track import track as track_markers
 
     if "trigger.csv" in work.inputs:
         read_trigger(work.path("trigger.csv"))  # a wrong one is refused before the images cost an hour
     cameras = read_calibration(work.path("calibration.json"))
     names = read_names(work.path("names.csv"), work.recording) if "names.csv" in work.inputs else None
+    refuse_mistaken(work.recording, cameras, names)
     found = track_markers(work.recording, cameras, names, work.progress)
     work.notes.extend(found.notes)
     return {"tracks.parquet": found.tracks}
 
 
 def triangulate(work: Work) -> dict[str, Any]:
+    from vision.calibration_doubt import length_notes, refuse_foreign_tracks
     from vision.triangulate import triangulate as triangulate_tracks
 
     tracks = read_table(work.path("tracks.parquet"), "tracks")
     cameras = read_calibration(work.path("calibration.json"))
-    return {"points.parquet": triangulate_tracks(tracks, cameras, work.recording.window_offset_px)}
+    points = triangulate_tracks(tracks, cameras, work.recording.window_offset_px)
+    refuse_foreign_tracks(tracks, points, cameras, work.recording.window_offset_px)
+    work.notes.extend(length_notes(points, work.recording))
+    return {"points.parquet": points}
 
 
 def analyse(work: Work) -> dict[str, Any]:
