@@ -21,6 +21,7 @@ from ovines.recording import Recording
 from ovines.tables import read_provenance
 
 ENTRY_STAGE = {"frames": "track", "tracks": "triangulate", "points": "analyse", "motion": "analyse"}
+CALIBRATION_PAGE = "calibration.html"  # beside the stage's own files, made from them
 HTML_MARK = "<!-- ovines "
 
 

@@ -7,14 +7,11 @@ A worker that dies costs nothing: its recording is given to another, which conti
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
 from ovines.errors import InputError
-
-if TYPE_CHECKING:
-    from ovines.series import Outcome
+from ovines.one_recording import Outcome, run_one
 
 PATIENCE_S = 10
 RETRIES = 2  # a recording whose worker fell out is tried again before it is given up
@@ -24,8 +21,6 @@ def run_on_cluster(
     tasks: list[tuple[Path, Path]], only: str | None, force: bool, figures: bool, address: str, bars: bool
 ) -> list[Outcome]:
     """Run each (recording, results folder) of ``tasks`` on the scheduler at ``address``; outcomes in their order."""
-    from ovines.series import Outcome, run_one
-
     try:
         from distributed import Client
         from distributed.comm.addressing import parse_address

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ovines.chain import CALIBRATION_PAGE
+from ovines.lock import locked
 from ovines.recording import Recording
-from ovines.running import locked
 
 FIGURES = "figures"
-CALIBRATION_PAGE = "calibration.html"
 
 
 def write_calibration_page(recording: Recording, out: Path, figures: bool) -> None:

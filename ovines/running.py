@@ -4,44 +4,24 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from filelock import FileLock, Timeout
 
 from ovines.camera import Camera, write_calibration
 from ovines.chain import HTML_MARK, STAGES, Stage, inputs_of, is_fresh, stages_of, state_of
 from ovines.errors import InputError
 from ovines.hashing import hash_inputs
+from ovines.lock import locked
 from ovines.recording import Recording
 from ovines.tables import write_table
+from ovines.work import Progress, Work
 from ovines.written_whole import remove_unfinished, write_text_whole
 
 SOURCE = "source.json"  # in a results folder: where its recording lies, for `ovines report DIR`
-LOCK = ".lock"
-Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class Work:
-    """What a stage's function is given: the recording, its input files, a progress callback (done, total).
-
-    ``notes`` takes what the user should know (a picture that could not be read, a frame without a partner): it is
-    printed, and stands in the provenance of the outputs.
-    """
-
-    recording: Recording
-    inputs: Mapping[str, list[Path]]
-    out: Path
-    progress: Progress
-    notes: list[str] = field(default_factory=list)
-
-    def path(self, artifact: str) -> Path:
-        return self.inputs[artifact][0]
 
 
 @dataclass
@@ -114,23 +94,6 @@ def _up_to(only: str | None, recording: Recording) -> list[Stage]:
         )
     last = names.index(only)
     return list(needed[last if only == "report" else 0 : last + 1])
-
-
-@contextmanager
-def locked(out: Path) -> Iterator[None]:
-    """Keep other processes out of ``out``; the system lets go of the lock when a process dies, however it dies."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with FileLock(out / LOCK, timeout=0):
-            yield
-    except Timeout:
-        raise InputError(
-            f"another ovines is writing into {out}",
-            "one run per results folder",
-            "wait for it, or name another --out",
-        ) from None
-    except (FileExistsError, NotADirectoryError):
-        raise InputError(f"--out {out} is a file", "a folder", "name another --out") from None
 
 
 def _remove_outputs(first: Stage, out: Path) -> None:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 from ovines.camera import read_calibration
+from ovines.chain import CALIBRATION_PAGE
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
-from ovines.pages import CALIBRATION_PAGE
 from ovines.recording import Recording, read_trigger
-from ovines.running import Work
 from ovines.seen import gaps, refuse_unseen
 from ovines.tables import checked, read_table
+from ovines.work import Work
 
 
 def calibrate(work: Work) -> dict[str, Any]:

@@ -16,9 +16,10 @@ from ovines.camera import Camera, read_calibration
 from ovines.chain import location
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
+from ovines.lock import locked
 from ovines.provenance import provenance, sha256_of
 from ovines.recording import Recording, read_series
-from ovines.running import locked, run_stages
+from ovines.running import run_stages
 from ovines.seen import refuse_uninformative
 from ovines.tables import read_table, write_table
 from ovines.written_whole import write_text_whole

@@ -7,8 +7,9 @@ from pathlib import Path
 from ovines.chain import stage
 from ovines.commands import stage_command
 from ovines.errors import InputError
+from ovines.one_recording import run_one
 from ovines.running import SOURCE
-from ovines.series import run_one, run_series
+from ovines.series import run_series
 
 NAME = "report"
 HELP = stage(NAME).help

@@ -7,7 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ovines.series import Outcome, run_series
+from ovines.one_recording import Outcome
+from ovines.series import run_series
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

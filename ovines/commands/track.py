@@ -6,7 +6,7 @@ from pathlib import Path
 from ovines.chain import stage
 from ovines.commands import stage_command
 from ovines.errors import InputError
-from ovines.running import locked
+from ovines.lock import locked
 from ovines.series import is_recording
 from ovines.written_whole import write_text_whole
 

@@ -11,8 +11,9 @@ import ovines.chain
 from ovines.camera import read_calibration
 from ovines.chain import STAGES, inputs_of, location, stage, stages_of, stored_state
 from ovines.errors import InputError
+from ovines.lock import LOCK
 from ovines.recording import read_recording
-from ovines.running import LOCK, run_stages, write_output
+from ovines.running import run_stages, write_output
 from ovines.tables import read_provenance, read_table, write_table
 from tests.conftest import two_cameras
 

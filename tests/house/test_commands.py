@@ -12,7 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from ovines.__main__ import main
-from ovines.series import run_one, run_series
+from ovines.one_recording import run_one
+from ovines.series import run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
 from tests.conftest import bouncing_motion, refused, write_small_recording

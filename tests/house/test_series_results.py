@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from ovines.one_recording import run_one
 from ovines.pages import FIGURES
 from ovines.recording import read_recording
-from ovines.series import run_one, run_series
+from ovines.series import run_series
 from ovines.series_results import write_series_results
 from ovines.tables import read_table
 from tests.conftest import two_cameras, write_small_recording
