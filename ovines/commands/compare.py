@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -45,9 +46,17 @@ def run(args: argparse.Namespace) -> int:
 
     out = results_folder(args.recording, args.out)
     single = is_recording(args.recording)
-    for folder in series_folders(args.recording):
-        target = out if single else out / folder.name
-        comparison, page = compare_one(read_recording(folder), target, args)
+    folders = series_folders(args.recording)
+    refused = 0
+    for folder in folders:
+        try:
+            comparison, page = compare_one(read_recording(folder), out if single else out / folder.name, args)
+        except InputError as error:
+            if single:
+                raise
+            refused += 1  # the others do not wait for it
+            print(f"\n{folder.name}: refused\n{error}", file=sys.stderr)
+            continue
         flight = (
             f"{1e3 * comparison.flights['rms_m'].median():.3g} mm" if len(comparison.flights) else "no flight"
         )
@@ -56,7 +65,9 @@ def run(args: argparse.Namespace) -> int:
             f"{folder.resolve().name}: one flight {flight} (median RMS), one impact {normal:.3g} m/s (RMS, "
             f"normal) -> {page}"
         )
-    return 0
+    if refused:
+        print(f"\n{refused} of {len(folders)} recordings could not be compared", file=sys.stderr)
+    return 2 if refused else 0
 
 
 def compare_one(recording: Recording, folder: Path, args: argparse.Namespace):

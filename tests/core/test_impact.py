@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ovines.core.impact import impulses, luding
+from ovines.core import parameters as P
+from ovines.core.impact import effective_restitution, impulses, luding
 
 
 def thesis_impact(un, ut, eps, mu, beta0, m_n, q_n, m_h, q_h):
@@ -39,3 +40,44 @@ def test_smooth_no_rebound_and_full_reversal():
     assert luding(1.0, 0.3, 0.5, 10.0, 0.0, 2.0)[1] == pytest.approx(0.0)
     assert luding(1.0, 0.3, 0.5, 10.0, 1.0, 2.0)[1] == pytest.approx(-0.3)
     assert luding(1.0, 0.3, 0.5, 0.0, 0.5, 2.0)[1] == pytest.approx(0.3)  # mu_c = 0 means beta = -1 (ERRATA)
+
+
+def with_law(**values):
+    p = np.zeros(P.N_FLOATS)
+    for name, value in values.items():
+        p[getattr(P, name)] = value
+    return p
+
+
+def test_restitution_falls_with_speed_and_swings_with_azimuth():
+    """Closed forms; each effect alone is off where its parameter is 0, and the value stays within 0..1."""
+    plain = with_law(RESTITUTION=0.7)
+    assert effective_restitution(1.3, 0.4, plain) == 0.7
+    falling = with_law(RESTITUTION=0.8, RESTITUTION_FAST=0.5, RESTITUTION_SPEED=0.25)
+    for speed in (0.0, 0.1, 0.25, 2.0):
+        assert effective_restitution(speed, 0.0, falling) == pytest.approx(0.5 + 0.3 * np.exp(-speed / 0.25), rel=1e-14)
+    swing = with_law(RESTITUTION=0.7, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)
+    for azimuth in (0.5, 1.5, 0.5 + np.pi):
+        assert effective_restitution(1.0, azimuth, swing) == pytest.approx(0.7 + 0.1 * np.cos(azimuth - 0.5), rel=1e-14)
+    assert effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.95, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)) == 1.0
+    assert effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.05, RESTITUTION_SWING=-0.1, RESTITUTION_DIRECTION=0.5)) == 0.0
+
+
+def test_coupled_impulses_leave_what_the_law_says():
+    """With an off-centre mass normal and tangent act on each other: the velocities after, from the impulses, are the law's."""
+    rng = np.random.default_rng(8)
+    kinds = set()
+    for _ in range(500):
+        k_nn, k_tt = rng.uniform(10, 100, 2)
+        k_nt = rng.uniform(-0.3, 0.3) * np.sqrt(k_nn * k_tt)
+        eps, mu, beta0 = rng.uniform(0, 1), rng.uniform(0, 1), rng.uniform(-1, 1)
+        un, ut = rng.uniform(0.01, 5), rng.normal()
+        p_n, p_t, stuck = impulses(un, ut, k_nn, k_nt, k_tt, eps, mu, beta0)
+        after_n, after_t = un + k_nn * p_n + k_nt * p_t, ut + k_nt * p_n + k_tt * p_t
+        assert after_n == pytest.approx(-eps * un, rel=1e-9, abs=1e-11)
+        if stuck:
+            assert after_t == pytest.approx(-beta0 * ut, rel=1e-9, abs=1e-11) and abs(p_t) <= mu * abs(p_n)
+        else:
+            assert abs(p_t) == pytest.approx(mu * abs(p_n), rel=1e-12) and p_t * ut <= 0.0
+        kinds.add((stuck, ut > 0))
+    assert len(kinds) == 4
