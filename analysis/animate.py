@@ -107,8 +107,9 @@ def _dress(
     for ax, axis in zip(curves, "xy", strict=True):
         for table, colour, name in ((motion, NES_COLOUR, "NES"), (simulation, ORANGE, "simulated")):
             if table is not None:
+                style = (0, (3, 3)) if table is simulation else "-"
                 ax.plot(
-                    table["time_s"], MM * column(table, f"nes_{axis}_m"), color=colour, lw=1.1, label=name
+                    table["time_s"], MM * column(table, f"nes_{axis}_m"), color=colour, ls=style, lw=1.3, label=name
                 )
         ax.plot(
             motion["time_s"], MM * column(motion, f"host_{axis}_m"), color=HOST_COLOUR, lw=0.9, label="Host"
@@ -156,9 +157,11 @@ class _Actor:
         else:
             reach = self._radius_mm
         self._disk = Circle((0, 0), self._radius_mm, fc=colour, ec=BLACK, lw=0.8, alpha=0.55, animated=True)
+        if not with_host:  # simulated: a dashed ring, so that the measured disk stays in sight below it
+            self._disk.set(facecolor="none", edgecolor=colour, linewidth=2.2, linestyle=(0, (3, 3)), alpha=1.0)
         rig.add_patch(self._disk)
-        (self._mark,) = rig.plot([], [], color=BLACK, lw=1.4, animated=True)
-        (self._trail,) = rig.plot([], [], color=colour, lw=1.0, animated=True)
+        (self._mark,) = rig.plot([], [], color=BLACK if with_host else colour, lw=1.4, animated=True)
+        (self._trail,) = rig.plot([], [], color=colour, ls="-" if with_host else (0, (3, 3)), lw=1.0, animated=True)
         if with_host:
             rig.add_patch(Circle((0, 0), 0.3, color=GREY, lw=0))
             for axis, limits in (("x", rig.set_xlim), ("y", rig.set_ylim)):

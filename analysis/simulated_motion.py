@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 
 from analysis.flights_ahead import flown_flights
+from analysis.report.results import Results
 from analysis.simulated_rig import host_motion_of, nominal_scenario, states_after
+from ovines.errors import InputError
 from ovines.recording import Recording
 
 
@@ -39,3 +41,15 @@ def simulated_motion(
         nes[one.rows] = np.column_stack([one.place_m, np.zeros(len(one.rows)), one.angle_rad])
     table[["nes_x_m", "nes_y_m", "nes_z_m", "nes_angle_rad"]] = nes
     return table
+
+
+def simulated_beside(found: Results) -> tuple[pd.DataFrame | None, list[str]]:
+    """`simulated_motion` of what a results folder holds, and in words what it is or why there is none."""
+    motion, impacts = found.get("motion"), found.get("impacts")
+    if motion is None or impacts is None:
+        return None, []
+    try:
+        table = simulated_motion(motion, impacts, found.get("identification"), found.recording, found.spans_s("contact"))
+    except InputError as error:
+        return None, [f"no simulation: {error.found}"]
+    return table, ["simulated: each flight from the state measured after the impact before it"]

@@ -18,7 +18,8 @@ def view_errors(views: pd.DataFrame) -> Figure:
         used = table["used"].to_numpy(bool)
         rms = table["rms_px"].to_numpy(float)
         ax.bar(np.flatnonzero(used), rms[used], color=BLUE, label="used")
-        ax.bar(np.flatnonzero(~used), rms[~used], fill=False, edgecolor=RED, hatch="//", label="dropped")
+        if not used.all():
+            ax.bar(np.flatnonzero(~used), rms[~used], fill=False, edgecolor=RED, hatch="//", label="dropped")
         label(ax, "view", "RMS error (px)" if ax is axes[0, 0] else "", camera, math=False)
         legend(ax)
     return figure

@@ -58,7 +58,7 @@ def calibration_page(results: Results) -> Page:
                 "and fill the corners of the image."
             )
     advice = list((results.calibration or {}).get("provenance", {}).get("notes", ()))
-    faults += max(_views(results.get("calibration_views"), details, [] if advice else actions), len(advice))
+    faults += max(_views(results.get("calibration_views"), details, [] if advice else actions), min(len(advice), 1))
     actions.extend(advice)
     page.add_card(
         "Did it work?",

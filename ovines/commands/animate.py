@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import pandas as pd
+
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
-from ovines.recording import read_recording
+from ovines.recording import Recording, read_recording
 from ovines.tables import read_table
 
 NAME = "animate"
@@ -40,8 +42,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--slower", type=_slower, default=20.0, metavar="N", help="N times slower than it was (default: 20)"
     )
     parser.add_argument(
-        "--simulation", type=Path, metavar="FILE", help="a simulation.parquet to show beside it"
+        "--simulation",
+        type=Path,
+        metavar="FILE",
+        help="a simulation.parquet to show beside it (default: each flight simulated from the impact before it)",
     )
+    parser.add_argument("--measured", action="store_true", help="show what was measured only")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,13 +70,25 @@ def run(args: argparse.Namespace) -> int:
             "the results of `ovines run`",
             f"run `ovines run {args.recording}` first",
         )
-    simulation = read_table(args.simulation, "simulation") if args.simulation is not None else None
+    simulation = _simulation(args, recording, results)
     out = args.out or results / "motion.gif"
     pictures = animate(
         read_table(motion, "motion"), recording, out, Film(args.start, args.end, args.slower), simulation
     )
     print(f"{pictures} pictures, {out.stat().st_size / 1e6:.1f} MB -> {out}")
     return 0
+
+
+def _simulation(args: argparse.Namespace, recording: Recording, results: Path) -> pd.DataFrame | None:
+    """The table asked for, else what the results allow; None with ``--measured``."""
+    from analysis.report.results import read_results
+    from analysis.simulated_motion import simulated_beside
+
+    if args.measured:
+        return None
+    if args.simulation is not None:
+        return read_table(args.simulation, "simulation")
+    return simulated_beside(read_results(results, recording))[0]
 
 
 def _slower(text: str) -> float:

@@ -94,7 +94,7 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
             f"run `ovines run {recording.folder}` first",
         )  # fmt: skip
     told = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
-    simulated, why_not = _simulation(found, recording, simulation)
+    simulated, why_not = _simulation(found, simulation)
     shown = Shown(
         recording, found.get("motion"), simulated, _cameras(recording, results), found.get("tracks"), found.get("points"),
         found.get("impacts"), (f"# {recording.name}", *told, *why_not),
@@ -115,20 +115,13 @@ def _cameras(recording: Recording, results: Path) -> list[Camera]:
     return [calibrated[one.name] for one in recording.cameras if one.name in calibrated]
 
 
-def _simulation(found: Results, recording: Recording, path: Path | None) -> tuple[pd.DataFrame | None, list[str]]:
+def _simulation(found: Results, path: Path | None) -> tuple[pd.DataFrame | None, list[str]]:
     """The file asked for, else each flight from the impact before it where the results allow."""
-    from analysis.simulated_motion import simulated_motion
+    from analysis.simulated_motion import simulated_beside
 
     if path is not None:
         return read_table(path, "simulation"), [f"simulated: {path.name}"]
-    motion, impacts = found.get("motion"), found.get("impacts")
-    if motion is None or impacts is None:
-        return None, []
-    try:
-        table = simulated_motion(motion, impacts, found.get("identification"), recording, found.spans_s("contact"))
-    except InputError as error:
-        return None, [f"no simulation: {error.found}"]
-    return table, ["simulated: each flight from the state measured after the impact before it"]
+    return simulated_beside(found)
 
 
 def _count(text: str) -> int:
