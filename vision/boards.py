@@ -69,7 +69,7 @@ class Board:
         largest = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)  # only the places are asked for
         board = cv2.aruco.CharucoBoard(self.squares, 1.0, self.marker_size_m / self.square_size_m, largest)
         board.setLegacyPattern(self.legacy_pattern)
-        return {int(number): np.asarray(corners, float)[:, :2] for number, corners in zip(board.getIds().ravel(), board.getObjPoints(), strict=True)}
+        return {int(number): np.asarray(corners, float)[:, :2] for number, corners in zip(np.ravel(board.getIds()), board.getObjPoints(), strict=True)}
 
     def altered(self, **changes: Any) -> Board:
         return replace(self, **changes)
@@ -116,7 +116,8 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
             raise InputError(f"{where}: {key} = {content.get(key)!r}", expected, "correct it")
 
     check(kind in KINDS, "kind", f"one of {', '.join(KINDS)}")
-    squares, square = content.get("squares"), content.get("square_size_m")
+    squares: Any = content.get("squares")
+    square: Any = content.get("square_size_m")
     check(isinstance(squares, list) and len(squares) == 2 and all(type(n) is int and 2 <= n <= 1000 for n in squares), "squares",
           "[columns, rows], whole numbers of at least 2")
     check(_positive(square), "square_size_m", "a length in metres above 0")
@@ -124,7 +125,7 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
         check(isinstance(content.get(flag, False), bool), flag, "true or false")
     rings = content.get("rings", [])
     if kind == "charuco":
-        marker = content.get("marker_size_m")
+        marker: Any = content.get("marker_size_m")
         check(_positive(marker) and marker < square, "marker_size_m", f"a length in metres below square_size_m = {square}")
         check(content.get("dictionary") in DICTIONARIES, "dictionary", f"one of {', '.join(DICTIONARIES)}")
         needed = squares[0] * squares[1] // 2
@@ -158,7 +159,7 @@ def charuco_rectangles(board: Board) -> tuple[Array, Array, Array]:
     x, y = (np.append((square * np.arange(n)[:, None] + within).ravel(), n * square) for n in board.squares)
     cells = bits + 2  # per square and axis: margin, bits, margin
     black = np.ones((board.squares[1] * cells, board.squares[0] * cells), bool)
-    for number, corners in zip(cv_board.getIds().ravel(), cv_board.getObjPoints(), strict=True):
+    for number, corners in zip(np.ravel(cv_board.getIds()), cv_board.getObjPoints(), strict=True):
         column, row = np.floor(np.asarray(corners)[:, :2].mean(0) / square).astype(int)
         image = cv2.aruco.generateImageMarker(dictionary, int(number), bits)
         tile = np.zeros((cells, cells), bool)

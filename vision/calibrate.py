@@ -95,7 +95,7 @@ def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px:
 def calibrate_recording(recording: Recording, progress: Callable[[int, int], None] | None = None) -> Calibration:
     """The calibration that ``[calibration]`` of recording.toml asks for: board, intrinsic and extrinsic images."""
     board, views, extrinsic, notes = read_views(recording, progress)
-    sizes = {camera.name: tuple(camera.sensor_size_px) for camera in recording.cameras}
+    sizes = {camera.name: (camera.sensor_size_px[0], camera.sensor_size_px[1]) for camera in recording.cameras}
     result = calibrate(board, views, sizes, extrinsic)
     result.advice[:0] = notes
     return result
@@ -116,13 +116,21 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
 
     ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
     """
-    sightings, turns, shifts, camera_turns, camera_shifts = [], [], [], [], []
+    sightings: list[Sighting] = []
+    turns: list[Array] = []
+    shifts: list[Array] = []
+    camera_turns: list[Array] = []
+    camera_shifts: list[Array] = []
     pose_of: dict[str, int] = {}
     shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if tie else set()
     for c, name in enumerate(names):
         single, world = singles[name], extrinsic[name]
         values = single.adjusted.state.intrinsics[0]
-        turn, shift = board_pose(board.points_m()[world.points], world.uv_px, values)
+        placed = board_pose(board.points_m()[world.points], world.uv_px, values)
+        if placed is None:
+            raise InputError(f"{name}: no pose fits its extrinsic view", "the whole flat board, in focus, in the world position",
+                             "take that view again")
+        turn, shift = placed
         uv = world.uv_px if world.discs is None else unbiased(world.discs, values, turn, shift)
         sightings.append(Sighting(c, FIXED, True, board.points_m()[world.points], uv))
         camera_turns.append(turn @ WORLD_FROM_BOARD)
@@ -221,7 +229,7 @@ def _parameter_table(names: Sequence[str], found: Adjusted, singles: Mapping[str
 
 def _view_table(names: Sequence[str], singles: Mapping[str, Single], found: Adjusted, views: Mapping[str, Sequence[View]],
                 extrinsic: Mapping[str, View]) -> pd.DataFrame:
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for c, name in enumerate(names):
         residuals = [r for r, camera in zip(found.residuals_px, found.camera_of, strict=True) if camera == c]
         rms = [float(np.sqrt(2 * np.mean(r**2))) for r in residuals]

@@ -210,7 +210,7 @@ def _eliminated(normal: Array, kept: int) -> tuple[Array, Array, Array]:
     where = kept + np.arange(6 * count).reshape(count, 6)
     inverses = np.linalg.inv(normal[where[:, :, None], where[:, None, :]])
     coupling = normal[:kept][:, where].transpose(1, 0, 2)
-    return normal[:kept, :kept] - np.sum(coupling @ inverses @ coupling.transpose(0, 2, 1), 0), inverses, coupling
+    return np.asarray(normal[:kept, :kept] - np.sum(coupling @ inverses @ coupling.transpose(0, 2, 1), 0)), np.asarray(inverses, float), coupling
 
 
 def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
@@ -222,7 +222,7 @@ def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
     pose_wanted = wanted[kept:].reshape(-1, 6)
     cameras = np.linalg.solve(complement, wanted[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, pose_wanted))
     poses = np.einsum("npq,nq->np", inverses, pose_wanted - np.einsum("nkp,k->np", coupling, cameras))
-    return scale * np.concatenate([cameras, poses.ravel()])
+    return np.asarray(scale * np.concatenate([cameras, poses.ravel()]))
 
 
 def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iterations: int) -> State:

@@ -32,7 +32,7 @@ def tilts_deg(single: Single) -> Array:
     """Angle between each view's board normal and its line of sight, degrees."""
     state = single.adjusted.state
     toward = state.translation / np.linalg.norm(state.translation, axis=-1, keepdims=True)
-    return np.degrees(np.arccos(np.clip(np.abs(np.einsum("ni,ni->n", state.rotation[:, :, 2], toward)), 0, 1)))
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(np.einsum("ni,ni->n", state.rotation[:, :, 2], toward)), 0, 1))))
 
 
 def advise(names: Sequence[str], singles: Mapping[str, Single], sensor_size_px: Mapping[str, tuple[int, int]],

@@ -49,17 +49,16 @@ def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
         return View(name, numbers, fits[:, [U, V]], fits[:, SD], 2 * float(radius_px(fits).mean()) if len(fits) else np.nan, fits)
     if board.kind == "chessboard":
         return _chessboard(image, board, name)
-    corners, numbers, markers, _ = _detector(board, image.shape).detectBoard(image)
+    corners, found, markers, _ = _detector(board, image.shape).detectBoard(image)
     if corners is None or len(corners) == 0:
         return _empty(name)
     uv = corners.reshape(-1, 2).astype(float)
-    numbers = numbers.ravel().astype(np.int64)
     edge = np.mean([np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).mean() for m in markers])
     gap = 0.5 * (board.square_size_m / board.marker_size_m - 1)
     # The markers tell pixels per metre; a tilted board's narrower direction has the smaller gap.
     narrow = min(np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).min() for m in markers)
     uv, sd = refine_corners(image, uv, np.full(len(uv), CLEAN_SHARE * gap * 0.5 * (edge + narrow)))
-    return View(name, numbers, uv, sd, float(edge))
+    return View(name, np.asarray(found, np.int64).ravel(), uv, sd, float(edge))
 
 
 def _empty(name: str) -> View:

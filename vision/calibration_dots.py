@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from vision.boards import Board
 from vision.centre import CONTRAST, MISFIT, N_FIT, SD, U, V, disc_start, fit_discs
 
 Array = NDArray[np.float64]
+Blob = tuple[Sequence[float], float]  # centre (u, v), radius
 # rms at the edge over contrast: 0.12 on the aliased, simulated dots of stereo_dots, whose centres are still good
 # to 0.005 px; a dot cut by the image border or with a scratch has more
 WORST_MISFIT = 0.25
@@ -39,11 +42,12 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
     return np.array([number for number, _ in chosen])[good], fits[good]
 
 
-def _blobs(image: NDArray[np.uint8]) -> tuple[list, list]:
+def _blobs(image: NDArray[np.uint8]) -> tuple[list[Blob], list[Blob]]:
     """Dark ellipses (centre, radius) without and with a hole."""
     _level, binary = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
     contours, tree = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    dots, rings = [], []
+    dots: list[Blob] = []
+    rings: list[Blob] = []
     if tree is None:
         return dots, rings
     for contour, (_, _, child, parent) in zip(contours, tree[0], strict=True):

@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 def read_views(recording: Recording, progress: Callable[[int, int], None] | None = None,
                ) -> tuple[Board, dict[str, list[View]], dict[str, View], list[str]]:
     """Board (as it fits), intrinsic views and the extrinsic view per camera, and notes on what differs from its TOML."""
+    if recording.board is None:
+        raise InputError(f"{recording.folder}: no board in [calibration]", "board, intrinsic and extrinsic, or a solved calibration's file",
+                         "add them to recording.toml")
     board = find_board(recording.board, recording.folder)
     files = {(camera.name, which): _files(recording, camera.name, which)
              for camera in recording.cameras for which in ("intrinsic", "extrinsic")}
@@ -106,11 +109,13 @@ def _read(path: Path, camera: CameraSettings, few: bool = False) -> Iterable[tup
             _check_size(image, path, camera)
             yield name, image
         return
-    image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION) if path.stat().st_size else None
-    if image is None:
+    flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+    decoded = cv2.imdecode(np.fromfile(path, np.uint8), flags) if path.stat().st_size else None
+    if decoded is None:
         if not few:
             raise OSError(f"{path} cannot be decoded")
         return
+    image = np.asarray(decoded, np.uint8)
     _check_size(image, path, camera)
     yield path.name, image
 
@@ -136,5 +141,5 @@ def video_frames(path: Path, count: int | None = None, numbers: Iterable[int] | 
         if number in wanted:
             good, frame = video.retrieve()
             if good:
-                yield f"frame_{number:05d}", cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+                yield f"frame_{number:05d}", np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), np.uint8)
     video.release()

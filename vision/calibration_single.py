@@ -169,13 +169,13 @@ def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array,
         _, turns, shifts, _errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
     except cv2.error:
         return None
-    best = None
+    best: tuple[float, Array, Array] | None = None
     for turn, shift in zip(turns, shifts, strict=True):
         turn, shift = cv2.solvePnPRefineLM(points_m, uv_px, matrix, distortion, turn, shift)
         seen = cv2.projectPoints(points_m, turn, shift, matrix, distortion)[0].reshape(-1, 2)
         error = float(np.sum((seen - uv_px)**2))
         if shift[2, 0] > 0 and (best is None or error < best[0]):
-            best = error, cv2.Rodrigues(turn)[0], shift.ravel()
+            best = error, np.asarray(cv2.Rodrigues(turn)[0], float), np.asarray(shift, float).ravel()
     return None if best is None else best[1:]
 
 

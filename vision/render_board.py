@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
+from ovines.camera import Camera
 from vision.boards import Board, charuco_rectangles
 from vision.render import Look, View, finish
 
@@ -54,12 +55,12 @@ def render_board(view: View, board: Board, rotation: Array, translation_m: Array
 def _finer(grid: Array) -> Array:
     """Pixel-centre values to sub-sample values, linear within a pixel (a lens bends by 1e-6 px there)."""
     step = (np.arange(FINE) + 0.5) / FINE - 0.5
-    dv, du = np.gradient(grid)
+    dv, du = np.asarray(np.gradient(grid), float)
     fine = grid[:, None, :, None] + dv[:, None, :, None] * step[:, None, None] + du[:, None, :, None] * step
-    return fine.reshape(grid.shape[0] * FINE, grid.shape[1] * FINE)
+    return np.asarray(fine.reshape(grid.shape[0] * FINE, grid.shape[1] * FINE))
 
 
-def _print(board: Board, camera, xn: Array, yn: Array, margin_m: float, greys: tuple[float, float, float]) -> Array:
+def _print(board: Board, camera: Camera, xn: Array, yn: Array, margin_m: float, greys: tuple[float, float, float]) -> Array:
     """Grey on each ray: the mean of the print over the sub-sample's box, exact by an integral over the grid of lines."""
     normal, point = camera.rotation[:, 2], camera.translation_m
     depth = (normal @ point) / (normal[0] * xn + normal[1] * yn + normal[2])
@@ -78,4 +79,4 @@ def _print(board: Board, camera, xn: Array, yn: Array, margin_m: float, greys: t
     sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)
     integral = RegularGridInterpolator((gy, gx), sums)  # bilinear, which is exact for piecewise constant cells
     total = sum(sign_y * sign_x * integral((y + sign_y * half, x + sign_x * half)) for sign_y in (-1, 1) for sign_x in (-1, 1))
-    return background + total / (2 * half)**2
+    return np.asarray(background + total / (2 * half)**2)

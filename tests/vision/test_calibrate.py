@@ -104,6 +104,55 @@ def test_tables_are_the_declared_ones():
     assert any("6" in line and "views" in line for line in result.advice) or any("usable views" in line for line in result.advice)
 
 
+def advice_on(change, seed=11):
+    """What is said after eight projected views of the larger board, the poses (turn, shift) of all of them changed."""
+    rng = np.random.default_rng(seed)
+    setup = replace(thesis_setup(rng), board=find_board("charuco_9x13_20mm"))
+    points = setup.board.points_m()
+    seen, extrinsic = {}, {}
+    for c, camera in enumerate(setup.cameras):
+        def view(name, in_camera, camera=camera, marker_px=31.0):
+            uv = camera.project((in_camera - camera.translation_m) @ camera.rotation) + rng.normal(0, NOISE_PX, (len(points), 2))
+            inside = ((uv > 0) & (uv < SIZES["VW1"])).all(1)
+            return View(name, np.flatnonzero(inside), uv[inside], np.full(inside.sum(), NOISE_PX), marker_px)
+
+        posed = [change(k, turn, shift) for k, (turn, shift) in enumerate(board_poses(setup, c, 8, rng))]
+        size_px = 3.0 if change is small else 31.0
+        seen[camera.name] = [view(f"{k:02d}.png", points @ turn.T + shift, marker_px=size_px) for k, (turn, shift) in enumerate(posed)]
+        extrinsic[camera.name] = view("extrinsic.png", points @ (camera.rotation @ WORLD_FROM_BOARD).T + camera.translation_m)
+    return " ".join(calibrate(setup.board, seen, SIZES, extrinsic).advice)
+
+
+def as_it_is(k, turn, shift):
+    return turn, shift
+
+
+def small(k, turn, shift):
+    return turn, shift
+
+
+def facing(k, turn, shift):
+    """Nearly square on, all at one distance."""
+    angles = 0.05 * np.array([np.sin(k), np.cos(k), 8 * np.sin(2.0 * k)])
+    return cv2.Rodrigues(angles)[0], shift * [1, 1, 0] + [0, 0, 1.3]
+
+
+def in_the_middle(k, turn, shift):
+    return turn, shift * [0.0, 0.0, 2.5] - turn @ [0.09, 0.13, 0.0]
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (as_it_is, ["8 usable views; take at least 10"]), (small, ["markers below 20 px in 8 views", "come nearer"]),
+    (facing, ["tilt some views by 30 to 45", "take some nearer and some farther"]), (in_the_middle, ["of the sensor; move it to the corners"]),
+])
+def test_advice_names_what_is_weak(change, said):
+    advice = advice_on(change)
+    for part in said:
+        assert part in advice
+    if change is as_it_is:
+        assert "tilt some" not in advice and "below 20 px" not in advice and "nearer" not in advice
+
+
 def test_moved_view_and_empty_view_are_dropped_with_reasons():
     setup, seen, extrinsic = rig_views(np.random.default_rng(5))
     bad = seen["VW1"][4]
