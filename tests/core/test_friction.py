@@ -67,3 +67,22 @@ def test_floor_friction_limits():
     assert (ax, ay, torque) == (0.0, 0.0, pytest.approx(-2.0 * 0.01 * 2 / 3))
     assert floor_friction(3.0, 4.0, 50.0, 0.01, 2.0, 1e-6, 0.0) == (pytest.approx(-1.2), pytest.approx(-1.6), 0.0)
     assert floor_friction(0.0, 0.0, 0.0, 0.01, 2.0, 1e-6, 1.0) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 0.3, 1.0])
+def test_friction_turns_over_with_the_motion(coupling):
+    """The other way round the same size: force against the velocity, torque against the spin."""
+    fx, fy, torque = floor_friction(0.3, -0.1, 20.0, 0.01, 2.0, 1e-3, coupling)
+    for sx, sy, ss in ((-1, -1, -1), (1, 1, -1), (-1, 1, 1)):
+        other = floor_friction(sx * 0.3, sy * -0.1, ss * 20.0, 0.01, 2.0, 1e-3, coupling)
+        assert other == (pytest.approx(sx * fx), pytest.approx(sy * fy), pytest.approx(ss * torque))
+    assert fx * 0.3 + fy * -0.1 < 0 and torque * 20.0 <= 0 and (torque == 0.0) == (coupling == 0.0)
+
+
+@pytest.mark.parametrize("speed", [2e-4, 1e-3, 0.3])
+def test_between_coulomb_and_farkas_is_the_linear_mixture(speed):
+    """Coulomb with tanh(v / v_d), Farkas with its own, and a coupling of 0.3 takes three tenths of the one."""
+    coulomb, farkas_law, mixed = (floor_friction(speed, 0.0, 20.0, 0.01, 2.0, 1e-3, c) for c in (0.0, 1.0, 0.3))
+    assert coulomb[0] == pytest.approx(-2.0 * math.tanh(speed / 1e-3), rel=1e-12)
+    for part in (0, 2):
+        assert mixed[part] == pytest.approx(0.7 * coulomb[part] + 0.3 * farkas_law[part], rel=1e-12, abs=1e-15)
