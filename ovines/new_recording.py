@@ -80,7 +80,7 @@ def recording_text(rig: Rig, name: str) -> str:
         f"radius_m = {rig.nes_radius_mm * MM:.6g}",
         f"mass_kg = {rig.nes_mass_g * GRAM:.6g}",
         "inertia_factor = 0.5                   # q of I = q m R^2: 0.5 is a full disk",
-        "# layout_m = [[0.0, 0.0, 0.01], ...]   # <- without it, name the markers with `ovines track --names`",
+        "# layout_m = [[0.0, 0.0, 0.01], ...]   # <- without it, name the markers with `ovines pick`",
         "",
         *_excitation(rig),
         "[model]                                # what the simulator already contains",

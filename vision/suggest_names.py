@@ -16,22 +16,40 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera, triangulate_points
 from ovines.recording import Recording
-from vision.centre import CONTRAST, U, V
+from vision.centre import CONTRAST, U, V, radius_px
 
 Array = NDArray[np.float64]
 _EPIPOLAR_PX = 4.0
 _HEIGHT_M = (-0.01, 0.08)
 _SAME_HEIGHT_M = 6e-4
 _MOST_STRAIN = 5.0  # mm of height and of radius by which a ring's markers may differ
+_UNLIKE = 1.6  # markers of one body do not differ more in size
 _MOST_HOST = 12  # candidates among which the Host's markers are looked for: combinations grow fast
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Discs that both cameras see: ``disc`` (n, 2) their rows per camera, ``place_m`` (n, 3) where they are."""
+    """Discs that both cameras see: ``disc`` (n, 2) their rows per camera, ``place_m`` (n, 3) where they are, ``radius_m``
+    (n,) how large: negative for light ones.
+    """
 
     disc: NDArray[np.intp]
     place_m: Array
+    radius_m: Array
+
+    def __getitem__(self, rows: Sequence[int]) -> Pairs:
+        """Some of them."""
+        return Pairs(self.disc[list(rows)], self.place_m[list(rows)], self.radius_m[list(rows)])
+
+
+def marker_discs(fits: Array) -> Array:
+    """Of discs, fits (n, 20), those that hold no smaller one: a disk that carries markers is found as a disc too."""
+    if not len(fits):
+        return fits
+    radius = radius_px(fits)
+    apart = np.hypot(fits[:, None, U] - fits[None, :, U], fits[:, None, V] - fits[None, :, V])
+    holds = (apart < radius[:, None]) & (radius[None, :] < 0.7 * radius[:, None])
+    return fits[~holds.any(1)]
 
 
 def pair_discs(cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]], discs: Sequence[Array]) -> Pairs:
@@ -40,7 +58,7 @@ def pair_discs(cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]],
     alike = discs[0][a, CONTRAST] * discs[1][b, CONTRAST] > 0
     a, b = a[alike], b[alike]
     if not len(a):
-        return Pairs(np.empty((0, 2), np.intp), np.empty((0, 3)))
+        return Pairs(np.empty((0, 2), np.intp), np.empty((0, 3)), np.empty(0))
     seen = [own[k][:, [U, V]] + offset for own, k, offset in zip(discs, (a, b), offsets_px, strict=True)]
     met = triangulate_points(cameras, seen, [np.ones(len(a))] * 2)
     off, height = np.abs(met.epipolar_px), met.points_m[:, 2]
@@ -51,7 +69,14 @@ def pair_discs(cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]],
     for k in np.argsort(off - 2.0 * np.log(company)):
         if all(a[k] != a[j] and b[k] != b[j] for j in chosen):
             chosen.append(int(k))
-    return Pairs(np.column_stack([a[chosen], b[chosen]]), place[chosen])
+    a, b, place = a[chosen], b[chosen], place[chosen]
+    return Pairs(np.column_stack([a, b]), place, _radii(cameras[0], discs[0][a], place))
+
+
+def _radii(camera: Camera, fits: Array, place_m: Array) -> Array:
+    """Signed radii [m] from their size in one picture: good enough to tell a marker from a disk that carries some."""
+    depth_m = (place_m @ camera.rotation.T + camera.translation_m)[:, 2]
+    return -np.sign(fits[:, CONTRAST]) * radius_px(fits) * depth_m / camera.matrix[0, 0]
 
 
 def suggest_names(pairs: Pairs, recording: Recording) -> dict[str, int]:
@@ -66,13 +91,13 @@ def suggest_names(pairs: Pairs, recording: Recording) -> dict[str, int]:
     left, names = list(range(len(place))), dict[str, int]()
     nes = recording.settings.bodies.nes
     if nes is not None and nes.markers:
-        own = _on_smallest_disk(place, left, len(nes.markers), 2 * nes.radius_m)
+        own = _on_smallest_disk(pairs, left, len(nes.markers), 2 * nes.radius_m)
         names |= _ordered(place, own, nes.markers, nes.centre_marker)
         left = [k for k in left if k not in own]
     host = recording.settings.bodies.host
     if host is not None and host.markers:
         inside = place[np.array([names[m] for m in nes.markers]), :2].mean(0) if nes is not None and names else None
-        own = _around(place, left, len(host.markers), inside, host.inner_radius_m)
+        own = _around(pairs, left, len(host.markers), inside, host.inner_radius_m)
         names |= _ordered(place, own, host.markers, None)
         left = [k for k in left if k not in own]
     others = [marker for body in (nes, host) if body is not None for marker in body.markers]
@@ -82,11 +107,19 @@ def suggest_names(pairs: Pairs, recording: Recording) -> dict[str, int]:
     return names
 
 
-def _on_smallest_disk(place: Array, left: Sequence[int], n: int, across_m: float) -> list[int]:
-    """The ``n`` points of about one height that lie closest together, on a disk at most ``across_m`` across; else []."""
+def _alike(radius_m: Array, k: int) -> NDArray[np.bool_]:
+    """Discs about as large as disc ``k``, and dark or light as it is."""
+    ratio = radius_m / radius_m[k]
+    return np.asarray((ratio > 1 / _UNLIKE) & (ratio < _UNLIKE))
+
+
+def _on_smallest_disk(pairs: Pairs, left: Sequence[int], n: int, across_m: float) -> list[int]:
+    """The ``n`` alike points of about one height that lie closest together, on a disk at most ``across_m`` across; else []."""
+    place = pairs.place_m
     best: tuple[float, list[int]] = (across_m, [])
     for k in left:
-        level = [j for j in left if abs(place[j, 2] - place[k, 2]) < 0.003]
+        alike = _alike(pairs.radius_m, k)
+        level = [j for j in left if alike[j] and abs(place[j, 2] - place[k, 2]) < 0.003]
         near = sorted(level, key=lambda j: float(np.hypot(*(place[j, :2] - place[k, :2]))))[:n]
         spread = _across(place[near, :2])
         if len(near) == n and spread < best[0]:
@@ -98,13 +131,16 @@ def _across(points: Array) -> float:
     return float(np.hypot(*(points[:, None] - points[None]).T).max()) if len(points) else 0.0
 
 
-def _around(place: Array, left: Sequence[int], n: int, inside: Array | None, inner_radius_m: float | None) -> list[int]:
-    """The ``n`` points most like a ring: one height, on a circle no smaller than the wall, the NES inside; else []."""
+def _around(pairs: Pairs, left: Sequence[int], n: int, inside: Array | None, inner_radius_m: float | None) -> list[int]:
+    """The ``n`` alike points most like a ring: one height, on a circle no smaller than the wall, the NES inside; else []."""
+    place = pairs.place_m
     middle = place[:, :2].mean(0) if inside is None else inside
     near = sorted(left, key=lambda k: float(np.hypot(*(place[k, :2] - middle))))[:_MOST_HOST]
     best: tuple[float, list[int]] = (_MOST_STRAIN, [])
     for chosen in combinations(near, n):
         points = place[list(chosen)]
+        if not _alike(pairs.radius_m, chosen[0])[list(chosen)].all():
+            continue
         strain = float(np.ptp(points[:, 2])) / 1e-3
         if inner_radius_m is not None and n >= 3:
             centre, radius = _circle(points[:, :2])

@@ -21,7 +21,7 @@ from ovines.recording import read_recording
 from ovines.tables import read_table
 from vision.naming import Naming
 from vision.pick_window import Frame, PickWindow, centres
-from vision.suggest_names import Pairs, as_rows, pair_discs, suggest_names
+from vision.suggest_names import Pairs, as_rows, marker_discs, pair_discs, suggest_names
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"
 CAMERAS = ("VW1", "VW2")
@@ -55,7 +55,7 @@ def first(bare):
     images = [read_image(recording.frame_files(name)[0], recording.camera(name).window_px) for name in CAMERAS]
     truth = read_table(SAMPLE / "truth.parquet", "truth")
     offsets = [recording.camera(name).window_offset_px for name in CAMERAS]
-    return recording, cameras, offsets, images, [find_discs(image) for image in images], truth
+    return recording, cameras, offsets, images, [marker_discs(find_discs(image)) for image in images], truth
 
 
 def truly(truth: pd.DataFrame, camera: str, u: float, v: float) -> tuple[str, float]:
@@ -86,9 +86,23 @@ def test_the_suggestion_does_without_what_it_cannot_see(first):
     names = [truly(truth, "VW1", *centres(discs[0])[row])[0] for row in pairs.disc[:, 0]]
     for hidden in (("H2",), ("H2", "G1", "G2", "G3")):
         keep = [i for i, name in enumerate(names) if name not in hidden]
-        left = suggest_names(Pairs(pairs.disc[keep], pairs.place_m[keep]), recording)
+        left = suggest_names(pairs[keep], recording)
         assert set(left) == {"N1", "N2", "N3", "N4", "N5"}
-    assert suggest_names(Pairs(np.empty((0, 2), int), np.empty((0, 3))), recording) == {}
+    assert suggest_names(pairs[[]], recording) == {}
+
+
+def test_the_disk_itself_is_no_marker_of_its_own(first):
+    """A light disk with dark markers is a disc too, with its middle where the centre marker is."""
+    recording, cameras, offsets, _, discs, _ = first
+    pairs = pair_discs(cameras, offsets, discs)
+    usual = suggest_names(pairs, recording)
+    centre = usual["N1"]
+    whole = Pairs(np.r_[pairs.disc, pairs.disc[[centre]]], np.r_[pairs.place_m, pairs.place_m[[centre]]], np.r_[pairs.radius_m, -0.01])
+    assert suggest_names(whole, recording) == usual
+    disc = discs[0][pairs.disc[centre, 0]].copy()
+    disc[2:5] /= 60.0  # inverse squares of its half axes
+    assert len(marker_discs(np.vstack([discs[0], disc]))) == len(discs[0])
+    assert pairs.radius_m[centre] == pytest.approx(0.0012, rel=0.5) and pairs.radius_m[usual["H1"]] > 0
 
 
 def test_no_discs_give_no_pairs(first):
