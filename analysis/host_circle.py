@@ -98,7 +98,7 @@ def fit_circles(position_m: Array) -> tuple[Array, Array, Array]:
     minimised by Gauss-Newton from the algebraic circle (Kasa 1976).  With three markers this is the circle
     through them.
     """
-    seen = np.isfinite(position_m).all(-1)
+    seen: NDArray[np.bool_] = np.all(np.isfinite(position_m), axis=-1)
     count = seen.sum(1)
     enough = count >= 3
     origin = np.where(seen[..., None], position_m, 0.0).sum(1) / np.maximum(count, 1)[:, None]

@@ -13,66 +13,53 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact_law import Law, LawData, fit_restitution, fit_tangential, law_data
-from analysis.evidence import Evidence, columns_of, gather
-from analysis.flight_model import INDEX, PARAMETERS
-from analysis.flights import ORIGIN, SHARED, WARP, FlightFits, fit_flights
-from analysis.impacts import meet
+from analysis.contact_law import (
+    Law,
+    LawData,
+    SpinBalance,
+    fit_restitution,
+    fit_tangential,
+    follows,
+    law_data,
+    spin_balance,
+)
+from analysis.identification_floor import PRIOR_SD, WEAK_SD, FloorFit, choose_floor
+from analysis.impacts import measure, meet
+from analysis.lens_residual import LensResidual, lens_residual
 from analysis.runs import NO_ANGLE_SD_RAD, Run
 from analysis.wall import WALL_TERMS, Wall
-from analysis.wall_fit import WallFit, fit_wall
+from analysis.wall_fit import WallFit, fit_wall, usable
 
-Array = NDArray[np.float64]
-
-# Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
-TERMS_OF = {"viscous_drag": ("viscous",), "air_drag": ("air",), "table_tilt": ("tilt_x", "tilt_y"), "friction_drift": ("drift",)}
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
-# Lens residual of 0.03 mm per polynomial term (EXAMPLES' practice: up to 0.05 mm in all), markers' origin within 1 mm.
-WARP_SD_M = 3e-5
-ORIGIN_SD_M = 1e-3
 # How far the wall may be from the design before the impacts themselves must say so: gluing and turning tolerances, generously.
 WALL_PRIOR_SD_M = {"radius": 3e-4, "centre_x": 2e-4, "centre_y": 2e-4, "disk_x": 2e-4, "disk_y": 2e-4}
-# Fall of chi-square from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600 series.
-ANOTHER_LAW = 25.0
-# The same for further terms: what is left of a lens residual gave up to 250 on practice series that have none of them (480 once, for
-# the central force), while the least listed effect there, a small air drag, gave thousands; below it the impacts do not notice.
-ANOTHER_TERM = 300.0
-MOST_ADDED = 3
-# Parameters that no flight informs keep this sd, and are then reported as not determined.
-WEAK_SD = 1e2
-# Terms linear in the place are held: they cannot be told from length and attitude, and the Host does not share them.
-_PRIOR_SD = {**{name: WARP_SD_M if int(name[-2]) + int(name[-1]) > 1 else 1e-9 for name in WARP}, **dict.fromkeys(ORIGIN, ORIGIN_SD_M)}
-# What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
-CANDIDATES: dict[str, tuple[str, ...]] = {
-    "table_tilt": ("tilt_x", "tilt_y"), "vertical_motion": ("load",), "viscous_drag": ("viscous",), "air_drag": ("air",),
-    "friction_drift": ("drift",), "a force towards the Host's centre": ("centre_host",),
-}
-START_FRICTION = 0.25
 # An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts.
 FEWEST_FOR_ELLIPSE = 12
 ELLIPSE_SHARE = 2.0
-ROUNDS = 5
-
-
-@dataclass(frozen=True, eq=False)
-class FloorFit:
-    """Flights fitted with the best shared parameters: ``names`` of those estimated, ``estimate`` and ``covariance`` of them;
-    ``correlation`` of neighbouring frames' errors, ``scale`` of the sds that the data show, ``misfit`` chi-square in all."""
-
-    fits: tuple[FlightFits, ...]
-    evidence: tuple[Evidence, ...]
-    names: tuple[str, ...]
-    estimate: Array
-    covariance: Array
-    correlation: float
-    scale: float
-    misfit: float
-    coupling: float
+# Spin and impulse may differ by this share, and by five sd, before radius or inertia are doubted.
+BALANCE_SHARE = 2e-3
+BALANCE_SD = 5.0
+# A contact lasts where the contact distances grow with the approach speed by this much (s), ten sd beyond doubt: an instant one gives
+# 0 to 3e-6, one of half a millisecond 1.6e-4.
+LASTING_S = 2e-5
+LASTING_SD = 10.0
+# What a contact that lasts leaves open of a speed: the Host's acceleration (9 g) meanwhile.
+HOST_ACCELERATION_M_PER_S2 = 90.0
+LASTING_WORDS = (
+    "The disk goes on for {:.3f} ms past the wall at impacts: the contact lasts (finite_contact_time), which an instant law does not describe. "
+    "Times are those of the first touch; restitution and the tangential values are those of the whole contact taken as an instant, the "
+    "Host's motion meanwhile included, and chatter is not followed."
+)
+# An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
+OFF_THE_LAW_SD = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class RigFit:
-    """Everything fitted to one or more runs; ``law`` is None without an impact, ``angle`` False where no run shows the disk's angle."""
+    """Everything fitted to one or more runs; ``law`` is None without an impact, ``angle`` False where no run shows the disk's angle.
+
+    ``lens`` the lens residual that the flights show, ``balance`` of spin and impulse as given, ``length_doubt`` the relative error of
+    lengths that an imbalance leaves open, ``left_out`` impacts that do not follow the law."""
 
     runs: tuple[Run, ...]
     floor: FloorFit
@@ -81,136 +68,84 @@ class RigFit:
     law: Law | None
     angle: bool
     notes: tuple[str, ...]
+    lens: LensResidual
+    balance: SpinBalance
+    length_doubt: float = 0.0
+    left_out: int = 0
 
 
 def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None) -> RigFit:
-    """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default."""
-    named = DEFAULT_EFFECTS if effects is None else tuple(effects)
-    angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    floor, notes = choose_floor(runs, named, angle)
-    wall, more = _wall(floor, named, angle)
-    data = law_data(wall.impacts, wall.used, runs[0].data.radius_m, runs[0].data.inertia_factor)
-    return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more))
+    """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default.
 
-
-def choose_floor(runs: Sequence[Run], effects: Sequence[str], angle: bool) -> tuple[FloorFit, list[str]]:
-    """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling, further terms.
-
-    A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
+    Where spins and impulses do not balance, the disk's radius and its inertia factor are each tried with what they need, and the one
+    taken with which the impacts follow the law better; the notes say so.
     """
-    names = [term for effect in effects for term in TERMS_OF.get(effect, ())]
-    load = 1.0 if "vertical_motion" in effects else 0.0
-    friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
-    if friction:
-        names = ["friction", *names]
-    floor, notes = fit_floor(runs, names, 1.0 if coupled else 0.0, load), []
-    if not friction or (angle and not coupled):
-        names = ["friction", *(n for n in names if n != "friction")]
-        richer = fit_floor(runs, names, 1.0 if angle else 0.0, load)
-        if floor.misfit - richer.misfit > ANOTHER_LAW * max(richer.scale, 1.0) ** 2:
-            what = "the coupling of sliding and spinning friction" if friction else "floor friction"
-            floor, notes = richer, [f"The flights need {what}, which [model] effects does not name; it was fitted along."]
-    for _ in range(MOST_ADDED):
-        added = _needed_term(floor, runs)
-        if added is None:
-            break
-        floor = fit_floor(runs, [*floor.names, *CANDIDATES[added]], floor.coupling, load, floor)
-        notes.append(f"The flights need {added}, which [model] effects does not name; it was fitted along.")
-    return floor, notes
+    named = DEFAULT_EFFECTS if effects is None else tuple(effects)
+    rig = _fit(runs, named)
+    off = rig.balance.ratio - 1
+    limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
+    if not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
+        return rig
+    tried = {name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named) for name in ("radius_m", "inertia_factor")}
+    best = min(tried, key=lambda name: _misfit(tried[name]))
+    words = (f"Spins and tangential impulses of the impacts disagree by {100 * off:+.2f} % (sd {100 * rig.balance.ratio_sd:.2f} %): the length "
+             "scale of the calibration, radius_m or inertia_factor of the NES is off.")
+    if _misfit(tried[best]) >= _misfit(rig):
+        return replace(rig, notes=(*rig.notes, words), length_doubt=3 * abs(off))
+    data = tried[best].runs[0].data
+    value = data.radius_m if best == "radius_m" else data.inertia_factor
+    more = f"The law was fitted with {best} = {value:.5g}, which the impacts follow; floor friction and lengths are uncertain by as much."
+    doubt = abs(value / runs[0].data.radius_m - 1) if best == "radius_m" else 0.0
+    return replace(tried[best], notes=(*tried[best].notes, words, more), length_doubt=doubt)
 
 
-def _needed_term(floor: FloorFit, runs: Sequence[Run]) -> str | None:
-    """The candidate that lowers chi-square most (linearised), where that is beyond doubt; None where none does."""
-    candidates = {name: terms for name, terms in CANDIDATES.items() if not set(terms) & set(floor.names)}
-    if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
-        del candidates["vertical_motion"]
-    columns = columns_of([*floor.names, *(t for terms in candidates.values() for t in terms), *ORIGIN, *WARP])
-    evidence = [gather(fit, columns, floor.correlation) for fit in floor.fits]
-    always = [*floor.names, *ORIGIN, *WARP]
-    gains = {}
-    for name, terms in {"": (), **candidates}.items():
-        chosen = columns_of([*always, *terms])
-        prior = np.array([_PRIOR_SD.get(SHARED[c], WEAK_SD) for c in chosen]) ** -2.0
-        offsets = [chosen.index(SHARED.index(n)) for n in (*ORIGIN, *WARP)]
-        gains[name] = _step(evidence, chosen, prior, floor.fits[0].shared, offsets)[2]
-    best = max(candidates, key=lambda name: gains[name], default=None)
-    if best is None or gains[best] - gains[""] < ANOTHER_TERM * max(floor.scale, 1.0) ** 2:
-        return None
-    return best
+def _misfit(rig: RigFit) -> float:
+    return rig.law.tangential_misfit if rig.law is not None else np.inf
 
 
-def fit_floor(runs: Sequence[Run], names: Sequence[str], coupling: float, load: float = 0.0, start: FloorFit | None = None) -> FloorFit:
-    """Shared parameters ``names`` of the flight model on all flights of all runs, relinearised until they rest.
+def _scaled(run: Run, name: str, ratio: float) -> Run:
+    """``run`` with the disk's radius or inertia factor such that impulse over spin comes out as ``ratio``.
 
-    ``start``: a fit with fewer of them, from which to go on."""
-    parameters = np.zeros(len(PARAMETERS))
-    parameters[INDEX["coupling"]], parameters[INDEX["load"]] = coupling, load
-    if "friction" in names:
-        parameters[INDEX["friction"]] = START_FRICTION
-    shared = np.zeros(2 + len(WARP))
-    fits: list[FlightFits] = []
-    if start is not None:
-        parameters, shared, fits = start.fits[0].parameters.copy(), start.fits[0].shared.copy(), list(start.fits)
-    columns = columns_of([*names, *ORIGIN, *WARP])
-    prior = np.array([_PRIOR_SD.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
-    at = [columns.index(SHARED.index(n)) for n in names]
-    offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *WARP)]
-    correlation = 0.0
-    for _ in range(ROUNDS):
-        fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k] if fits else None) for k, run in enumerate(runs)]
-        evidence = [gather(fit, columns, correlation) for fit in fits]
-        correlation = noise_correlation(evidence)
-        step, covariance, _ = _step(evidence, columns, prior, shared, offsets)
-        if np.all(np.abs(step) <= 0.05 * np.sqrt(np.diag(covariance))):
-            break
-        parameters = parameters.copy()
-        for name, k in zip(names, at, strict=True):
-            parameters[INDEX[name]] += step[k]
-        parameters[0] = max(parameters[0], 0.0)
-        shared = shared + step[offsets]
-    count = sum(e.count for e in evidence) - len(names)
-    misfit = sum(e.misfit for e in evidence)
-    scale = float(np.sqrt(max(misfit / count, 1e-4))) if count > 0 else 1.0
-    estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
-    inflation = (1 + correlation) / (1 - correlation) * max(scale, 1.0) ** 2
-    fits = [replace(fit, covariances=fit.covariances * inflation) for fit in fits]
-    return FloorFit(tuple(fits), tuple(evidence), tuple(names), estimate, covariance[np.ix_(at, at)] * max(scale, 1.0) ** 2,
-                    correlation, scale, float(misfit), coupling)
+    The impulse is (dv + R d(omega)) / (1 + 1/q), its spin q R d(omega): lengths k times too long make the ratio 1 + (k - 1) / (1 + 1/q), an
+    inertia factor q' for q makes it (1 + q') / (1 + q)."""
+    data, q = run.data, run.data.inertia_factor
+    if name == "radius_m":
+        return replace(run, data=replace(data, radius_m=data.radius_m * (1 + (1 + 1 / q) * (ratio - 1))))
+    return replace(run, data=replace(data, inertia_factor=max(ratio * (1 + q) - 1, 0.01)))
 
 
-def _step(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array, shared: Array,
-          offsets: Sequence[int]) -> tuple[Array, Array, float]:
-    """Step of the shared unknowns, their covariance, fall of chi-square; the prior draws offsets to zero, not to where they stand."""
-    information, score = np.diag(prior), np.zeros(len(columns))
-    score[list(offsets)] = -prior[list(offsets)] * shared
-    for e in evidence:
-        a, b = e.take(columns)
-        information, score = information + a, score + b
-    # Unit diagonal first: friction, metres and rates differ by ten orders of magnitude.
-    size = np.sqrt(np.diag(information))
-    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
-    return covariance @ score, covariance, float(score @ covariance @ score)
-
-
-def noise_correlation(evidence: Sequence[Evidence]) -> float:
-    """Correlation of neighbouring frames' errors, from the residuals of all flights (0 to 0.9)."""
-    weights = np.array([e.count for e in evidence], float)
-    if not weights.sum() > 0:
-        return 0.0
-    lag = float(np.sum(weights * np.array([e.lag_one for e in evidence])) / weights.sum())
-    return float(np.clip(lag, 0.0, 0.9))
+def _fit(runs: Sequence[Run], named: Sequence[str]) -> RigFit:
+    angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
+    runs, floor, notes = choose_floor(runs, named, angle)
+    wall, more = _wall(floor, named, angle)
+    first = runs[0].data
+    lens = lens_residual(floor.fits, floor.evidence, floor.names, PRIOR_SD, WEAK_SD, floor.scale)
+    balance = spin_balance(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
+    data = law_data(wall.impacts, wall.used, first.radius_m, first.inertia_factor, balance.speed_floor_m_per_s)
+    return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more), lens, balance)
 
 
 def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit, list[str]]:
-    """The wall as a circle; as an ellipse where ``[model]`` says so or the impacts leave no doubt."""
+    """The wall as a circle; as an ellipse where ``[model]`` says so or the impacts leave no doubt; with a lasting contact where it shows."""
     terms = [term for term in WALL_TERMS[:5] if angle or not term.startswith("disk")]
     meetings, start = meet(floor.fits), Wall(floor.fits[0].run.contact_radius_m)
+    seen = measure(meetings, start)
+    near = usable(seen)
+    if near.any():
+        # The impacts' own distance, not the design: a scale that is off by 4 % would leave every impact a millimetre from the wall.
+        start = Wall(float(np.median(seen.of("radius")[near])))
     ellipse = fit_wall(meetings, start, [*terms, *WALL_TERMS[5:]], WALL_PRIOR_SD_M)
+    circle = fit_wall(meetings, start, terms, WALL_PRIOR_SD_M)
+    count = int(circle.used.sum())
+    if count >= FEWEST_FOR_ELLIPSE:
+        lasting = fit_wall(meetings, start, terms, WALL_PRIOR_SD_M, circle.impacts.of("normal_before")[:, None])
+        delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))
+        if delay > max(LASTING_S, LASTING_SD * sd) and lasting.scatter_m < circle.scatter_m:
+            return (replace(lasting, delay_s=delay, estimate=lasting.estimate[:-1], covariance=lasting.covariance[:-1, :-1]),
+                    [LASTING_WORDS.format(1e3 * delay)])
     if "wall_ellipticity" in effects:
         return ellipse, []
-    circle = fit_wall(meetings, start, terms, WALL_PRIOR_SD_M)
-    usable = int(circle.used.sum())
-    if usable < FEWEST_FOR_ELLIPSE or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m:
+    if count < FEWEST_FOR_ELLIPSE or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m:
         return circle, []
     return ellipse, ["The impacts show a wall that is no circle, which [model] effects does not name; an ellipse was fitted."]
 
@@ -227,8 +162,20 @@ def fit_contact_law(data: LawData, angle: bool) -> Law | None:
 
 
 def refit_law(rig: RigFit, meetings: NDArray[np.bool_]) -> RigFit:
-    """The contact law once more, on those of the usable impacts that are true for ``meetings`` (K,)."""
-    if not np.any(rig.wall.used & ~meetings):
-        return rig
-    data = law_data(rig.wall.impacts, rig.wall.used & meetings, rig.runs[0].data.radius_m, rig.runs[0].data.inertia_factor)
-    return replace(rig, data=data, law=fit_contact_law(data, rig.angle))
+    """The contact law once more, on those of the usable impacts that are true for ``meetings`` (K,) and follow it."""
+    used = rig.wall.used & meetings
+    first = rig.runs[0].data
+    fitted, chosen = rig, used
+    for _ in range(3):
+        if not np.array_equal(chosen, rig.wall.used):
+            data = law_data(rig.wall.impacts, chosen, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s)
+            fitted = replace(rig, data=data, law=fit_contact_law(data, rig.angle))
+        if fitted.law is None:
+            break
+        law, everyone = fitted.law, law_data(rig.wall.impacts, used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s)
+        still = used.copy()
+        still[everyone.index[~follows(everyone, law, OFF_THE_LAW_SD)]] = False
+        if np.array_equal(still, chosen):
+            break
+        chosen = still
+    return replace(fitted, left_out=int(np.count_nonzero(used & ~chosen)))

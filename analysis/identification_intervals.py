@@ -11,18 +11,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from analysis.compiled import compiled
 from analysis.contact_law import LawData
 
 Array = NDArray[np.float64]
 LEVEL = 0.90
+NORMAL_90 = 1.6449
 # Ranges of the two parameters: friction of steel on plastic is far below 2; -1 is smooth, 1 full reversal.
 FRICTION_RANGE = (0.0, 2.0)
 TANGENTIAL_RANGE = (-1.0, 1.0)
 CLIP = 5.0
+# A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
+LEAST_SCATTER = 1e-5
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,12 @@ def threshold(count: int, unknowns: int) -> float:
     return float(count * np.log1p(student.ppf(0.5 + LEVEL / 2, free) ** 2 / free))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _cost(z2: float) -> float:
     return z2 if z2 < 25.0 else 10.0 * np.sqrt(z2) - 25.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
     """Least -2 log L over the scatter s of variance + (s size)^2: a coarse scan of log s, then golden section."""
     def value(s: float) -> float:
@@ -59,13 +62,13 @@ def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
         return total
 
     best, at = np.inf, 0
-    grid = np.empty(14)
-    for k in range(14):
-        grid[k] = np.log(1e-4) + k * (np.log(0.5) - np.log(1e-4)) / 13
+    grid = np.empty(18)
+    for k in range(18):
+        grid[k] = np.log(LEAST_SCATTER) + k * (np.log(0.5) - np.log(LEAST_SCATTER)) / 17
         f = value(np.exp(grid[k]))
         if f < best:
             best, at = f, k
-    low, high = grid[max(at - 1, 0)], grid[min(at + 1, 13)]
+    low, high = grid[max(at - 1, 0)], grid[min(at + 1, 17)]
     g = 0.6180339887498949
     a, b = high - g * (high - low), low + g * (high - low)
     fa, fb = value(np.exp(a)), value(np.exp(b))
@@ -81,7 +84,7 @@ def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
     return min(best, fa, fb)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _tangential(slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, mu: float, beta: float) -> float:
     residual = np.empty(len(slip))
     for i in range(len(slip)):
@@ -154,6 +157,35 @@ def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
     return Interval(value, sd, low, high)
 
 
+def scatter_interval(data: LawData, restitution: float) -> Interval:
+    """Impact-to-impact scatter of the restitution; ``low`` 0 where none explains the impacts as well."""
+    residual, variance, size = data.after - restitution * data.before, data.normal_sd**2, data.before
+
+    def deviance(scatter: float) -> float:
+        v = variance + (scatter * size) ** 2
+        z2 = residual**2 / v
+        return float(np.sum(np.where(z2 < CLIP**2, z2, 2 * CLIP * np.sqrt(z2) - CLIP**2) + np.log(v)))
+
+    best, least = minimum(lambda x: deviance(float(np.exp(x))), np.log(LEAST_SCATTER), np.log(0.5), 41)
+    value, level = float(np.exp(best)), least + threshold(len(data), 1)
+    high = crossing(deviance, value, 1.0, level, 0.1 * value)
+    low = 0.0 if deviance(0.0) <= level else crossing(deviance, value, 0.0, level, 0.1 * value)
+    return Interval(value, (high - low) / (2 * NORMAL_90), low, high)
+
+
+def widened(interval: Interval, sd: float) -> Interval:
+    """``interval`` with a further, independent error ``sd``; bounds stay bounds."""
+    if not np.isfinite(interval.value) or not np.isfinite(interval.sd) or not sd > 0:
+        return interval
+    low, high = (interval.value + side * np.hypot(end - interval.value, NORMAL_90 * sd) for side, end in ((-1, interval.low), (1, interval.high)))
+    return Interval(interval.value, float(np.hypot(interval.sd, sd)), float(low), float(high))
+
+
+def normal_interval(value: float, sd: float) -> Interval:
+    """The interval of a normal error."""
+    return Interval(float(value), float(sd), float(value - NORMAL_90 * sd), float(value + NORMAL_90 * sd))
+
+
 def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[Interval, Interval]:
     """Wall friction and tangential restitution, each profiled over the other.
 
@@ -163,9 +195,9 @@ def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[I
     cost = tangential_deviance(data)
     least = cost(friction, beta)
     level = least + threshold(len(data), 2)
-    width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-6) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
+    width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
     share = 1 + 1 / data.inertia_factor
-    width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-6) / max(np.sum(data.slip**2), 1e-9)) + 5e-4
+    width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.slip**2), 1e-9)) + 5e-4
 
     def over_beta(mu: float) -> float:
         near = minimum(lambda b: cost(mu, b), max(beta - 12 * width_beta, -1.0), min(beta + 12 * width_beta, 1.0), 9, 2)[1]
@@ -185,4 +217,4 @@ def _interval(profile: Callable[[float], float], value: float, limits: tuple[flo
     low = crossing(profile, inside, limits[0], level, step)
     high = crossing(profile, inside, limits[1], level, step)
     closed = np.isfinite(low) and np.isfinite(high)
-    return Interval(value if closed else np.nan, (high - low) / 3.29 if closed else np.nan, low, high)
+    return Interval(value if closed else np.nan, (high - low) / (2 * NORMAL_90) if closed else np.nan, low, high)

@@ -1,4 +1,4 @@
-"""Tables ``impacts``, ``flights`` and ``identification`` from what was fitted."""
+"""Tables ``impacts`` and ``flights`` of one run from what was fitted."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact_law import SPEED_FLOOR_M_PER_S, fit_restitution, restitution_gain
 from analysis.flights import FlightFits
-from analysis.identification_chatter import Chain, Merged
-from analysis.identification_fit import RigFit
-from analysis.identification_intervals import Interval, restitution_interval, tangential_intervals
+from analysis.identification_chains import Chain, Merged
+from analysis.identification_fit import HOST_ACCELERATION_M_PER_S2, RigFit
+from analysis.identification_intervals import Interval
 from analysis.impacts import QUANTITIES
 
 Array = NDArray[np.float64]
-NORMAL_90 = 1.6449
 # sd of a tangential speed from which the disk's angle says nothing about it (m/s).
 UNKNOWN_SPEED_M_PER_S = 10.0
 # Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
@@ -31,18 +29,19 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merge
     not measured on its own: null.  Without an angle everything tangential is null.
     """
     chosen = np.flatnonzero(merged.meetings & (rig.wall.impacts.meetings.run == run))
-    parts = [_met(rig, chosen, law)] + [_chained(chain) for chain in merged.chains if chain.run == run]
+    floor = rig.balance.speed_floor_m_per_s
+    parts = [_met(rig, chosen, law)] + [_chained(chain, floor) for chain in merged.chains if chain.run == run]
     table = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True).sort_values("time_s", ignore_index=True)
     table.insert(0, "impact", np.arange(len(table)))
     return table
 
 
-def _chained(chain: Chain) -> pd.DataFrame:
+def _chained(chain: Chain, speed_floor_m_per_s: float) -> pd.DataFrame:
     table = pd.DataFrame({"time_s": chain.of("time"), "time_sd_s": chain.sd("time"), "azimuth_rad": chain.of("azimuth")})
     for quantity, column in COLUMNS.items():
         known = quantity.endswith("before")
         table[column] = chain.of(quantity) if known else np.nan
-        table[column.replace("_m_per_s", "_sd_m_per_s")] = np.hypot(chain.sd(quantity), SPEED_FLOOR_M_PER_S) if known else np.nan
+        table[column.replace("_m_per_s", "_sd_m_per_s")] = np.hypot(chain.sd(quantity), speed_floor_m_per_s) if known else np.nan
     table["spin_before_rad_per_s"], table["spin_after_rad_per_s"] = chain.of("spin_before"), np.nan
     for name in ("restitution", "restitution_sd", "tangential_restitution", "tangential_restitution_sd", "wall_friction", "wall_friction_sd"):
         table[name] = np.nan
@@ -52,9 +51,9 @@ def _chained(chain: Chain) -> pd.DataFrame:
 
 def _met(rig: RigFit, chosen: NDArray[np.int64], law: dict[str, Interval]) -> pd.DataFrame:
     impacts = rig.wall.impacts
-    table = pd.DataFrame({"time_s": impacts.of("time")[chosen], "time_sd_s": impacts.sd("time")[chosen],
+    table = pd.DataFrame({"time_s": impacts.of("time")[chosen] - rig.wall.delay_s, "time_sd_s": impacts.sd("time")[chosen],
                           "azimuth_rad": impacts.azimuth_rad[chosen]})
-    floor = SPEED_FLOOR_M_PER_S
+    floor = np.hypot(rig.balance.speed_floor_m_per_s, rig.wall.delay_s * HOST_ACCELERATION_M_PER_S2)
     for quantity, column in COLUMNS.items():
         sd = np.hypot(impacts.sd(quantity)[chosen], floor)
         known = sd < UNKNOWN_SPEED_M_PER_S
@@ -78,7 +77,7 @@ def _met(rig: RigFit, chosen: NDArray[np.int64], law: dict[str, Interval]) -> pd
         friction_sd = _sd_of(covariance, {"tangential_after": along, "tangential_before": -along, "normal_before": -friction / normal,
                                           "normal_after": -friction / normal}, floor / normal)
         regime = _regime(value[:, 2], normal, share, rig, law)
-    regime = np.where(angle & np.isfinite(beta), regime, None)
+    regime[~(angle & np.isfinite(beta))] = None
     for name, values, sd, kind in (("tangential_restitution", beta, beta_sd, "stick"), ("wall_friction", friction, friction_sd, "slide")):
         table[name] = np.where(regime == kind, values, np.nan)
         table[f"{name}_sd"] = np.where(regime == kind, sd, np.nan)
@@ -108,108 +107,6 @@ def _sd_of(covariance: Array, row: dict[str, Array], floor: Array) -> Array:
     for name, values in row.items():
         coefficients[:, QUANTITIES.index(name)] = values
     return np.sqrt(np.einsum("ki,kij,kj->k", coefficients, covariance, coefficients) + floor**2)
-
-
-def law_intervals(rig: RigFit) -> dict[str, Interval]:
-    """Intervals of the contact law's three parameters; all NaN without an impact."""
-    unknown = Interval(np.nan, np.nan, np.nan, np.nan)
-    result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), unknown)
-    if rig.law is None:
-        return result
-    (value,), covariance, _, _ = fit_restitution(rig.data)
-    result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
-    if rig.angle:
-        result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
-            rig.data, rig.law.wall_friction, rig.law.tangential_restitution)
-    relative = length_residual(rig)
-    # (1 + beta_0) goes with the ratio of two speeds, the others with one.
-    return {name: widened(i, relative * (abs(i.value) + (name == "tangential_restitution"))) for name, i in result.items()}
-
-
-def length_residual(rig: RigFit) -> float:
-    """Relative error of lengths that the contact distances show beyond their noise: a lens residual, a wall not quite round.
-
-    Speeds share it within a region of the image, so that it does not average out over the impacts."""
-    used, impacts = rig.wall.used, rig.wall.impacts
-    if np.count_nonzero(used) < 6:
-        return 0.0
-    excess = rig.wall.scatter_m**2 - float(np.median(impacts.sd("radius")[used] ** 2))
-    return float(np.sqrt(max(excess, 0.0))) / rig.wall.wall.contact_radius_m
-
-
-def widened(interval: Interval, sd: float) -> Interval:
-    """``interval`` with a further, independent error ``sd``; bounds stay bounds."""
-    if not np.isfinite(interval.value) or not np.isfinite(interval.sd) or not sd > 0:
-        return interval
-    low, high = (interval.value + side * np.hypot(end - interval.value, NORMAL_90 * sd) for side, end in ((-1, interval.low), (1, interval.high)))
-    return Interval(interval.value, float(np.hypot(interval.sd, sd)), float(low), float(high))
-
-
-def identification_table(rig: RigFit, law: dict[str, Interval]) -> pd.DataFrame:
-    """Table ``identification``: one row per parameter; a bound has no value, what is open on both sides has nothing."""
-    n = len(rig.data)
-    rows: list[tuple[str, float, float, float, float, int | None]] = []
-    for name in ("restitution", "wall_friction", "tangential_restitution"):
-        i = law[name]
-        rows.append((name, i.value, i.sd, i.low, i.high, n))
-    if rig.law is not None and n > 2:
-        rows.append(("restitution_scatter", rig.law.scatter, rig.law.scatter / np.sqrt(2 * (n - 1)), np.nan, np.nan, n))
-    if rig.law is not None and n >= FEWEST_FOR_SLOPE:
-        _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
-        rows.append(("restitution_speed_slope_s_per_m", float(slope), float(sd), float(slope - NORMAL_90 * sd), float(slope + NORMAL_90 * sd), n))
-    rows += [(*row, None) for row in _floor_rows(rig)]
-    rows += [(*row, int(rig.wall.used.sum())) for row in _wall_rows(rig)]
-    rows += [(*row, None) for row in _drive_rows(rig)]
-    table = pd.DataFrame(rows, columns=["parameter", "value", "sd", "low", "high", "n_impacts"])
-    table["n_impacts"] = pd.array(table["n_impacts"].tolist(), dtype="Int64")
-    return table
-
-
-UNDETERMINED_FRICTION = 0.3
-FEWEST_FOR_SLOPE = 5
-FLOOR_NAMES = {"friction": "floor_friction", "viscous": "viscous_drag_per_s", "air": "air_drag_per_m", "tilt_x": "table_tilt_x_m_per_s2",
-               "tilt_y": "table_tilt_y_m_per_s2", "drift": "friction_drift_per_s",
-               "load": "vertical_motion_share", "centre_host": "centre_force_per_s2"}
-
-
-def _floor_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
-    rows = []
-    for k, name in enumerate(rig.floor.names):
-        value, sd = float(rig.floor.estimate[k]), float(np.sqrt(rig.floor.covariance[k, k]))
-        low, high = value - NORMAL_90 * sd, value + NORMAL_90 * sd
-        if name == "friction":
-            value, low, high = max(value, 0.0), max(low, 0.0), max(high, 0.0)
-            if sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
-                value, sd, low, high = np.nan, np.nan, np.nan, np.nan
-        rows.append((FLOOR_NAMES[name], value, sd, low, high))
-    if "friction" not in rig.floor.names:
-        rows.append(("floor_friction", np.nan, np.nan, np.nan, np.nan))
-    return rows
-
-
-def _wall_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
-    wall = rig.wall
-    names = {"radius": "contact_radius_m", "centre_x": "wall_centre_x_m", "centre_y": "wall_centre_y_m", "disk_x": "disk_centre_x_m",
-             "disk_y": "disk_centre_y_m", "ellipse_c": "wall_ellipticity_cos", "ellipse_s": "wall_ellipticity_sin"}
-    if not wall.used.any():
-        return []
-    rows = []
-    for k, term in enumerate(wall.terms):
-        value, sd = float(wall.estimate[k]), float(np.sqrt(wall.covariance[k, k]))
-        rows.append((names[term], value, sd, value - NORMAL_90 * sd, value + NORMAL_90 * sd))
-    return rows
-
-
-def _drive_rows(rig: RigFit) -> list[tuple[str, float, float, float, float]]:
-    """Drive frequency, weighted mean over the runs; nothing for a Host that stands still."""
-    found = [(run.data.host.frequency_hz, run.data.host.omega_sd_rad_per_s / (2 * np.pi)) for run in rig.runs
-             if run.data.host.omega_rad_per_s > 0 and np.isfinite(run.data.host.omega_sd_rad_per_s)]
-    if not found:
-        return []
-    value, sd = (np.array(c) for c in zip(*found, strict=True))
-    weight = np.maximum(sd, 1e-9) ** -2.0
-    mean, spread = float(np.average(value, weights=weight)), float(weight.sum() ** -0.5)
-    return [("drive_frequency_hz", mean, spread, mean - NORMAL_90 * spread, mean + NORMAL_90 * spread)]
 
 
 def flights_table(rig: RigFit, run: int, merged: Merged) -> pd.DataFrame:

@@ -92,8 +92,8 @@ def meet(fits: Sequence[FlightFits]) -> Meetings:
         none = np.zeros(0)
         return Meetings(np.zeros((0, 12)), none, np.zeros((0, 13, 13)), np.zeros((0, 4)), np.zeros((0, 4)), none, none,
                         np.zeros(0, np.int64), np.zeros(0, np.int64), none, none, radius)
-    state, time, covariance, host, rate, mismatch, sideways, drive, start, run, flight = (np.array(c) for c in zip(*rows, strict=True))
-    return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, flight, drive, start, radius)
+    state, time, covariance, host, rate, mismatch, sideways, drive, start, run, before = (np.array(c) for c in zip(*rows, strict=True))
+    return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, radius)
 
 
 def _meet(fits: FlightFits, k: int):
@@ -131,6 +131,10 @@ def _meet(fits: FlightFits, k: int):
     across = np.array([-step[1], step[0]]) / np.sqrt(speed2)
     t += float(state[12])
     moment = np.array([t])
+    # Speeds count against the Host, which is accelerated: a later instant is a smaller approach, on both sides alike.
+    late = np.eye(13)
+    late[3:5, 12] = late[9:11, 12] = -run.host.at(moment, 2)[0, :2]
+    posterior = late @ posterior @ late.T
     return (state[:12], t, posterior, run.host.at(moment)[0], run.host.at(moment, 1)[0], mismatch, float(innovation[:2] @ across),
             run.host.omega_rad_per_s * t + run.host.phase_rad, run.host.phase_rad)
 

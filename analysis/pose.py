@@ -202,5 +202,5 @@ def unwrap_angle(time_s: Array, angle_rad: Array) -> Array:
 def _end_spins(times: Array, angles: Array, frames: int = 8) -> tuple[float, float]:
     if len(times) < 2:
         return (np.nan, np.nan)
-    first, last = slice(0, frames), slice(-frames, None)
-    return tuple(float(np.polyfit(times[s] - times[s][0], angles[s], 1)[0]) for s in (first, last))
+    first, last = (float(np.polyfit(times[s] - times[s][0], angles[s], 1)[0]) for s in (slice(0, frames), slice(-frames, None)))
+    return first, last

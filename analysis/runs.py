@@ -69,9 +69,11 @@ def run_data(motion: pd.DataFrame, recording: Recording, name: str | None = None
     xy = np.where(seen[:, None], nes[:, :2], np.nan)
     sd = np.maximum(np.sqrt(0.5 * (nes_sd[:, 0] ** 2 + nes_sd[:, 1] ** 2)), FINEST_SD_M)
     body = recording.bodies["nes"]
+    contact_m = contact_radius(recording)
+    radius_m = float(getattr(body, "radius_m", np.nan))
     inertia = getattr(body, "inertia_factor", None) or 0.5
-    data = RunData(name or recording.name, times, xy, angle, sd, np.maximum(angle_sd, FINEST_SD_M / float(body.radius_m)), harmonics, contact_radius(recording),
-                   float(body.radius_m), float(inertia))
+    data = RunData(name or recording.name, times, xy, angle, sd, np.maximum(angle_sd, FINEST_SD_M / radius_m), harmonics, contact_m,
+                   radius_m, float(inertia))
     return data, np.column_stack([host, host_sd])
 
 
@@ -103,7 +105,7 @@ def cut(data: RunData, host_table: Array, frame: NDArray[np.int64], wall_m: Arra
         xy = data.xy_m.copy()
         xy[segments.smeared] = np.nan
         data = replace(data, xy_m=xy)
-    flights = flights_from_segments(np.isfinite(data.xy_m[:, 0]), segments.gaps, segments.contact)
+    flights = flights_from_segments(np.isfinite(data.xy_m[:, 0]), segments.gaps.tolist(), segments.contact)
     return Run(data, segments, tuple(flights), distance, host_table, frame)
 
 

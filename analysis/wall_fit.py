@@ -22,7 +22,7 @@ SLOWEST_M_PER_S = 0.05
 @dataclass(frozen=True, eq=False)
 class WallFit:
     """``wall``, the ``impacts`` seen with it, ``residual_m`` of the contact distance, ``scatter_m`` (robust), ``used`` mask,
-    ``extra`` coefficients of further regressors, ``covariance`` of (terms, extra)."""
+    ``extra`` coefficients of further regressors, ``covariance`` of (terms, extra); ``delay_s`` by which flights meet past the wall."""
 
     wall: Wall
     impacts: Impacts
@@ -33,6 +33,7 @@ class WallFit:
     estimate: Array
     covariance: Array
     chi_square: float
+    delay_s: float = 0.0
 
 
 def usable(impacts: Impacts) -> NDArray[np.bool_]:
@@ -58,10 +59,10 @@ def fit_wall(meetings: Meetings, start: Wall, terms: Sequence[str], prior_sd: Ma
         impacts = measure(meetings, wall)
         used = usable(impacts)
         residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
-        if n_extra:
+        if extra is not None:
             residual = residual - extra @ coefficients
         design = wall_design(impacts.azimuth_rad, meetings.host[:, 3], impacts.body_rad, wall.contact_radius_m)[:, at]
-        if n_extra:
+        if extra is not None:
             design = np.column_stack([design, extra])
         sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
         scale = max(1.0, 1.4826 * float(np.median(np.abs(residual[used] / sd[used])))) if used.any() else 1.0
@@ -69,14 +70,16 @@ def fit_wall(meetings: Meetings, start: Wall, terms: Sequence[str], prior_sd: Ma
         weight = np.where(used, 1 / (sd * scale * np.sqrt(1 + (z / 3) ** 2)), 0.0)
         normal = (design * weight[:, None]).T @ (design * weight[:, None]) + np.diag(prior)
         pull = prior * np.concatenate([(start_vector - _vector(wall))[at], -coefficients * 0.0])
-        covariance = np.linalg.pinv(normal, hermitian=True)
+        covariance = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
         step = covariance @ ((design * weight[:, None]).T @ (residual * weight) + pull)
         full = np.zeros(len(WALL_TERMS))
         full[at] = step[:len(at)]
         wall = moved(wall, full)
         coefficients = coefficients + step[len(at):]
     impacts = measure(meetings, wall)
-    residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad) - (extra @ coefficients if n_extra else 0.0)
+    residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+    if extra is not None:
+        residual = residual - extra @ coefficients
     used = usable(impacts)
     scatter = 1.4826 * float(np.median(np.abs(residual[used]))) if used.any() else float("nan")
     sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from analysis.contact_law import LawData, fit_restitution, fit_tangential, sticks
-from analysis.identification_intervals import restitution_interval, tangential_intervals, threshold
+from analysis.identification_intervals import (
+    restitution_interval,
+    scatter_interval,
+    tangential_intervals,
+    threshold,
+)
 
 TRUE = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
 
@@ -94,3 +99,20 @@ def test_coverage_lies_between_85_and_95_percent(count):
 def test_threshold_goes_to_that_of_chi_square():
     assert threshold(10_000, 2) == pytest.approx(2.706, abs=0.01)
     assert threshold(6, 1) > 3.0
+
+
+def test_a_restitution_that_does_not_scatter_has_zero_in_its_scatters_interval():
+    rng = np.random.default_rng(10)
+    none, some = (scatter_interval(series(rng, 150, scatter=s), TRUE["restitution"]) for s in (0.0, 0.02))
+    assert none.low == 0.0 and none.high < 3e-3
+    assert 0.015 < some.low < 0.02 < some.high < 0.026
+
+
+@pytest.mark.long
+def test_scatter_intervals_cover_as_often_as_they_say():
+    rng = np.random.default_rng(9)
+    held = []
+    for _ in range(300):
+        found = scatter_interval(series(rng, 60, scatter=0.02), TRUE["restitution"])
+        held.append(found.low < 0.02 < found.high)
+    assert 0.85 < np.mean(held) < 0.95

@@ -228,3 +228,25 @@ def test_practice_series_against_their_truth(practice, number):
     assert np.sqrt(np.mean(np.square(errors))) * 800 < 0.1
     assert abs(rows.loc["restitution", "value"] - plant["eps"]) < 0.002 + 3 * rows.loc["restitution", "sd"]
     assert abs(rows.loc["floor_friction", "value"] / plant["mu_s"] - 1) < 0.01
+
+
+def test_lengths_that_are_off_are_told_and_do_not_bend_the_law(driven, recording):
+    """Every measured length 4 % too long: spins, angles and times are not; ten impacts do not see less."""
+    lengths = {c: driven[0][c] * 1.04 for c in driven[0] if c.endswith("_m")}
+    found = identify(driven[0].assign(**lengths), recording)
+    assert any("length scale" in note for note in found.notes)
+    rows = found.identification.set_index("parameter").drop(columns="n_impacts")
+    for name in NAMES:
+        assert rows.loc[name, "low"] - 2e-3 < TRUTH[name] < rows.loc[name, "high"] + 2e-3, name
+    assert rows.loc["floor_friction", "sd"] > 0.02 * TRUTH["floor_friction"]
+    assert missed_and_false(found.impacts, driven[1], driven[0]["time_s"].max())[1] == []
+
+
+def test_a_wrong_inertia_factor_is_told(driven, tmp_path):
+    (tmp_path / "recording.toml").write_text(TOML.replace("inertia_factor = 0.5", "inertia_factor = 0.52"), encoding="utf-8")
+    found = identify(driven[0], read_recording(tmp_path))
+    assert any("inertia_factor" in note for note in found.notes)
+
+
+def test_right_lengths_leave_no_such_note(driven):
+    assert not any("disagree" in note or "lasts" in note for note in driven[2].notes)
