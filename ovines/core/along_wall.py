@@ -7,17 +7,9 @@ import math
 from ovines.core import parameters as P
 from ovines.core.collision import onto_wall, strike
 from ovines.core.compiled import compiled
-from ovines.core.dynamics import (
-    NEED,
-    PUSH,
-    SLIP,
-    contact_velocity,
-    derivatives,
-    inverse_mass,
-    normal_here,
-    place,
-)
+from ovines.core.dynamics import NEED, PUSH, SLIP, derivatives
 from ovines.core.flight import wall_stands
+from ovines.core.kinematics import contact_velocity, inverse_mass, normal_here, place
 from ovines.core.sampling import take_sample
 from ovines.core.stepper import next_size, step
 

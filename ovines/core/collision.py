@@ -6,17 +6,9 @@ import math
 
 from ovines.core import parameters as P
 from ovines.core.compiled import compiled
-from ovines.core.dynamics import (
-    contact_bias,
-    contact_velocity,
-    free_accelerations,
-    inverse_mass,
-    levers,
-    normal_here,
-    place,
-    push,
-)
+from ovines.core.dynamics import contact_bias, free_accelerations, push
 from ovines.core.impact import effective_restitution, impulses
+from ovines.core.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
 
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 

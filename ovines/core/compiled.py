@@ -36,7 +36,7 @@ def compiler(stamp: str) -> Callable[[Callable], Callable]:
     def decorate(function: Callable) -> Callable:
         dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-        if not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
+        if index is None or not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
             return njit(nogil=True, error_model="numpy")(function)
         index._source_stamp = stamp
         return dispatcher

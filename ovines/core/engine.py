@@ -11,8 +11,10 @@ from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.collision import resolve
 from ovines.core.compiled import compiled
 from ovines.core.disk_step import flight_slopes, flight_step
+from ovines.core.extended import SHARP, sharpen, strike_extended
 from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.host import ROTATION, base_motion, host_after
+from ovines.core.impact import effective_restitution
 from ovines.core.sampling import sample_glide, take_sample
 from ovines.core.stepper import next_size
 
@@ -43,19 +45,27 @@ def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
 
 @compiled
 def fly_closed(
-    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample, with_energy
+    t, y, low, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample, with_energy
 ) -> tuple[float, int, int]:  # fmt: skip
-    """Closed-form flight to the next contact, in place: (time, wall or -1, next sample)."""
+    """Closed-form flight to the next contact, in place: (time, wall or -1, next sample).
+
+    ``low``: the state's low words, used and kept where the run is extended (:mod:`ovines.core.extended`).
+    """
     s, wall = glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work)
     next_sample = sample_glide(t, y, t + s, p, k, drive, table, work, trial, sample_times, samples, next_sample)
-    glide(t, s, y, p, k, drive, table, work[13], trial)
     if with_energy and k[P.HOST_KIND] == P.SPRUNG:
         suspension_work(t, s, y, p, k, drive, table, work)
-        for j in range(P.LOST_FRICTION, P.LOST_DRAG + 1):
-            trial[j] = y[j]
+    reached = end if wall < 0 else t + s
+    if k[P.EXTENDED] and wall == P.ROUND:
+        exact, agreed = sharpen(t, s, y, low, p, k, drive, trial, work[12])
+        if agreed:
+            y[:], low[:] = trial, work[12]
+            return exact, wall, next_sample
+    low[:] = 0.0
+    glide(t, s, y, p, k, drive, table, work[13], trial)
     for j in range(k[P.STATE_SIZE]):
         y[j] = trial[j]
-    return (end if wall < 0 else t + s), wall, next_sample
+    return reached, wall, next_sample
 
 
 @compiled
@@ -125,6 +135,7 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
     too short are filled as far as they go; the counts say how far they should have gone.
     """
     work, trial, record = np.zeros((16, P.N_STATE)), np.zeros(P.N_STATE), np.zeros(P.N_IMPACT)
+    low, before = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
     n_impacts, n_contacts, next_sample, in_contact = 0, 0, 0, 0.0
@@ -134,7 +145,7 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
         if mode == P.FLIGHT:
             if k[P.CLOSED_FORM] or at_rest:
                 t, wall, next_sample = fly_closed(
-                    t, y, end, grace, p, k, drive, table, polygon, work, trial,
+                    t, y, low, end, grace, p, k, drive, table, polygon, work, trial,
                     sample_times, samples, next_sample, with_energy,
                 )  # fmt: skip
             else:
@@ -163,8 +174,15 @@ def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts
                 mode = P.FLIGHT
                 grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
                 continue
+        before[:] = y
         mode, duration, counted = resolve(t, y, wall, p, k, drive, table, polygon, work, record)
         t += duration
+        if low[SHARP] > 0.0 and counted and mode == P.FLIGHT:
+            restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], p)
+            strike_extended(before, low, restitution, p, k)
+            y[: P.LOST_FRICTION], y[P.HOST :] = before[: P.LOST_FRICTION], before[P.HOST :]
+        else:
+            low[:] = 0.0
         if counted:
             if n_impacts < impacts.shape[0]:
                 impacts[n_impacts, :] = record

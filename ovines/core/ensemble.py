@@ -195,8 +195,8 @@ def widen(packed: Packed, p_rows: np.ndarray, drives: np.ndarray) -> None:
 
 def inside(packed: Packed, y_rows: np.ndarray, drives: np.ndarray) -> np.ndarray:
     """Which starts are inside every wall (n,)."""
-    from ovines.core.dynamics import empty_scratch, in_host, place
     from ovines.core.flight import wall_stands
+    from ovines.core.kinematics import empty_scratch, in_host, place
     from ovines.core.walls import contact_frame
 
     scratch, at = empty_scratch()

@@ -7,8 +7,8 @@ import math
 from ovines.core import parameters as P
 from ovines.core.compiled import compiled, inlined
 from ovines.core.disk_step import flight_step
-from ovines.core.dynamics import in_host, place
 from ovines.core.host import ROTATION, host_after, sprung_response
+from ovines.core.kinematics import in_host, place
 from ovines.core.walls import gap_measure, safe_time
 
 ROUNDING = 4e-16  # of a length: gaps below this are contact

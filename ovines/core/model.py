@@ -16,7 +16,7 @@ class ScenarioError(ValueError):
         super().__init__(f"found:    {found}\nexpected: {expected}\ndo:       {do}")
         self.found, self.expected, self.do = found, expected, do
 
-    def __reduce__(self):  # a worker hands it through a pickle
+    def __reduce__(self) -> tuple[type[ScenarioError], tuple[str, str, str]]:  # a worker hands it through a pickle
         return type(self), (self.found, self.expected, self.do)
 
 
@@ -26,9 +26,9 @@ def require(holds: bool, found: str, expected: str, do: str) -> None:
         raise ScenarioError(found, expected, do)
 
 
-def require_range(name: str, value: float, low: float, high: float, above: bool = False) -> None:
-    """Refuse ``value`` outside ``low..high`` (``above``: ``low`` itself is refused), and NaN."""
-    inside = math.isfinite(value) and (low < value if above else low <= value) and value <= high
+def require_range(name: str, value: float | None, low: float, high: float, above: bool = False) -> None:
+    """Refuse ``value`` outside ``low..high`` (``above``: ``low`` itself is refused), NaN and nothing at all."""
+    inside = value is not None and math.isfinite(value) and (low < value if above else low <= value) and value <= high
     bounds = f"{'above' if above else 'at least'} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
     require(inside, f"{name} = {value}", f"a finite number {bounds}", f"correct {name}")
 
@@ -145,7 +145,7 @@ class Host:
             require(moved, "a driven Host without drive", "harmonics or a table", "add [host.drive] or motion = 'fixed'")
 
 
-def require_convex(corners) -> None:
+def require_convex(corners: object) -> None:
     """Refuse a polygon that is not convex and counter-clockwise."""
     points = np.asarray(corners, dtype=float)
     shape = points.ndim == 2 and points.shape[1:] == (2,) and len(points) >= 3 and bool(np.all(np.isfinite(points)))

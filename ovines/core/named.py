@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ovines.core.model import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, Suspension
 from ovines.core.shaker import amplitude_of
@@ -21,22 +22,22 @@ class NamedScenario:
     make: Callable[[], Scenario]
 
 
-def _heavy(name: str, law: ImpactLaw, nes: tuple[float, ...], duration_s: float, **more) -> Scenario:
-    """Tables 2-11: R_N = 1 m, R_H = 10 m, M_N = 1 kg, M_H = 1e9 kg, gravity along -y."""
-    host = more.pop("host", Host(radius_m=10.0, motion="free", mass_kg=1e9, inertia_factor=1.0))
-    settings = {"initial_nes": nes, "gravity_m_per_s2": DOWN, "sample_rate_hz": 100.0} | more
-    return Scenario(name, Nes(1.0, 1.0), host, law, duration_s, **settings)
-
-
 FIXED_10 = Host(radius_m=10.0)
+HEAVY_10 = Host(radius_m=10.0, motion="free", mass_kg=1e9, inertia_factor=1.0)
 SMOOTH, LOSSY, ROUGH = ImpactLaw(1.0, 0.0, 0.0), ImpactLaw(0.9, 0.0, 0.0), ImpactLaw(0.9, 0.4, 0.7)
 REST = (0.0,) * 6
 
 
-def _exits() -> Scenario:
-    host = Host(radius_m=10.0, motion="free", mass_kg=1e9, inertia_factor=1.0)
+def _heavy(name: str, law: ImpactLaw, nes: tuple[float, ...], duration_s: float, host: Host = HEAVY_10) -> Scenario:
+    """Tables 2-11: R_N = 1 m, R_H = 10 m, M_N = 1 kg, M_H = 1e9 kg, gravity along -y."""
     return Scenario(
-        "table-12", Nes(0.01, 0.1), host, ImpactLaw(0.9, 0.8, 1.0), 5.0,
+        name, Nes(1.0, 1.0), host, law, duration_s, initial_nes=nes, gravity_m_per_s2=DOWN, sample_rate_hz=100.0
+    )
+
+
+def _exits() -> Scenario:
+    return Scenario(
+        "table-12", Nes(0.01, 0.1), HEAVY_10, ImpactLaw(0.9, 0.8, 1.0), 5.0,
         initial_nes=(-2.0, -6.0, 300.0, 200.1, 0.0, 0.0), gravity_m_per_s2=DOWN, sample_rate_hz=1000.0,
     )  # fmt: skip
 
@@ -94,7 +95,7 @@ def _shaken(name: str, wall_friction: float, floor: float) -> Scenario:
     )  # fmt: skip
 
 
-def _rig(name: str, **host) -> Scenario:
+def _rig(name: str, **host: Any) -> Scenario:
     """The experiments' rig (OVINES3) with the thesis' identified values: 9 g at 11 Hz."""
     drive = (Harmonic("x", amplitude_of(9.0, 11.0), 11.0),)
     return Scenario(
@@ -146,6 +147,6 @@ _ALL = (
 NAMED: dict[str, NamedScenario] = {entry.name: entry for entry in _ALL}
 
 
-def named_scenario(name: str, **changes) -> Scenario:
+def named_scenario(name: str, **changes: Any) -> Scenario:
     """The scenario called ``name`` (:data:`NAMED`), with fields replaced."""
     return replace(NAMED[name].make(), **changes)

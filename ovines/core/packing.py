@@ -86,11 +86,11 @@ def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
     drive, table = np.zeros((0, 4)), np.zeros((0, 17))
     if host.motion == "driven":
         drive, table = harmonic_rows(host.drive), table_pieces(host.table)
-    elif host.motion == "sprung":
+    elif host.suspension is not None and host.motion == "sprung":
         drive = harmonic_rows(host.suspension.ground)
         p[P.STIFFNESS_X : P.STIFFNESS_R + 1] = host.suspension.stiffness
         p[P.DAMPING_X : P.DAMPING_R + 1] = host.suspension.damping
-    if host.motion in ("free", "sprung"):
+    if host.mass_kg is not None and host.motion in ("free", "sprung"):
         reach = host.radius_m or float(np.max(np.hypot(*np.asarray(host.polygon_m, dtype=float).T)))
         p[P.INVERSE_HOST_MASS] = 1.0 / host.mass_kg
         p[P.INVERSE_HOST_INERTIA] = 1.0 / (host.inertia_factor * host.mass_kg * reach**2)
@@ -173,6 +173,7 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     shaped = p[P.ELLIPTICITY] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
     turns = (driven and (turning.any() or k[P.HAS_TABLE])) or k[P.HOST_KIND] in (P.FREE, P.SPRUNG)
     k[P.WALL_TURNS] = shaped and turns
+    k[P.EXTENDED] = with_energy and can_extend(p, k, drive)
     k[P.PLAIN] = k[P.HOST_KIND] in (P.FIXED, P.DRIVEN) and not k[P.OFF_CENTRE]
     k[P.FLOOR_TURNS] = driven and (turning.any() or k[P.HAS_TABLE])
     if k[P.OFF_CENTRE]:
@@ -216,6 +217,19 @@ def undamped_resonance(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> bool:
     )
 
 
+def can_extend(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> bool:
+    """Whether contacts can be sharpened to 30 digits: closed flights, one round wall, instant impacts, weak dampers."""
+    round_only = k[P.N_WALLS] == 2 and p[P.OBSTACLE_RADIUS] == 0.0 and p[P.ELLIPTICITY] == 0.0
+    plain = bool(k[P.CLOSED_FORM]) and p[P.WALL_X] == 0.0 and p[P.WALL_Y] == 0.0 and p[P.CONTACT_DURATION] == 0.0
+    if not (round_only and plain) or k[P.HAS_TABLE]:
+        return False
+    if k[P.HOST_KIND] != P.SPRUNG:
+        return True
+    inverse = p[[P.INVERSE_HOST_MASS, P.INVERSE_HOST_MASS, P.INVERSE_HOST_INERTIA]]
+    stiffness, damping = p[P.STIFFNESS_X : P.STIFFNESS_R + 1] * inverse, p[P.DAMPING_X : P.DAMPING_R + 1] * inverse
+    return bool(np.all(stiffness > (0.5 * damping) ** 2 * (1.0 + 1e-9)))
+
+
 def add_table_bounds(p: np.ndarray, table: np.ndarray) -> float:
     """Add bounds of a measured motion's accelerations to the vector; returns its largest plane speed."""
     pieces = np.diff(table[:, 0], append=table[-1, 0] + (table[-1, 0] - table[-2, 0] if len(table) > 1 else 1.0))
@@ -232,8 +246,8 @@ def add_table_bounds(p: np.ndarray, table: np.ndarray) -> float:
 
 def require_inside(packed: Packed) -> None:
     """Refuse a start outside a wall (beyond rounding)."""
-    from ovines.core.dynamics import empty_scratch, in_host, place
     from ovines.core.flight import wall_stands
+    from ovines.core.kinematics import empty_scratch, in_host, place
 
     scratch, at = empty_scratch()
     place(0.0, packed.y, packed.p, packed.k, packed.drive, packed.table, scratch, at)

@@ -17,8 +17,8 @@ N_FLOATS = 44
 
 # int vector
 (HOST_KIND, CLOSED_FORM, N_WALLS, WALL_TURNS, ON_GROUND, MAX_IMPACTS, STATE_SIZE, HAS_TABLE, OFF_CENTRE, PLAIN,
- FLOOR_TURNS) = range(11)  # fmt: skip
-N_INTS = 11
+ FLOOR_TURNS, EXTENDED) = range(12)  # fmt: skip
+N_INTS = 12
 
 FIXED, FREE, DRIVEN, SPRUNG = range(4)  # host kinds
 FLIGHT, SLIDE, ROLL, CORNER = range(4)  # modes of motion; CORNER rests on two walls at once

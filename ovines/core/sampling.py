@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ovines.core.compiled import compiled
-from ovines.core.dynamics import place
 from ovines.core.flight import glide
+from ovines.core.kinematics import place
 
 N_SAMPLE = 12  # centre x, y, vx, vy, angle, spin of the NES, the same six of the Host
 

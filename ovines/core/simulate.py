@@ -118,17 +118,17 @@ def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> Simu
     energy = energy_balance(packed, y, end, impacts)
     shown, seen = times, samples
     for name, values in scenario.effects.items():
-        if EFFECTS[name].observe is not None:
+        observe = EFFECTS[name].observe
+        if observe is not None:
             source = rng if rng is not None else np.random.default_rng(0)
-            shown, seen = EFFECTS[name].observe(shown, seen, EFFECTS[name].complete(values), source)
+            shown, seen = observe(shown, seen, EFFECTS[name].complete(values), source)
     motion = motion_columns(times, seen, packed)
-    table = np.rec.fromarrays(impacts.T, names=IMPACT_COLUMNS) if n_impacts else empty_impacts()
-    return SimulationResult(scenario, shown, motion, table, contacts, float(end), y, energy)
+    return SimulationResult(scenario, shown, motion, impact_records(impacts), contacts, float(end), y, energy)
 
 
-def empty_impacts() -> np.ndarray:
-    """An impact table without rows."""
-    return np.rec.fromarrays([np.zeros(0)] * len(IMPACT_COLUMNS), names=IMPACT_COLUMNS)
+def impact_records(rows: np.ndarray) -> np.recarray:
+    """The engine's rows (n, columns) as a structured array; none is fine."""
+    return np.rec.fromarrays(list(rows.T), dtype=[(name, float) for name in IMPACT_COLUMNS])
 
 
 def motion_columns(times: np.ndarray, samples: np.ndarray, packed: Packed) -> dict[str, np.ndarray]:
@@ -139,7 +139,7 @@ def motion_columns(times: np.ndarray, samples: np.ndarray, packed: Packed) -> di
             height[i] = vertical_motion(time, packed.k, packed.drive, packed.table)
     height[np.isnan(samples[:, 0])] = np.nan
     lifted = height if not packed.k[P.ON_GROUND] else 0.0 * height
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for start, body, z in ((0, "nes", lifted), (6, "host", height)):
         columns |= {f"{body}_x_m": samples[:, start], f"{body}_y_m": samples[:, start + 1], f"{body}_z_m": z[:, 0]}
         columns[f"{body}_angle_rad"] = samples[:, start + 4]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovines.core.model import Scenario, require, require_range
+from ovines.core.model import Scenario, ScenarioError, require, require_range
 from ovines.core.packing import Packed
 
 Apply = Callable[[Packed, Mapping[str, float], Scenario], Packed]
@@ -60,7 +60,8 @@ class Effect:
         full = {}
         for name, parameter in known.items():
             value = values.get(name, parameter.default)
-            require(value is not None, f"effects.{self.name} without {name}", f"{name} in {parameter.unit}", "give it")
+            if value is None:
+                raise ScenarioError(f"effects.{self.name} without {name}", f"{name} in {parameter.unit}", "give it")
             low = parameter.low if math.isfinite(parameter.low) else -math.inf
             require_range(f"effects.{self.name}.{name}", float(value), low, parameter.high)
             full[name] = float(value)
