@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from analysis.gap.finding import NEGLIGIBLE, Finding
+from analysis.gap.finding import Finding
 from analysis.gap.measurement import MeasurementTests, measurement_tests
 from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
 
@@ -17,6 +18,7 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
     "camera_clock_offset": lambda s, f: s,
 }
+ADDITIVE = ("sensor_window_offset", "plane_tilt")
 
 
 def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 3) -> tuple[Series, list[Finding], MeasurementTests]:
@@ -28,8 +30,16 @@ def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 
         left = [f for f in tests.findings.values() if f.found and f.effect not in taken | withheld]
         if not left:
             break
-        strongest = max(left, key=lambda f: f.size / NEGLIGIBLE[f.effect])
+        strongest = max(left, key=Finding.times_least)
         found.append(strongest)
         series = CORRECTIONS[strongest.effect](series, strongest)
         tests = measurement_tests(series)
-    return series, found, first
+    return series, [_refined(f, tests) for f in found], first
+
+
+def _refined(finding: Finding, after: MeasurementTests) -> Finding:
+    """What a linear correction left over is measured on the corrected data, and belongs to the effect."""
+    left = after.findings.get(finding.effect)
+    if finding.effect not in ADDITIVE or left is None:
+        return finding
+    return replace(finding, parameters={name: (value + left.parameters[name][0], sd) for name, (value, sd) in finding.parameters.items()})

@@ -15,6 +15,11 @@ class Finding:
     size: float
     found: bool
 
+    def times_least(self) -> float:
+        """Size over the smallest that would have been found in these data: its rank among findings."""
+        noise = SIGNIFICANT * self.size / self.significance if self.significance > 0 else 0.0
+        return self.size / max(NEGLIGIBLE[self.effect], noise)
+
 
 #: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig
 NEGLIGIBLE = {"camera_clock_offset": 3e-5, "sensor_window_offset": 0.35, "length_scale_error": 1.6e-3, "frame_rate_error": 2.5e-4,

@@ -73,7 +73,7 @@ def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
 
 
 def _measured(finding: Finding) -> Cause:
-    return Cause(finding.effect, "measurement", finding.parameters, finding.size / MEASUREMENT_NEGLIGIBLE[finding.effect],
+    return Cause(finding.effect, "measurement", finding.parameters, finding.times_least(),
                  finding.significance**2, "all", "all")
 
 

@@ -17,6 +17,10 @@ from analysis.gap.two_views import two_views
 from analysis.motion import PLACEMENT_SD_M
 
 Array = NDArray[np.float64]
+# Residuals of the Host beyond this are outliers, not jitter: one in 16,000 of Gaussian ones.
+CLIP_SD = 4.0
+# The Host's fit of harmonics takes 1 to 3 % of the scatter with it (six series with known jitter).
+JITTER_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +84,12 @@ def _length_scale(series: Series) -> Finding | None:
 
 
 def _jitter(series: Series) -> Finding | None:
-    """Scatter of the frames' times: variance of the Host's residual along its motion against its speed squared."""
-    rows, times, speeds = [], [], []
+    """Scatter of the frames' times: variance of the Host's residual along its motion, noise plus jitter times speed squared.
+
+    By maximum likelihood (weighted regression of the squares, iterated), outliers beyond 4 sd left out; the sd allows for noise that is
+    correlated from frame to frame.
+    """
+    residuals, speeds = [], []
     for run in series.runs:
         host = run.data.host
         if host.omega_rad_per_s == 0:
@@ -90,25 +98,23 @@ def _jitter(series: Series) -> Finding | None:
         axis = int(np.argmax(np.abs(velocity).max(0)))
         residual, speed = host.residual[:, axis], np.abs(velocity[:, axis])
         ok = np.isfinite(residual)
-        rows.append(residual[ok] - np.median(residual[ok]))
+        residuals.append(residual[ok] - np.median(residual[ok]))
         speeds.append(speed[ok])
-        times.append(len(rows[-1]))
-    if not rows:
+    if not residuals:
         return None
-    residual, speed = np.concatenate(rows), np.concatenate(speeds)
-    v2 = speed**2
-    # Robust: mean of clipped squares in speed classes, then a line in v^2.
-    edges = np.quantile(v2, np.linspace(0, 1, 13))
-    classes = np.clip(np.searchsorted(edges, v2, side="right") - 1, 0, 11)
-    x = np.array([v2[classes == c].mean() for c in range(12)])
-    y = np.array([(1.4826 * np.median(np.abs(residual[classes == c]))) ** 2 for c in range(12)])
-    n = np.array([np.count_nonzero(classes == c) for c in range(12)])
-    for _ in range(3):
-        w = np.sqrt(n / 2.7) / np.maximum(y, 1e-14)
-        a = np.column_stack([np.ones(12), x]) * w[:, None]
-        covariance = np.linalg.inv(a.T @ a)
-        _base, slope = covariance @ (a.T @ (y * w))
-        y = np.maximum(y, 1e-14)
-    error = float(np.sqrt(covariance[1, 1]))
+    residual, v2 = np.concatenate(residuals), np.concatenate(speeds) ** 2
+    noise, slope = (1.4826 * float(np.median(np.abs(residual)))) ** 2, 0.0
+    least = 1e-3 * noise + 1e-16
+    columns = np.column_stack([np.ones(len(v2)), v2])
+    for _ in range(12):
+        variance = np.maximum(noise + slope * v2, least)
+        near = residual**2 < CLIP_SD**2 * variance
+        weighted = columns[near] / variance[near, None]
+        covariance = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
+        noise, slope = covariance @ (weighted.T @ (residual[near] ** 2 / variance[near]))
+    z = residual / np.sqrt(variance)
+    lag = float(np.clip(np.mean(z[1:] * z[:-1] * (near[1:] & near[:-1])), 0.0, 0.9))
+    # The squares of Gaussian noise have variance 2, and the square of its correlation.
+    error = float(np.sqrt(2 * covariance[1, 1] * (1 + lag**2) / (1 - lag**2)))
     sd = float(np.sqrt(max(slope, 0.0)))
-    return judge("trigger_jitter", {"sd_s": (sd, error / (2 * max(sd, np.sqrt(error))))}, sd, slope / error)
+    return judge("trigger_jitter", {"sd_s": (sd, float(np.hypot(error / (2 * max(sd, np.sqrt(error))), JITTER_SHARE * sd)))}, sd, slope / error)

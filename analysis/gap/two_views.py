@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 LENS_PX, LENS_FULL_PX, LENS_SEEN = 0.10, 0.01, 3.0
 # Two such slopes add like the sides of a triangle: more than this many times the one is seen once in 50 series.
 LENS_TILTS = 2.8
+# Velocities at the NES come from local parabolas: a late clock is right to this share.
+CLOCK_SHARE = 1.5e-3
 
 
 def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
@@ -69,7 +71,8 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
         weight = 1 / (sd * scale) / np.sqrt(1 + (z / scale / 3) ** 2)
     error = np.sqrt(np.diag(covariance))
     # A lens residual bends epipolar lines and heights alike; what it does to the former tells what to allow in the latter.
-    warp_px, seen = lens_residual(a, b - a @ solution)
+    warp_px, seen, inflation = lens_residual(a, b - a @ solution)
+    error = error * np.sqrt(inflation)
     lens_px = LENS_PX * min(1.0, warp_px / LENS_FULL_PX) if seen else 0.5 * warp_px
     height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
     lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
@@ -82,22 +85,23 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
         judge("sensor_window_offset", {"u_px": (wu, np.hypot(su, lens_px)), "v_px": (wv, np.hypot(sv, lens_px))}, window,
                window / max(su, sv)),
         # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over places.
-        judge("camera_clock_offset", {"offset_s": (delay, np.hypot(sd_delay, 0.1 * warp_px / speed))}, abs(delay), abs(delay) / sd_delay),
+        judge("camera_clock_offset", {"offset_s": (delay, float(np.linalg.norm([sd_delay, 0.1 * warp_px / speed, CLOCK_SHARE * delay])))}, abs(delay), abs(delay) / sd_delay),
         # z = a x + b y is the world turned by b about x and by -a about y.
         judge("plane_tilt", {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))}, tilt,
                min(tilt / max(sx, sy), tilt / max(LENS_TILTS * lens, 1e-9) * SIGNIFICANT)),
     ], seen
 
 
-def lens_residual(a: Array, residual: Array) -> tuple[float, bool]:
-    """RMS (px) of what the epipolar residual shows in squares of 10 mm of the room beyond its noise, and whether it is surely there.
+def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:
+    """RMS (px) of what the epipolar residual shows in squares of 10 mm of the room beyond its noise, whether it is surely there, and by how
+    much the noise's correlation inflates the variance of a mean.
 
     Mean squares of the squares' means are held against the scatter within them, allowing for its correlation from frame to frame.
     """
     rows = np.flatnonzero((a[:, 3] == 0) & (a[:, 4] == 0))
     heights = np.flatnonzero((a[:, 3] != 0) | (a[:, 4] != 0))
     if len(rows) != len(heights) or len(rows) < 50:
-        return 0.0, False
+        return 0.0, False, 1.0
     place = np.floor(a[heights, 3:5] / 0.01).astype(int)
     _, square = np.unique(place[:, 0] * 1000 + place[:, 1], return_inverse=True)
     r = residual[rows]
@@ -108,14 +112,14 @@ def lens_residual(a: Array, residual: Array) -> tuple[float, bool]:
     within = r - mean[square]
     full = count >= 20
     if not full.any():
-        return 0.0, False
+        return 0.0, False, 1.0
     variance = (np.bincount(square, within**2) / np.maximum(count, 1))[full]
     pairs = square[1:] == square[:-1]
     lag = float(np.sum(within[1:][pairs] * within[:-1][pairs]) / max(np.sum(within[1:][pairs] ** 2), 1e-300))
     inflation = (1 + np.clip(lag, 0.0, 0.9)) / (1 - np.clip(lag, 0.0, 0.9))
     excess = np.sum((mean[full] ** 2 - variance / count[full]) * count[full]) / count[full].sum()
     chi = float(np.mean(mean[full] ** 2 * count[full] / variance)) / inflation
-    return float(np.sqrt(max(excess, 0.0))), chi > LENS_SEEN
+    return float(np.sqrt(max(excess, 0.0))), chi > LENS_SEEN, float(inflation)
 
 
 def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array], float]) -> Array:
