@@ -52,7 +52,8 @@ MEASUREMENT_EFFECTS = (
             EffectParameter("u_px", "px", -INF, INF, 0.5, 8.0, 0.0),
             EffectParameter("v_px", "px", -INF, INF, 0.5, 8.0, 0.0),
         ),
-        "A camera's window was elsewhere than window_offset_px says: a constant epipolar error.",
+        "A camera's window was elsewhere than window_offset_px says: a constant epipolar error. (u, v) is how far the "
+        "second view's pixels stand off the first's: the first window was off by (u, v) or the second by the opposite.",
     ),
     Effect(
         "length_scale_error", "measurement", (EffectParameter("scale", "1", 0.1, 10.0, 1e-3, 1.02),),
