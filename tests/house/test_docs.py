@@ -95,3 +95,29 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
         result = ovines(*shlex.split(command)[2:], cwd=tmp_path, timeout_s=900)
         assert result.returncode == 0, result.stderr
         assert result.stdout.strip() == expected.strip()
+
+
+@pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample recording")
+def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
+    """The cells of docs/notebook.md in one session, from top to bottom."""
+    (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    monkeypatch.chdir(tmp_path)
+    blocks = fences(ROOT / "docs" / "notebook.md")
+    cells = [(code, after[1]) for (kind, code), after in itertools.pairwise(blocks) if kind == "python"]
+    assert len(cells) >= 6
+    space: dict[str, object] = {}
+    for code, expected in cells:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, "notebook.md", "exec"), space)  # noqa: S102
+        assert printed.getvalue() == expected, code
+    assert (tmp_path / "notebook_path.png").stat().st_size > 10_000
+
+
+def test_the_notebook_names_every_stage():
+    """`ovines.notebook` has a function for each command that computes."""
+    from ovines import notebook
+    from ovines.chain import STAGES
+
+    for name in ({one.name for one in STAGES} - {"report"}) | {"compare", "diagnose", "simulate"}:
+        assert callable(getattr(notebook, name)) and name in notebook.__all__
