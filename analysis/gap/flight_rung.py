@@ -46,7 +46,9 @@ def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[st
         # How far friction is coupled to the spin is an unknown of its own: 0 plain Coulomb, 1 a uniformly loaded disk.
         trial = fit(runs, _with_free(nominal_model([*effects, "floor_friction", "spin_coupling"]), (*base.model.free, "coupling")), rounds=4)
         friction = trial.model.parameters[INDEX["friction"]]
-        gain = base.misfit - trial.misfit
+        # Whitened alike and per number: a better model whitens less and keeps flights that the other had to leave out.
+        before = fit(runs, base.model, rounds=0, correlation=trial.correlation)
+        gain = (before.misfit / max(before.count, 1) - trial.misfit / max(trial.count, 1)) * min(before.count, trial.count)
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * NEGLIGIBLE_M_PER_S2:
             causes.append(_friction_cause(name, trial, gain))
             base = trial
