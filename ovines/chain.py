@@ -53,8 +53,8 @@ STAGES: tuple[Stage, ...] = (
         sections=("cameras", "calibration"), sources=("vision",),
     ),
     Stage(
-        "track", "images -> markers in window pixels",
-        reads=("frames", "calibration.json"), may_read=("names.csv", "trigger.csv"), writes=("tracks.parquet",),
+        "track", "images -> markers in window pixels, walls from their edges",
+        reads=("frames", "calibration.json"), may_read=("names.csv", "trigger.csv"), writes=("tracks.parquet", "walls.parquet"),
         sections=("time", "cameras", "bodies"), sources=("vision",),
     ),
     Stage(
@@ -78,8 +78,8 @@ STAGES: tuple[Stage, ...] = (
         reads=("motion.parquet",),
         may_read=(
             "calibration.json", "calibration_views.parquet", "calibration_parameters.parquet", "first frames",
-            "tracks.parquet", "points.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet",
-            "impacts.parquet", "flights.parquet", "identification.parquet",
+            "tracks.parquet", "walls.parquet", "points.parquet", "host_circle.parquet", "rotation.parquet",
+            "thesis_impacts.parquet", "impacts.parquet", "flights.parquet", "identification.parquet",
         ),
         writes=("report.html",),
         sections=("name", "time", "cameras", "bodies", "excitation", "model"), sources=("analysis", "vision"),

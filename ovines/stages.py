@@ -42,7 +42,10 @@ def track(work: Work) -> dict[str, Any]:
     refuse_mistaken(work.recording, cameras, names)
     found = track_markers(work.recording, cameras, names, work.progress)
     work.notes.extend(found.notes)
-    return {"tracks.parquet": found.tracks}
+    results = {"tracks.parquet": found.tracks}
+    if len(found.walls):
+        results["walls.parquet"] = found.walls
+    return results
 
 
 def triangulate(work: Work) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from vision.detect import find_discs
 from vision.eye import Eye, Layout
 from vision.frames import open_sources, stream
 from vision.identity import match_in_both
-from vision.track import layout_of
+from vision.layouts import layout_of
 
 Array = NDArray[np.float64]
 Offsets = Sequence[tuple[int, int]]

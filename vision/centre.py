@@ -41,6 +41,7 @@ _HUBER = 3.0
 # The contrast's own slope costs a disc of 4 px three quarters of its precision: it is set free where nothing else
 # explains the picture (0.03 % of chi^2, 2 dof), and where it is only likely (1 %) the sd says what it might have done.
 _SLOPE_CHI2, _LIKELY_CHI2 = 16.0, 9.2
+STRUCTURED = 1.0  # added to OUTLIERS of such a fit
 _STRUCTURE = 1.3  # residual over pixel noise from which the residual is no longer noise
 _FIT_FREEDOM = 9.0  # unknowns that the edge pixels decide: position 2, shape 3, blur 3, contrast about 1
 
@@ -83,16 +84,16 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
     plateau = math.sqrt((sums[IN2] + sums[OUT2]) / max(n_plateau - 6.0, 1.0)) if n_plateau > 20 else edge
     noise = math.sqrt((sums[N_EDGE] * edge**2 + n_plateau * plateau**2) / (sums[N_EDGE] + n_plateau))
     # Neighbouring pixels differ by noise only; what the model misses (a shadow's edge, glare) they share, and it
-    # does not average out.
+    # does not average out (power: by films with shadow bands, glare and a textured floor).
     white = math.sqrt(0.5 * sums[PAIRS2] / max(sums[N_PAIRS], 1.0)) if sums[N_PAIRS] > 30 else noise
     structure = max(edge, plateau) / max(white, 0.3)
     if structure > _STRUCTURE:
-        noise = max(edge, noise) * structure
+        noise = max(edge, noise) * structure**1.5
     p[SD] = math.sqrt(0.5 * inverse_trace * (noise**2 + 1.0 / 144.0) + 4e-7 + 0.5 * likely_shift**2)
     p[NOISE] = plateau
     p[MISFIT] = edge
     p[COVERAGE] = sums[N_SEEN] / sums[N_WANTED]
-    p[OUTLIERS] = sums[N_CLIPPED] / sums[N_EDGE]
+    p[OUTLIERS] = sums[N_CLIPPED] / sums[N_EDGE] + (STRUCTURED if structure > _STRUCTURE else 0.0)
     p[OK] = 1.0 if abs(p[CONTRAST]) > 4.0 * noise else 0.0
 
 
@@ -163,7 +164,8 @@ def fit_discs(image: NDArray, starts: Array, max_iterations: int = 12, tolerance
     (n, 20): centre U, V [px]; M11..M22: x' M x = 1 on the edge [1/px^2]; S11..S22: squared blur [px^2];
     levels and slopes (CONTRAST_U, CONTRAST_V: the contrast's slope beyond what the light's own slope makes); SD of the
     centre per axis [px]; NOISE of plateau and MISFIT (rms at the edge) [grey levels]; COVERAGE (share of the window
-    inside the picture), OUTLIERS (share of edge pixels clipped), OK (1: converged on something disc-like).
+    inside the picture), OUTLIERS (share of edge pixels clipped, plus STRUCTURED
+    where the residual is more than noise), OK (1: converged on something disc-like).
     """
     out = starts.copy()
     even, odd, rhs = np.zeros((8, 8)), np.zeros((6, 6)), np.zeros(14)

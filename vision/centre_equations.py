@@ -160,8 +160,8 @@ def normal_equations(image: NDArray, p: Array, clip: float, full: bool, n_even: 
             sums[N_EDGE] += 1.0
             sums[N_CLIPPED] += w < 1.0
             g *= contrast
-            k = 1.0 + ratio * step
-            jo[0], jo[1], jo[2], jo[3], jo[4], jo[5] = g * nx, g * ny, k * x, k * y, step * x, step * y
+            lit = 1.0 + ratio * step
+            jo[0], jo[1], jo[2], jo[3], jo[4], jo[5] = g * nx, g * ny, lit * x, lit * y, step * x, step * y
             je[0], je[1] = 1.0, step
             if n_even > 2:
                 gm, gs = -0.5 * g * inverse, 0.5 * g * t * inverse_s

@@ -10,11 +10,28 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, U, V, disc_start, fit_discs, radius_px
+from vision.centre import (
+    CONTRAST,
+    COVERAGE,
+    MISFIT,
+    N_FIT,
+    NOISE,
+    OK,
+    OUTLIERS,
+    SD,
+    STRUCTURED,
+    U,
+    V,
+    disc_start,
+    fit_discs,
+    radius_px,
+)
+from vision.centre_sectors import fit_by_sectors
 
 _LEVELS = 15
 _SMALLEST_PX, _LARGEST_PX = 2.5, 60.0
 _FLATTEST = 0.45  # axis ratio of a circle seen at 63 degrees
+_ROUND = 0.7  # axis ratio asked of a disc that only its sectors show
 _MAX_MISFIT = 0.12  # rms at the edge over contrast; sharp corners and open shapes have more
 
 
@@ -39,21 +56,28 @@ def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = Non
     starts = np.array([disc_start(seed[0] + u0, seed[1] + v0, seed[2], a, c)
                        for seed, a, c in zip(seeds, level, contrast, strict=True)])
     fits = fit_discs(image, starts, 15, 0.01)
-    return _distinct(fits[disc_like(fits)])
+    good = disc_like(fits)
+    doubtful = ~good | (fits[:, OUTLIERS] >= STRUCTURED)
+    second = np.array([fit_by_sectors(image, start, False) for start in starts[doubtful]]).reshape(-1, N_FIT)
+    # A sector has nothing to fit but a straight edge: where that leaves more than noise, the shape was another.
+    better = disc_like(second, _ROUND) & (second[:, NOISE] < 1.4 * _noise(part) + 0.7)
+    better &= ~good[doubtful] | (second[:, SD] < fits[doubtful, SD])
+    good[np.flatnonzero(doubtful)[better]] = False
+    return _distinct(np.concatenate([fits[good], second[better]]))
 
 
-def disc_like(fits: np.ndarray) -> np.ndarray:
+def disc_like(fits: np.ndarray, flattest: float = _FLATTEST) -> np.ndarray:
     """Which fits (n, 20) are believable discs: converged, inside the picture, round enough, edge well described."""
     trace, det = fits[:, 2] + fits[:, 4], fits[:, 2] * fits[:, 4] - fits[:, 3] ** 2
     root = np.sqrt(np.maximum(trace**2 / 4 - det, 0))
     ratio = np.sqrt(np.maximum(trace / 2 - root, 0) / (trace / 2 + root))
-    return ((fits[:, OK] > 0) & (fits[:, COVERAGE] > 0.9) & (ratio > _FLATTEST)
+    return ((fits[:, OK] > 0) & (fits[:, COVERAGE] > 0.9) & (ratio > flattest)
             & (fits[:, MISFIT] < _MAX_MISFIT * np.abs(fits[:, CONTRAST]) + 2.0 * fits[:, NOISE] + 1.0))
 
 
 def _seeds(part: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray:
     """(n, 5) u, v, radius, level index and polarity of round closed outlines at many grey levels."""
-    grey = part if part.dtype == np.uint8 else cv2.normalize(part, None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+    grey = part if part.dtype == np.uint8 else cv2.normalize(part, np.empty(0, np.uint8), 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
     grey = cv2.GaussianBlur(grey, (5, 5), 1.1)  # noise makes outlines by the thousand, and they cost
     low, high = np.percentile(grey[::4, ::4], (0.2, 99.8)) if grey.size > 4000 else (grey.min(), grey.max())
     low, high = min(low, float(grey.min()) + 20), max(high, float(grey.max()) - 20)

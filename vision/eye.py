@@ -88,7 +88,7 @@ class Eye:
         before = self.found.copy()
         self._follow(image, active)
         again = np.zeros_like(active)
-        for b in np.flatnonzero(active):
+        for b in map(int, np.flatnonzero(active)):
             part = self.layout.of(b)
             moved = np.hypot(*(self.found[b, :2] - before[b, :2])) > 2e-4 or abs(self.found[b, 2] - before[b, 2]) > 0.02
             again[b] = self.n_seen[b] >= 2 and moved and self.n_seen[b] < (self.starts[part, 2] > 0).sum()

@@ -11,7 +11,21 @@ import numba
 import numpy as np
 
 from ovines.camera import Camera
-from vision.centre import CONTRAST, COVERAGE, MISFIT, N_FIT, NOISE, OK, S11, S22, fit_discs
+from vision.centre import (
+    CONTRAST,
+    COVERAGE,
+    MISFIT,
+    N_FIT,
+    NOISE,
+    OK,
+    OUTLIERS,
+    S11,
+    S22,
+    SD,
+    STRUCTURED,
+    fit_discs,
+)
+from vision.centre_sectors import BY_SECTORS, fit_by_sectors
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
 _MAX_MISFIT = 0.15
@@ -142,6 +156,43 @@ def _same_disc(start, fit):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
+def _find(image, start, hold_shape, fit):
+    """Fit the marker that looked like `start` from where fit (1, 20) puts it; whether it is there."""
+    u, v = fit[0, 0], fit[0, 1]
+    if hold_shape and start[OUTLIERS] >= BY_SECTORS:  # last seen across an edge: the plain model fails there
+        fit[0] = fit_by_sectors(image, fit[0], True)
+        if _same_disc(start, fit[0]):
+            return True
+        fit[0] = start
+        fit[0, 0], fit[0, 1] = u, v
+    held = hold_shape and start[MISFIT] < _STALE_SHAPE * start[NOISE] + 0.3
+    fit[:] = fit_discs(image, fit, 12, 0.001, held)
+    if held and (fit[0, OK] == 0.0 or fit[0, MISFIT] > _STALE_SHAPE * min(fit[0, NOISE], start[NOISE]) + 0.3):
+        fit[0] = start
+        fit[0, 0], fit[0, 1] = u, v
+        fit[:] = fit_discs(image, fit, 12, 0.001, False)
+        held = False
+    known = start[OK] > 0.0
+    if _same_disc(start, fit[0]):
+        if fit[0, OUTLIERS] >= STRUCTURED:  # another edge runs through: the sectors without it may know better
+            again = fit_by_sectors(image, fit[0], False)
+            if _same_disc(start, again) and again[SD] < fit[0, SD]:
+                fit[0] = again
+        return True
+    if not held and known and fit[0, COVERAGE] > 0.9:
+        # In a shadow's edge the shape fitted freely goes astray: keep the one it had.
+        fit[0] = start
+        fit[0, 0], fit[0, 1] = u, v
+        fit[:] = fit_discs(image, fit, 12, 0.001, True)
+        if _same_disc(start, fit[0]):
+            return True
+    fit[0] = start
+    fit[0, 0], fit[0, 1] = u, v
+    fit[0] = fit_by_sectors(image, fit[0], known)
+    return _same_disc(start, fit[0])
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
 def follow(image, cam, layout, first, active, pose, gate_m, starts, hold_shape, fits, xy, use, n_seen, rms_m):
     """Look for every marker of the active bodies where `pose` puts it.
 
@@ -171,23 +222,8 @@ def follow(image, cam, layout, first, active, pose, gate_m, starts, hold_shape, 
                 continue
             fits[i] = starts[i]
             fits[i, 0], fits[i, 1] = at[0], at[1]
-            held = hold_shape and starts[i, MISFIT] < _STALE_SHAPE * starts[i, NOISE] + 0.3
-            fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, held)
-            quiet = _STALE_SHAPE * min(fits[i, NOISE], starts[i, NOISE]) + 0.3
-            if held and (fits[i, OK] == 0.0 or fits[i, MISFIT] > quiet):
-                fits[i] = starts[i]
-                fits[i, 0], fits[i, 1] = at[0], at[1]
-                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, False)
-                held = False
-            if not _same_disc(starts[i], fits[i]):
-                if held or fits[i, COVERAGE] < 0.9 or starts[i, OK] == 0.0:
-                    continue
-                # In a shadow's edge the shape fitted freely goes astray: keep the one it had.
-                fits[i] = starts[i]
-                fits[i, 0], fits[i, 1] = at[0], at[1]
-                fits[i:i + 1] = fit_discs(image, fits[i:i + 1], 12, 0.001, True)
-                if not _same_disc(starts[i], fits[i]):
-                    continue
+            if not _find(image, starts[i], hold_shape, fits[i:i + 1]):
+                continue
             use[i] = 1
             du, dv = fits[i, 0] - at[0], fits[i, 1] - at[1]
             det = at[2] * at[5] - at[3] * at[4]

@@ -66,9 +66,9 @@ def open_sources(recording: Recording) -> tuple[list[Source], list[str]]:
     firsts = {min(files) for _, files in numbered}
     counts = {len(files) for _, files in numbered}
     common = min(firsts, default=0)
-    for camera, files in numbered:
-        base = min(files) if len(counts) == 1 else common
-        sources.append(Source(camera, {number - base: path for number, path in files.items()}))
+    for camera, by_number in numbered:
+        base = min(by_number) if len(counts) == 1 else common
+        sources.append(Source(camera, {number - base: path for number, path in by_number.items()}))
     order = [camera.name for camera in recording.cameras]
     sources.sort(key=lambda source: order.index(source.camera.name))
     notes = []
@@ -210,7 +210,7 @@ class _Reader:
         return [self._file(number) for number in numbers]
 
     def _next(self, number: int) -> np.ndarray | None:
-        image = next(self.video, None)
+        image = next(self.video, None) if self.video else None
         if image is None and self.bad == 0:
             self.bad = 1
             self.notes.append(f"{self.source.camera.name}: the video ends before frame {number}")

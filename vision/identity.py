@@ -9,6 +9,7 @@ none, by how far the pose would have jumped.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -89,6 +90,10 @@ def match_layout(seen_xy_m: np.ndarray, layout_xy_m: np.ndarray, tolerance_m: fl
     return sorted(matches, key=lambda match: match.cost)
 
 
+@overload
+def wrapped(angle_rad: float) -> float: ...
+@overload
+def wrapped(angle_rad: np.ndarray) -> np.ndarray: ...
 def wrapped(angle_rad: np.ndarray | float) -> np.ndarray | float:
     """An angle in (-pi, pi]."""
     return (angle_rad + np.pi) % (2 * np.pi) - np.pi
@@ -163,5 +168,6 @@ def match_in_both(matches: list[list[Match]], n_markers: int, reach_m: float = 0
                 turned = abs(wrapped(a.pose[2] - b.pose[2])) / reach_rad
                 if apart < 1 and turned < 1 and a.n_found + b.n_found >= 5:
                     total = a.cost + b.cost + apart**2 + turned**2
-                    best = min(best, (total, [a, b]), key=lambda each: each[0])
+                    if total < best[0]:
+                        best = (total, [a, b])
     return best[1]

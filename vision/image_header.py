@@ -5,8 +5,11 @@ A header that claims a terabyte, or a file cut short, is found out here, before 
 
 from __future__ import annotations
 
+import mmap
 import struct
 from dataclasses import dataclass
+
+Bytes = bytes | memoryview | mmap.mmap
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class BadImage(Exception):
     """One picture cannot be used; the recording goes on without it."""
 
 
-def read_header(data: bytes | memoryview, size: int) -> Header | None:
+def read_header(data: Bytes, size: int) -> Header | None:
     """Header from a file's bytes (`size`: of the whole file); None for a format not looked into.
 
     Raises `BadImage` for a header that breaks off or a file that ends before its picture does.
@@ -47,7 +50,7 @@ def read_header(data: bytes | memoryview, size: int) -> Header | None:
     return None
 
 
-def _jpeg(data: bytes | memoryview, size: int) -> Header:
+def _jpeg(data: Bytes, size: int) -> Header:
     if b"\xff\xd9" not in bytes(data[max(0, size - 64):size]):  # a decoder would fill the rest with grey in silence
         raise BadImage("JPEG file cut short")
     at = 2
@@ -64,7 +67,7 @@ def _jpeg(data: bytes | memoryview, size: int) -> Header:
 _TIFF_TYPES = {1: "B", 3: "H", 4: "I"}
 
 
-def _tiff(data: bytes | memoryview, size: int) -> Header:
+def _tiff(data: Bytes, size: int) -> Header:
     order = "<" if data[:2] == b"II" else ">"
     at = struct.unpack(order + "I", data[4:8])[0]
     tags: dict[int, tuple[int, ...]] = {}

@@ -68,7 +68,8 @@ def _stereo(eyes: Sequence[Eye], free: Sequence[np.ndarray]) -> list[tuple]:
                                                                free[1][b][:, [U, V]] + eyes[1].offset], [ones, ones])
     cost = np.abs(points.epipolar_px)
     fits = (cost < _EPIPOLAR_PX) & (np.abs(points.points_m[:, 2]) < _LARGEST_HEIGHT_M)
-    found, used = [], (set(), set())
+    found: list[tuple] = []
+    used: tuple[set[int], set[int]] = (set(), set())
     # Ground markers lie about the sliding plane: of two that share an epipolar line, the lower one is meant.
     for k in np.argsort(cost + 200 * np.abs(points.points_m[:, 2])):
         if fits[k] and a[k] not in used[0] and b[k] not in used[1]:

@@ -76,7 +76,7 @@ def find_dropped_frames(tracks: pd.DataFrame, cameras: Sequence[Camera],
         return []
     path, gain = _rare_changes(cost)
     found = []
-    for k in np.flatnonzero(np.diff(path)):
+    for k in map(int, np.flatnonzero(np.diff(path))):
         change = _SHIFTS[path[k + 1]] - _SHIFTS[path[k]]
         camera = cameras[1] if change > 0 else cameras[0]
         found.append(DroppedFrames(camera.name, _first_after(cost, frames, k + 1, path, change > 0), abs(change), gain))

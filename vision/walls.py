@@ -118,8 +118,8 @@ class _Picture:
         low = np.clip(np.floor(at.reshape(-1, 2).min(0)).astype(int) - 3, 0, [width - 1, height - 1])
         high = np.clip(np.ceil(at.reshape(-1, 2).max(0)).astype(int) + 4, 1, [width, height])
         part = self.image[low[1]:high[1], low[0]:high[0]].astype(np.float32)
-        profile = cv2.remap(part, *(np.ascontiguousarray(at[..., i] - np.float32(low[i])) for i in range(2)), cv2.INTER_CUBIC,
-                            borderMode=cv2.BORDER_REPLICATE).astype(float)
+        u, v = (np.ascontiguousarray(at[..., i] - np.float32(low[i])) for i in range(2))
+        profile = np.asarray(cv2.remap(part, u, v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE), float)
         outside = ((at < 1) | (at > np.array([width, height], np.float32) - 2)).any(-1)
         profile[outside.any(1)] = np.nan
         kernel_at = np.arange(-4 * _SMOOTH_PX, 4 * _SMOOTH_PX + _STEP_PX / 2, _STEP_PX)

@@ -96,6 +96,21 @@ TABLES: dict[str, Table] = {
             ),
             key=("frame", "marker"), clock="",
         ),
+        Table(
+            "walls", "frame, round body seen whole",
+            (
+                FRAME, TIME, text("body", '"host": its inner wall\'s rim; "nes": its upper rim'),
+                *(number(f"{axis}_m", f"{axis} of the circle's centre, world frame") for axis in "xyz"),
+                number("radius_m", "radius, from the edges in both images"),
+                *(number(f"{axis}_sd_m", f"standard deviation of {axis}_m, the calibration's own left out") for axis in "xyz"),
+                number("radius_sd_m", "standard deviation of radius_m, the calibration's own left out"),
+                number("residual_px", "RMS distance of the edge points from the circle"),
+                integer("points", "edge points that gave it"),
+                number("marker_x_m", "x of the centre as the body's markers and layout_m say"),
+                number("marker_y_m", "y of the centre as the body's markers and layout_m say"),
+            ),
+            key=("frame", "body"),
+        ),
         Table("motion", "frame", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
         Table("host_circle", "frame", (FRAME, TIME, *_circle_columns()), key=("frame",), clock=""),
         Table(

@@ -1,0 +1,120 @@
+"""How fast two cameras of 4096 x 688 pixels with 12 markers are tracked, against decoding alone; and how much memory.
+
+    python benchmarks/track.py [--frames 400] [--long 20000] [--distinct 24] [--formats tif png jpg]
+
+A rendered recording of the thesis' rig (bouncing NES); its ``--distinct`` pictures are played to and fro, by hard links, to make
+``--frames`` pictures per camera, so that the page cache holds them: the figures are those of computing, not of a disk.
+Each figure is taken in a process of its own.  ``share`` is the processors' use while tracking: below 2.0 on two cores, others
+were using the machine, and the seconds of computing (``cpu``) tell more than the clock.  ``--long 0`` leaves the memory out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ovines.camera import read_calibration
+from ovines.recording import Recording, read_recording
+from vision.frames import open_sources, stream
+from vision.render_motion import bouncing
+from vision.render_recording import render_recording, thesis_setup
+from vision.track import track
+
+RECORDED_PER_S = 1600.0
+
+
+def film(folder: Path, distinct: int) -> None:
+    """Pictures of both cameras as uncompressed TIFF, PNG and JPEG."""
+    rng = np.random.default_rng(1)
+    setup = thesis_setup(rng)
+    render_recording(folder, setup, bouncing(distinct / setup.frame_rate_hz), distinct, rng, views=0, suffix=".png")
+    for path in sorted(folder.glob("VW*/frame_*.png")):
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(str(path.with_suffix(".tif")), image, [cv2.IMWRITE_TIFF_COMPRESSION, 1])
+        cv2.imwrite(str(path.with_suffix(".jpg")), image, [cv2.IMWRITE_JPEG_QUALITY, 93])
+
+
+def played(source: Path, folder: Path, suffix: str, frames: int, distinct: int) -> None:
+    """A recording of `frames` pictures per camera: the distinct ones to and fro."""
+    order = [*range(distinct), *range(distinct - 2, 0, -1)]
+    for camera in ("VW1", "VW2"):
+        (folder / camera).mkdir(parents=True)
+        for frame in range(frames):
+            os.link(source / camera / f"frame_{order[frame % len(order)]:05d}.{suffix}", folder / camera / f"frame_{frame:05d}.{suffix}")
+    text = (source / "recording.toml").read_text(encoding="utf-8")
+    head, tail = text.split("[calibration]", 1)
+    text = head + '[calibration]\nfile = "calibration.json"\n\n' + tail[tail.index("[bodies"):]
+    (folder / "recording.toml").write_text(text.replace("/*.png", f"/*.{suffix}"), encoding="utf-8")
+    (folder / "calibration.json").write_bytes((source / "true_calibration.json").read_bytes())
+
+
+def decode_only(recording: Recording) -> None:
+    """All pictures of both cameras through the same reader, each touched once."""
+    sources, notes = open_sources(recording)
+    for _, images in stream(sources, notes):
+        for image in images:
+            if image is not None:
+                int(image[::64, ::64].sum())
+
+
+def timed(folder: Path, what: str) -> None:
+    """Print seconds of the clock, of computing, and the peak of memory in MB: one job of a process."""
+    recording = read_recording(folder)
+    cameras = read_calibration(folder / "calibration.json")
+    job: Callable[[], object] = (lambda: decode_only(recording)) if what == "decode" else (lambda: track(recording, cameras))
+    wall, cpu = time.perf_counter(), time.process_time()
+    job()
+    print(time.perf_counter() - wall, time.process_time() - cpu, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+def measured(folder: Path, what: str) -> tuple[float, float, float]:
+    command = [sys.executable, __file__, "--job", what, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    wall, cpu, peak = (float(word) for word in done.stdout.split())
+    return wall, cpu, peak
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--frames", type=int, default=400)
+    parser.add_argument("--long", type=int, default=20_000, help="frames of the memory test; 0: none")
+    parser.add_argument("--distinct", type=int, default=24)
+    parser.add_argument("--formats", nargs="+", default=["tif", "png", "jpg"])
+    parser.add_argument("--job", nargs=2, metavar=("WHAT", "FOLDER"), help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.job:
+        return timed(Path(args.job[1]), args.job[0])
+    with tempfile.TemporaryDirectory() as name:
+        root = Path(name)
+        film(root / "film", args.distinct)
+        played(root / "film", root / "warm", args.formats[0], 20, args.distinct)
+        measured(root / "warm", "track")  # compiles what is not compiled yet
+        start = measured(root / "warm", "track")
+        print("format  frames/s  of 1600  track/decode  cpu ms/frame  decode cpu ms/frame  share  peak MB")
+        for suffix in args.formats:
+            played(root / "film", root / suffix, suffix, args.frames, args.distinct)
+            decode, whole = measured(root / suffix, "decode"), measured(root / suffix, "track")
+            more = args.frames - 20  # the fixed start (searching, walls, tables) is in the short run too
+            rate = more / max(whole[0] - start[0], 1e-9) if suffix == args.formats[0] else args.frames / whole[0]
+            print(f"{suffix:6s} {rate:9.0f} {rate / RECORDED_PER_S:8.2f} {whole[0] / decode[0]:13.2f} {1e3 * whole[1] / args.frames:13.2f}"
+                  f" {1e3 * decode[1] / args.frames:20.2f} {whole[1] / whole[0]:6.2f} {whole[2]:8.0f}", flush=True)
+        if args.long:
+            for frames in (200, args.long):
+                played(root / "film", root / f"long{frames}", "tif", frames, args.distinct)
+                wall, cpu, peak = measured(root / f"long{frames}", "track")
+                print(f"memory: {frames} frames, peak {peak:.0f} MB, {frames / wall:.0f} frames/s, {1e3 * cpu / frames:.2f} cpu ms/frame",
+                      flush=True)
+
+
+if __name__ == "__main__":
+    main()

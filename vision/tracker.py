@@ -1,0 +1,222 @@
+"""The three rigid bodies followed through both cameras at once, frame by frame.
+
+A frame costs a window per marker; the whole picture is searched only for a body that is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pandas as pd
+
+from ovines.camera import Camera
+from ovines.errors import InputError
+from ovines.recording import Recording
+from vision.centre import SD, U
+from vision.eye import Eye
+from vision.identity import match_in_both, wrapped
+from vision.layouts import host_radius, layout_of
+from vision.named import adopt_names
+from vision.static_markers import name_ground
+
+_TRY_EVERY = 16  # a body long lost is searched for in every 16th frame
+_GROUND_FRAMES = 20  # frames to wait for all ground markers to show in both cameras
+
+
+class Tracker:
+    """Both cameras, frame by frame."""
+
+    def __init__(self, recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None, notes: list[str]) -> None:
+        self.layout = layout_of(recording, names)
+        self.eyes = [Eye(camera, recording.camera(camera.name).window_offset_px, self.layout) for camera in cameras]
+        self.notes, self.names = notes, names
+        self.host_radius_m = host_radius(recording)
+        self.kept: list[list[np.ndarray]] = [[] for _ in cameras]
+        self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
+        self.tried_ground = 0
+        self._discs: dict[tuple[int, tuple[int, int, int, int] | None], np.ndarray] = {}
+        self.first_frame = -1
+        self.pool = ThreadPoolExecutor(1)
+
+    def step(self, frame: int, images: list[np.ndarray | None]) -> None:
+        """Follow all bodies into one more frame."""
+        layout = self.layout
+        self.first_frame = frame if self.first_frame < 0 else self.first_frame
+        self._discs.clear()
+        if self.names is not None and frame == self.first_frame:
+            self._take_names(frame, images)
+            return
+        other = self.pool.submit(self._look, 1, frame, images[1])
+        self._look(0, frame, images[0])
+        other.result()
+        for body in range(len(layout.bodies)):
+            if layout.known[body]:
+                self._resolve(body, frame, images)
+        unknown = np.flatnonzero(~layout.known)
+        if len(unknown) and all(image is not None for image in images):
+            self._name_ground(int(unknown[0]), frame, images)
+        self._keep(frame)
+
+    def _take_names(self, frame: int, images: list) -> None:
+        if any(image is None for image in images):
+            raise InputError("the first frame is missing in one camera", "the first frame of both, where the markers are named",
+                             "remove the first frame of the other camera as well, and name the markers in the next")
+        discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
+        self.notes.extend(adopt_names(self.names, self.eyes, discs, images, frame))
+        for body in np.flatnonzero(self.layout.known):
+            if all(eye.last[body] != frame for eye in self.eyes):
+                self._resolve(int(body), frame, images)
+        self._keep(frame)
+
+    def _look(self, i: int, frame: int, image: np.ndarray | None) -> None:
+        eye = self.eyes[i]
+        eye.predict(frame)
+        eye.use[:] = 0
+        eye.n_seen[:] = 0
+        if image is not None:
+            eye.look(image, (self.layout.known & (eye.last >= 0)).astype(np.int64))
+
+    def _resolve(self, body: int, frame: int, images: list[np.ndarray | None]) -> None:
+        eyes = self.eyes
+        seeing = [i for i, image in enumerate(images) if image is not None]
+        good = [i for i in seeing if eyes[i].good(body, frame)]
+        if len(good) == 2 and self._disagree(body):
+            good = [min(good, key=lambda i: self._strain(i, body))]
+        # One or two markers of many fit anything (look-alikes a quarter turn on): look for the rest first.
+        part = self.layout.of(body)
+        weak = {i: eyes[i].snapshot(part, body) for i in good
+                if eyes[i].n_seen[body] < min(3, part.stop - part.start) and self._due(eyes[i], body, frame)}
+        good = [i for i in good if i not in weak]
+        bad = [i for i in seeing if i not in good]
+        for i in bad:
+            eyes[i].use[self.layout.of(body)] = 0
+            eyes[i].n_seen[body] = 0
+        if bad and good:
+            self._search_beside(body, frame, images, good[0], bad[0], good)
+        elif bad:
+            self._search(body, frame, images, bad, good)
+        for i, state in weak.items():
+            if i not in good:
+                eyes[i].restore(part, body, state)
+                if eyes[i].near(body):
+                    good.append(i)
+                else:
+                    eyes[i].use[part] = 0
+                    eyes[i].n_seen[body] = 0
+        for i in good:
+            eyes[i].accept(body, frame)
+
+    def _disagree(self, body: int) -> bool:
+        first, second = (eye.found[body] for eye in self.eyes)
+        return bool(np.hypot(*(first[:2] - second[:2])) > 0.015) or abs(wrapped(first[2] - second[2])) > 0.35
+
+    def _strain(self, i: int, body: int) -> float:
+        """How hard it is to believe what a camera found: misfit, and distance from the prediction."""
+        eye = self.eyes[i]
+        off = np.hypot(*(eye.found[body, :2] - eye.expected[body, :2])) / 0.003
+        return (eye.rms_m[body] / eye.gate_m()[body] + off + abs(wrapped(eye.found[body, 2] - eye.expected[body, 2])) / 0.3
+                - eye.n_seen[body])
+
+    def _due(self, eye: Eye, body: int, frame: int) -> bool:
+        """Whether a lost body is worth a search now: at once, then from time to time."""
+        return min(eye.lost(body, frame), frame - self.first_frame) < 8 or frame % _TRY_EVERY == 0
+
+    def _search_beside(self, body: int, frame: int, images: list, seen_by: int, i: int, good: list[int]) -> None:
+        """One camera has the body: look near that pose in the other."""
+        eye = self.eyes[i]
+        if not self._due(eye, body, frame):
+            return
+        prior = self.eyes[seen_by].found[body].copy()
+        region = eye.box(eye.body_points(body, prior), 60.0)
+        discs = self._discs_in(i, images[i], region)
+        matches = eye.matches(discs, body, prior, (0.005, 0.1))
+        least = 2 if self.eyes[seen_by].n_seen[body] >= 2 else 3
+        if matches and matches[0].n_found >= least and eye.adopt(images[i], body, matches[0], discs):
+            good.append(i)
+
+    def _search(self, body: int, frame: int, images: list, bad: list[int], good: list[int]) -> None:
+        eyes = self.eyes
+        if not any(self._due(eyes[i], body, frame) for i in bad):
+            return
+        discs: dict[int, np.ndarray] = {}
+        for wide in (False, True):
+            found = []
+            for i in bad:
+                lost = eyes[i].lost(body, frame)
+                near = lost < 4
+                if wide or near:
+                    region = self._region(eyes[i], body, frame, wide)
+                    discs[i] = self._discs_in(i, images[i], region)
+                prior = eyes[i].expected[body] if near else None
+                found.append(eyes[i].matches(discs.get(i, np.empty((0, 20))), body, prior, (0.006 * (1 + lost), 0.35)))
+            both = match_in_both(found, self.layout.of(body).stop - self.layout.of(body).start)
+            for i, match in zip(bad, both, strict=True):
+                if match is not None and eyes[i].adopt(images[i], body, match, discs[i]):
+                    good.append(i)
+            if good:
+                return
+
+    def _region(self, eye: Eye, body: int, frame: int, wide: bool) -> tuple[int, int, int, int] | None:
+        """Where to search: about the prediction, then inside the Host (for the NES), then everywhere."""
+        lost = eye.lost(body, frame)
+        if not wide:
+            return eye.box(eye.body_points(body, eye.expected[body]), 45.0 + 30.0 * lost)
+        name = self.layout.bodies[body]
+        if name == "nes" and "host" in self.layout.bodies:
+            host = self.layout.bodies.index("host")
+            if eye.lost(host, frame) <= 1 and self.host_radius_m:
+                turn = np.linspace(0, 2 * np.pi, 16)
+                circle = eye.found[host, :2] + self.host_radius_m * np.column_stack([np.cos(turn), np.sin(turn)])
+                height = self.layout.position_m[self.layout.of(body), 2].mean()
+                return eye.box(np.column_stack([circle, np.full(16, height)]), 20.0)
+        return None
+
+    def _discs_in(self, i: int, image: np.ndarray, region: tuple[int, int, int, int] | None) -> np.ndarray:
+        key = (i, region)
+        if key not in self._discs:
+            self._discs[key] = self.eyes[i].discs(image, region)
+        return self._discs[key]
+
+    def _name_ground(self, body: int, frame: int, images: list) -> None:
+        """Ground markers without a layout are what is left over, once the Host is known."""
+        self.tried_ground += 1
+        if self.tried_ground > _GROUND_FRAMES:
+            return
+        discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
+        part = self.layout.of(body)
+        last_try = self.tried_ground == _GROUND_FRAMES
+        placed = name_ground(self.eyes, discs, frame, part.stop - part.start, self.host_radius_m, last_try)
+        if placed is None:
+            if last_try:
+                self.notes.append(f"no {self.layout.bodies[body]} markers found in both cameras in the first "
+                                  f"{_GROUND_FRAMES} frames; they have no tracks")
+            return
+        positions, fits = placed
+        if len(positions) < part.stop - part.start:
+            self.notes.append(f"only {len(positions)} of {part.stop - part.start} {self.layout.bodies[body]} markers found; "
+                              f"{', '.join(self.layout.markers[part][len(positions):])} have no tracks")
+        for i, eye in enumerate(self.eyes):
+            for k, position in enumerate(positions):
+                eye.place_m[part.start + k] = position
+                eye.starts[part.start + k] = fits[i][k]
+            active = np.zeros(len(self.layout.bodies), np.int64)
+            active[body] = 1
+            eye.expected[body] = eye.found[body] = 0.0
+            eye.look(images[i], active)
+            if eye.n_seen[body]:
+                eye.accept(body, frame)
+        self.layout.known[body] = True
+
+    def _keep(self, frame: int) -> None:
+        for eye, kept in zip(self.eyes, self.kept, strict=True):
+            marker = np.flatnonzero(eye.use)
+            if len(marker):
+                kept.append(np.column_stack([np.full(len(marker), frame), marker, eye.place_m[marker, 2],
+                                             eye.found[self.body_of[marker]], eye.fits[marker, U:SD + 1]]))
+
+    def centres_m(self, frame: int) -> dict[str, np.ndarray]:
+        """Centre (x, y) of each body that both cameras saw in this frame, the mean of what they say."""
+        return {name: np.mean([eye.found[b, :2] for eye in self.eyes], axis=0) for b, name in enumerate(self.layout.bodies)
+                if all(eye.last[b] == frame for eye in self.eyes)}
