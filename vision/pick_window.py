@@ -144,6 +144,11 @@ class PickWindow:
             self._drawn += ax.plot(*place, "o", mfc="none", mec=colour, ms=11, mew=1.8)
             fellows = np.array([at for other, at in own.items() if self.body_of.get(other, "") == body])
             across, down = OUTWARDS_PT * _outwards(np.asarray(place), fellows)
+            at = ax.transData.transform(place) + np.array([across, -down]) * self.figure.dpi / 72
+            if not ax.bbox.x0 < at[0] < ax.bbox.x1:
+                across = -across
+            if not ax.bbox.y0 < at[1] < ax.bbox.y1:
+                down = -down
             self._drawn.append(
                 ax.annotate(marker, place, (across, -down), textcoords="offset points", ha="center", va="center", color="white",
                             fontsize=8, parse_math=False, arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.8},
