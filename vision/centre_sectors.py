@@ -22,6 +22,8 @@ _MOST, _FEWEST, _ARC_PX = 24, 10, 3.0  # sectors, and their length along the edg
 _FLAT_PX = 2.0  # of each side's plain level beyond the blurred edge
 _TUKEY = 4.685
 _LEAST_SHARE = 0.6  # of the sectors that must agree
+_HALF_COVERED = 2.0
+_LEAST_IN_PICTURE = 0.98  # of the edge: a sector that the picture's border cuts is off by up to a pixel, and does not know it
 BY_SECTORS = 2.0  # added to a fit's share of outliers: how this fit was made
 _N_SUMS = 11  # per sector: the six of the 3 x 3 normal matrix, the three right-hand sides, squares, pixels
 
@@ -146,7 +148,8 @@ def fit_by_sectors(image: NDArray, start: Array, hold_shape: bool) -> Array:
     for _ in range(8):
         p[17] = _gather(image, p, n, sums)
         noise = _offsets(sums, n, p[11], found)
-        if not np.isfinite(noise) or p[17] < 0.8:
+        # Where half of the sectors fit far worse than the best do, the disc itself is half covered.
+        if not np.isfinite(noise) or p[17] < _LEAST_IN_PICTURE or noise > _HALF_COVERED * np.nanpercentile(found[:, 2], 20.0):
             return p
         chi2 = _move(p, n, found, noise, n_free, weight, step, matrix)
         length = math.hypot(step[0], step[1])

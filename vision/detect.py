@@ -63,7 +63,7 @@ def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = Non
     better = disc_like(second, _ROUND) & (second[:, NOISE] < 1.4 * _noise(part) + 0.7)
     better &= ~good[doubtful] | (second[:, SD] < fits[doubtful, SD])
     good[np.flatnonzero(doubtful)[better]] = False
-    return _distinct(np.concatenate([fits[good], second[better]]))
+    return marker_discs(_distinct(np.concatenate([fits[good], second[better]])))
 
 
 def disc_like(fits: np.ndarray, flattest: float = _FLATTEST) -> np.ndarray:
@@ -73,6 +73,16 @@ def disc_like(fits: np.ndarray, flattest: float = _FLATTEST) -> np.ndarray:
     ratio = np.sqrt(np.maximum(trace / 2 - root, 0) / (trace / 2 + root))
     return ((fits[:, OK] > 0) & (fits[:, COVERAGE] > 0.9) & (ratio > flattest)
             & (fits[:, MISFIT] < _MAX_MISFIT * np.abs(fits[:, CONTRAST]) + 2.0 * fits[:, NOISE] + 1.0))
+
+
+def marker_discs(fits: np.ndarray) -> np.ndarray:
+    """Of discs, fits (n, 20), those that hold no smaller one of half their contrast: a disk that carries markers is found as a disc too."""
+    if not len(fits):
+        return fits
+    radius, contrast = radius_px(fits), np.abs(fits[:, CONTRAST])
+    apart = np.hypot(fits[:, None, U] - fits[None, :, U], fits[:, None, V] - fits[None, :, V])
+    holds = (apart < radius[:, None]) & (radius[None, :] < 0.7 * radius[:, None]) & (contrast[None, :] > 0.5 * contrast[:, None])
+    return fits[~holds.any(1)]
 
 
 def _seeds(part: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray:

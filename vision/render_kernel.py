@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 DISC, CYLINDER, POLYGON = 0, 1, 2
 # columns of a layer's row
-KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES = range(11)
-COLUMNS = 11
+KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES, ON = range(12)
+COLUMNS = 12
 FAR_PX = 1e9
 TILE = 8
 
@@ -90,20 +90,26 @@ def _coverage(edge_px: float, blur_px: float) -> float:
 
 @njit(cache=True)
 def _colour(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
-            pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array) -> float:
+            pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, opening: int) -> float:
+    """Grey along one ray.  Outlines that coincide are not blended twice: what lies in the opening is painted apart and put under it
+    once, and a layer ON another replaces that one's grey by as much as it covers."""
     for k in range(len(used)):
         if used[k]:
             edges[k] = _edge_px(layers, k, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px)
         else:
             edges[k] = FAR_PX
-    grey = background
+    outer, inner, open_share = background, background, 0.0
     for k in range(len(used)):
-        if used[k] and layers[k, GREY] >= 0.0:
-            alpha = _coverage(edges[k], blur_px)
-            if layers[k, CLIP] >= 0.0:
-                alpha *= _coverage(edges[int(layers[k, CLIP])], blur_px)
-            grey += alpha * (layers[k, GREY] - grey)
-    return grey
+        if k == opening:
+            inner, open_share = layers[k, GREY], _coverage(edges[k], blur_px)
+        elif used[k]:
+            alpha, grey, parent = _coverage(edges[k], blur_px), layers[k, GREY], int(layers[k, ON])
+            below = layers[parent, GREY] if parent >= 0 else 0.0
+            if layers[k, CLIP] < 0.0:
+                painted = parent >= 0 and layers[parent, CLIP] < 0.0
+                outer += alpha * (grey - (below if painted else outer))
+            inner += alpha * (grey - (below if parent >= 0 else inner))
+    return outer + open_share * (inner - outer)
 
 
 @njit(cache=True)
@@ -115,9 +121,9 @@ def _place(k: int, samples: int) -> float:
 
 @njit(cache=True)
 def _pixel(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
-           pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, samples: int) -> float:
+           pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, opening: int, samples: int) -> float:
     """Mean over the pixel's area; one ray is enough where no edge is near."""
-    grey = _colour(layers, used, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px, background, edges)
+    grey = _colour(layers, used, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px, background, edges, opening)
     nearest = FAR_PX
     for k in range(len(used)):
         nearest = min(nearest, abs(edges[k]))
@@ -127,7 +133,7 @@ def _pixel(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Arr
     for a in range(samples):
         for b in range(samples):
             grey += _colour(layers, used, vertices, origins, turns, xn + _place(b, samples) * pixel_x,
-                            yn + _place(a, samples) * pixel_y, pixel_x, pixel_y, blur_px, background, edges)
+                            yn + _place(a, samples) * pixel_y, pixel_x, pixel_y, blur_px, background, edges, opening)
     return grey / (samples * samples)
 
 
@@ -142,12 +148,16 @@ def shade(xn: Array, yn: Array, pixel_x: float, pixel_y: float, first_column: in
     xn, yn : (rows, columns) undistorted image coordinates of the pixels' centres
     pixel_x, pixel_y : size of a pixel in those coordinates
     first_column, first_row : where the rectangle lies in the window
-    layers : (L, COLUMNS), far to near; GREY < 0 marks a layer that only clips others
+    layers : (L, COLUMNS), far to near; CLIP: the layer through which this one is seen (one opening for all), ON: the layer whose
+        outline this one shares in part and lies on, each -1 for none
     bounds_px : (L, 4) first and last column and row (window) outside which a layer covers nothing
     origins, turns : (B, 3), (B, 3, 3) the camera's centre and the map (xn, yn, 1) -> ray, in each body's frame
     samples : sub-samples per pixel and axis where an edge is near, an even number
     """
     rows, columns = xn.shape
+    opening = -1
+    for k in range(len(layers)):
+        opening = max(opening, int(layers[k, CLIP]))
     out = np.empty((rows, columns))
     used, edges = np.zeros(len(layers), np.int64), np.empty(len(layers))
     for top in range(0, rows, TILE):
@@ -158,7 +168,7 @@ def shade(xn: Array, yn: Array, pixel_x: float, pixel_y: float, first_column: in
                            and bounds_px[k, 2] <= first_row + bottom and first_row + top <= bounds_px[k, 3])
             i, j = (top + bottom) // 2, (left + right) // 2
             flat = _colour(layers, used, vertices, origins, turns, xn[i, j], yn[i, j], pixel_x, pixel_y, blur_px, background,
-                           edges)
+                           edges, opening)
             nearest = FAR_PX
             for k in range(len(layers)):
                 nearest = min(nearest, abs(edges[k]))
@@ -168,5 +178,5 @@ def shade(xn: Array, yn: Array, pixel_x: float, pixel_y: float, first_column: in
             for i in range(top, bottom + 1):
                 for j in range(left, right + 1):
                     out[i, j] = _pixel(layers, used, vertices, origins, turns, xn[i, j], yn[i, j], pixel_x, pixel_y, blur_px,
-                                       background, edges, samples)
+                                       background, edges, opening, samples)
     return out

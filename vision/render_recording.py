@@ -84,7 +84,8 @@ def half_setup(rng: np.random.Generator) -> Setup:
         u, v = half.project(np.array([0.02, -0.028, 0.005]))
         cameras.append(half)
         offsets.append((int(u - window[0] / 2), int(v - window[1] / 2)))
-    return Setup(tuple(cameras), tuple(offsets), window, full.rig, full.board)
+    # The thesis' small board has markers of less than 20 px at half its resolution.
+    return Setup(tuple(cameras), tuple(offsets), window, full.rig, find_board("charuco_9x13_20mm"))
 
 
 def thesis_rig() -> Rig:

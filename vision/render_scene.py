@@ -87,7 +87,7 @@ class _Painter:
         self.poses, self.rows, self.vertices, self.outlines = poses, [], [], []
 
     def add(self, kind: int, body: str, centre: ArrayLike, top_m: float, radius_m: float, grey: float, *,
-            bottom_m: float | None = None, clip: int = -1, polygon_m: Array | None = None) -> int:
+            bottom_m: float | None = None, clip: int = -1, on: int = -1, polygon_m: Array | None = None) -> int:
         bottom_m = top_m if bottom_m is None else bottom_m
         x, y = np.asarray(centre, float)[:2]
         first, count = len(self.vertices), 0
@@ -97,7 +97,7 @@ class _Painter:
         else:
             turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
             outline = 1.01 * radius_m * np.stack([np.cos(turn), np.sin(turn)], -1) + (x, y)
-        self.rows.append([kind, BODIES.index(body), x, y, top_m, bottom_m, radius_m, grey, clip, first, count])
+        self.rows.append([kind, BODIES.index(body), x, y, top_m, bottom_m, radius_m, grey, clip, first, count, on])
         heights = [np.c_[outline, np.full(len(outline), z)] for z in (top_m, bottom_m)]
         self.outlines.append(self.poses[body].place(np.concatenate(heights)))
         return len(self.rows) - 1
@@ -118,10 +118,10 @@ class _Painter:
     def cylinder(self, body: str, radius_m: float, height_m: float, wall_m: float, top: float, side: float, clip: int) -> None:
         """A standing cylinder in the Host: what lies below the wall's top is seen through the opening only."""
         low = min(height_m, wall_m) if clip >= 0 else height_m
-        self.add(kernel.CYLINDER, body, (0, 0), low, radius_m, side, bottom_m=0.0, clip=clip)
+        beneath = self.add(kernel.CYLINDER, body, (0, 0), low, radius_m, side, bottom_m=0.0, clip=clip)
         if height_m > low:
-            self.add(kernel.CYLINDER, body, (0, 0), height_m, radius_m, side, bottom_m=low)
-        self.add(kernel.DISC, body, (0, 0), height_m, radius_m, top, clip=clip if height_m < wall_m else -1)
+            beneath = self.add(kernel.CYLINDER, body, (0, 0), height_m, radius_m, side, bottom_m=low)
+        self.add(kernel.DISC, body, (0, 0), height_m, radius_m, top, clip=clip if height_m < wall_m else -1, on=beneath)
 
 
 def layers_of(rig: Rig, poses: Mapping[str, Pose]) -> tuple[Array, Array, list[Array]]:
@@ -130,8 +130,8 @@ def layers_of(rig: Rig, poses: Mapping[str, Pose]) -> tuple[Array, Array, list[A
     painter.markers("ground", rig, -1, 0.0)
     clip = -1
     if rig.host_inner_radius_m is not None or rig.host_polygon_m is not None:
-        painter.add(kernel.CYLINDER, "host", (0, 0), rig.wall_height_m, rig.host_outer_radius_m, rig.outer_wall_grey, bottom_m=0.0)
-        painter.add(kernel.DISC, "host", (0, 0), rig.wall_height_m, rig.host_outer_radius_m, rig.ring_grey)
+        side = painter.add(kernel.CYLINDER, "host", (0, 0), rig.wall_height_m, rig.host_outer_radius_m, rig.outer_wall_grey, bottom_m=0.0)
+        painter.add(kernel.DISC, "host", (0, 0), rig.wall_height_m, rig.host_outer_radius_m, rig.ring_grey, on=side)
         clip = painter.opening(rig, rig.wall_height_m, rig.inner_wall_grey)
         painter.opening(rig, 0.0, rig.floor_grey, clip)
     painter.markers("host", rig, clip, 0.9 * rig.wall_height_m if _inside(rig) else -1.0)

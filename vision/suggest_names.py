@@ -42,16 +42,6 @@ class Pairs:
         return Pairs(self.disc[list(rows)], self.place_m[list(rows)], self.radius_m[list(rows)])
 
 
-def marker_discs(fits: Array) -> Array:
-    """Of discs, fits (n, 20), those that hold no smaller one: a disk that carries markers is found as a disc too."""
-    if not len(fits):
-        return fits
-    radius = radius_px(fits)
-    apart = np.hypot(fits[:, None, U] - fits[None, :, U], fits[:, None, V] - fits[None, :, V])
-    holds = (apart < radius[:, None]) & (radius[None, :] < 0.7 * radius[:, None])
-    return fits[~holds.any(1)]
-
-
 def pair_discs(cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]], discs: Sequence[Array]) -> Pairs:
     """Pair the discs, fits (n, 20) of `find_discs`, of two cameras; each disc at most once."""
     a, b = (one.ravel() for one in np.meshgrid(*(np.arange(len(own)) for own in discs), indexing="ij"))

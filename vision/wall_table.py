@@ -96,7 +96,7 @@ def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> lis
         sd = max(scatter, float(own["radius_sd_m"].median()) / np.sqrt(len(own)))
         off = np.median(own[["x_m", "y_m"]].to_numpy() - own[["marker_x_m", "marker_y_m"]].to_numpy(), axis=0)
         notes.append(f"{'inner wall of the Host' if body == 'host' else 'rim of the NES'} from images at {len(own)} instants: "
-                     f"radius {1e3 * radius:.3f} mm, sd {1e3 * sd:.3f} mm without the calibration's own "
-                     f"(recording.toml: {1e3 * radius_m:g} mm); its centre lies {1e3 * np.hypot(*off):.3f} mm from where "
+                     f"radius {1e3 * radius:.3f} mm, sd {1e6 * sd:.1f} um without the calibration's own "
+                     f"(recording.toml: {1e3 * radius_m:g} mm); its centre lies {1e6 * np.hypot(*off):.0f} um from where "
                      "the markers' layout puts it")
     return notes

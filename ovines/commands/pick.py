@@ -103,10 +103,10 @@ def prepare(
     from vision.detect import find_discs
     from vision.naming import Naming
     from vision.pick_window import Frame, PickWindow, centres
-    from vision.suggest_names import as_rows, marker_discs, pair_discs, suggest_names
+    from vision.suggest_names import as_rows, pair_discs, suggest_names
 
     images = _first_images(recording)
-    fits = [marker_discs(find_discs(image)) for image in images]
+    fits = [find_discs(image) for image in images]
     offsets = [recording.camera(camera.name).window_offset_px for camera in cameras]
     names = [camera.name for camera in cameras]
     suggested: list[tuple[str, str, float, float]] = []

@@ -37,7 +37,9 @@ def test_disc_across_an_edge_is_centred_and_its_sd_honest():
             errors.append(fit[:2] - centre)
             sd.append(fit[SD])
     error, ratio = np.array(errors), np.abs(errors) / np.array(sd)[:, None]
-    assert len(errors) >= 54  # an edge that runs along the disc's own may take too many sectors
+    # An edge that runs along the disc's own takes too many sectors; three more go with the rule that refuses a half-covered disc,
+    # without which a marker under the Host's moving ring was a pixel off and did not know it.
+    assert len(errors) >= 50
     assert np.sqrt((error**2).mean()) < 0.02 and np.abs(error).max() < 0.08
     assert np.mean(ratio < 1.645) > 0.87 - 0.055  # of 120 errors, 2 sd
 

@@ -19,9 +19,10 @@ from ovines.commands.pick import wanted_markers
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import read_table
+from vision.detect import marker_discs
 from vision.naming import Naming
 from vision.pick_window import Frame, PickWindow, centres
-from vision.suggest_names import Pairs, as_rows, marker_discs, pair_discs, suggest_names
+from vision.suggest_names import Pairs, as_rows, pair_discs, suggest_names
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"
 CAMERAS = ("VW1", "VW2")
@@ -55,7 +56,7 @@ def first(bare):
     images = [read_image(recording.frame_files(name)[0], recording.camera(name).window_px) for name in CAMERAS]
     truth = read_table(SAMPLE / "truth.parquet", "truth")
     offsets = [recording.camera(name).window_offset_px for name in CAMERAS]
-    return recording, cameras, offsets, images, [marker_discs(find_discs(image)) for image in images], truth
+    return recording, cameras, offsets, images, [find_discs(image) for image in images], truth
 
 
 def truly(truth: pd.DataFrame, camera: str, u: float, v: float) -> tuple[str, float]:

@@ -103,15 +103,11 @@ def test_500_rad_per_s_through_an_impact_without_a_swap(fast_spin):
 
 
 def test_walls_from_images_agree_with_the_truth(fast_spin):
-    """The film's Host has an inner radius of 26 mm and swings about x, its NES one of 10 mm.
-
-    Half a pixel (100 um) is allowed: the renderer mixes greys twice where two outlines coincide, which moves an edge by
-    0.4 px; `test_walls` holds the fit itself to micrometres on pictures made ray by ray.
-    """
+    """The film's Host has an inner radius of 26 mm and swings about x, its NES one of 10 mm; a pixel is 0.2 mm."""
     walls = checked(fast_spin[3].walls, "walls")
     for body, radius_m in (("host", 0.026), ("nes", 0.010)):
         own = walls[walls.body == body]
-        assert len(own) >= 8 and abs(own.radius_m.median() - radius_m) < 1e-4
+        assert len(own) >= 8 and abs(own.radius_m.median() - radius_m) < 2e-5
         assert np.median(np.hypot(own.x_m - own.marker_x_m, own.y_m - own.marker_y_m)) < 5e-5
     host = walls[walls.body == "host"]
     assert np.all(np.abs(host.x_m - 0.004 * np.sin(70 * host.time_s)) < 5e-5)
