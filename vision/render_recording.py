@@ -92,7 +92,7 @@ def thesis_rig() -> Rig:
     """Three ground markers, four on the Host's ring, five on the NES, none of them symmetric."""
     def ring(angles_deg: tuple[float, ...], radius_m: float, z_m: float) -> Array:
         angles = np.radians(angles_deg)
-        return np.round(np.stack([radius_m * np.cos(angles), radius_m * np.sin(angles), 0 * angles + z_m], -1), 6)
+        return np.asarray(np.round(np.stack([radius_m * np.cos(angles), radius_m * np.sin(angles), 0 * angles + z_m], -1), 6), float)
 
     nes = np.array([[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]])
     return Rig({"ground": Markers(("G1", "G2", "G3"), np.array([[0.098, -0.005, 0.0], [-0.064, 0.01, 0.0], [0.094, -0.07, 0.0]]), 0.002),
@@ -107,7 +107,7 @@ def board_poses(setup: Setup, camera: int, count: int, rng: np.random.Generator)
     poses = []
     for k in range(count):
         tilt = rng.uniform(0.15, 0.7) * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0]) + [0, 0, rng.uniform(-0.6, 0.6)]
-        turn = cv2.Rodrigues(tilt)[0]
+        turn = np.asarray(cv2.Rodrigues(tilt)[0], float)
         depth = rng.uniform(0.85, 1.15) * eye.translation_m[2]
         spread = np.array([eye.sensor_size_px[0], eye.sensor_size_px[1]]) / eye.matrix[0, 0] * depth
         middle = np.append(rng.uniform(-0.40, 0.40, 2) * spread, depth)

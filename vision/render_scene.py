@@ -84,7 +84,10 @@ class _Painter:
     """Collects layers and the world points that bound each."""
 
     def __init__(self, poses: Mapping[str, Pose]) -> None:
-        self.poses, self.rows, self.vertices, self.outlines = poses, [], [], []
+        self.poses = poses
+        self.rows: list[list[float]] = []
+        self.vertices: list[Array] = []
+        self.outlines: list[Array] = []
 
     def add(self, kind: int, body: str, centre: ArrayLike, top_m: float, radius_m: float, grey: float, *,
             bottom_m: float | None = None, clip: int = -1, on: int = -1, polygon_m: Array | None = None) -> int:
@@ -113,7 +116,7 @@ class _Painter:
     def opening(self, rig: Rig, z_m: float, grey: float, clip: int = -1) -> int:
         if rig.host_polygon_m is not None:
             return self.add(kernel.POLYGON, "host", (0, 0), z_m, 0.0, grey, clip=clip, polygon_m=rig.host_polygon_m)
-        return self.add(kernel.DISC, "host", (0, 0), z_m, rig.host_inner_radius_m, grey, clip=clip)
+        return self.add(kernel.DISC, "host", (0, 0), z_m, rig.host_inner_radius_m or 0.0, grey, clip=clip)
 
     def cylinder(self, body: str, radius_m: float, height_m: float, wall_m: float, top: float, side: float, clip: int) -> None:
         """A standing cylinder in the Host: what lies below the wall's top is seen through the opening only."""
