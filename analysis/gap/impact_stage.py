@@ -217,7 +217,7 @@ def distance_gains(fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, f
         gain = n * 2 * np.log(scatter / other) if other > 0 else 0.0
         sd = np.sqrt(np.diag(trial.covariance))[-k:]
         out.append(ImpactGain(name, "distance", float(gain), size, trial.estimate[-k:], sd, named,
-                              float(np.sqrt(np.sum((trial.estimate[-k:] / sd) ** 2)))))
+                              float(np.linalg.norm(np.divide(trial.estimate[-k:], sd, out=np.zeros(k), where=sd > 0)))))
 
     held = speed[:, None] if finite else None
     terms = WALL_TERMS if ellipse else NOMINAL_WALL
