@@ -102,13 +102,22 @@ def decide(ladder: Ladder) -> tuple[str, tuple[Cause, ...]]:
     return "effect", ladder.causes[:2]
 
 
+def _median_run(errors: predict.Errors | None) -> float:
+    """Median over runs of the flights' rms error (m); 0 where nothing was predicted."""
+    if errors is None or not np.any(errors.flight_count > 0):
+        return 0.0
+    seen = errors.flight_count > 0
+    return float(np.median(np.sqrt(errors.flight[seen] / errors.flight_count[seen])))
+
+
 def unexplained_flights(ladder: Ladder, errors: Errors4) -> Structure | None:
     """Flights that stay far above the floor although an effect was accepted (or none was): a weak name for something else.
 
     Set on a sealed trial's 220 series: what true effects left lay below 3.1 floors with 0.90 of the gap closed, or below 2.2 floors where
     there was no flight effect to close it.  Beside a late clock or an eccentric mass, which flights feel too, nothing is concluded.
     """
-    before, after, floor = (e.rms()["flight_m"] or 0.0 if e is not None else 0.0 for e in map(errors.get, ("recalibrated", "with_effect", "noise_floor")))
+    # The median run: one flight gone astray must not speak for all.
+    before, after, floor = (_median_run(errors.get(k)) for k in ("recalibrated", "with_effect", "noise_floor"))
     if not floor or any(c.stage == "measurement" or c.effect == "mass_centre_offset" for c in ladder.causes):
         return None
     closed = (before**2 - after**2) / (before**2 - floor**2) if before > floor else 1.0
