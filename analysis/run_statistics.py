@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 COUNTED_SPEED_M_PER_S = 0.1
 # A flight of fewer frames gives no velocity worth the name.
 APART_FRAMES = 5
+COLUMNS = ("quantity", "measured", "simulated", "low", "high", "p", "ks")
 
 
 def run_statistics(
@@ -34,13 +35,13 @@ def run_statistics(
 ) -> tuple[pd.DataFrame, dict[str, tuple[Array, Array]]]:
     """Whole runs as distributions: impact rate, normal speeds, kinetic energies, azimuths.
 
-    ``quantity, measured, simulated, low, high, p``: medians (the rate itself), the 5-95 % range over the
+    ``quantity, measured, simulated, low, high, p, ks``: medians (the rate itself), the 5-95 % range over the
     simulated runs of the same statistic, and the share of runs at least as far from their median as the
-    measured one (two-sided).  Empty without a usable start.
+    measured one (two-sided), and the Kolmogorov-Smirnov distance of all values.  Empty without a usable start.
     """
     start = _first_start(motion, impacts, states, scenario, host_motion, contacts_s)
     if start is None or runs < 1:
-        return pd.DataFrame(columns=["quantity", "measured", "simulated", "low", "high", "p", "ks"]), {}
+        return pd.DataFrame(columns=list(COLUMNS)), {}
     start_s, state = start
     duration = float(motion["time_s"].max()) - start_s
     rate = 1 / float(np.median(np.diff(motion["time_s"])))
@@ -71,6 +72,13 @@ def run_statistics(
                 _energy(scenario, pd.DataFrame({"time_s": result.time_s, **result.motion})),
             )
         )
+    return _against(measured, copies)
+
+
+def _against(
+    measured: dict[str, Array], copies: list[dict[str, Array]]
+) -> tuple[pd.DataFrame, dict[str, tuple[Array, Array]]]:
+    """Each statistic of the measured run among those of the simulated ones."""
     rows, samples = [], {}
     for name, value in measured.items():
         middles = np.array([np.median(copy[name]) if len(copy[name]) else np.nan for copy in copies])
@@ -93,9 +101,7 @@ def run_statistics(
             )
         )
         samples[name] = (value, pooled)
-    return pd.DataFrame(
-        rows, columns=["quantity", "measured", "simulated", "low", "high", "p", "ks"]
-    ), samples
+    return pd.DataFrame(rows, columns=list(COLUMNS)), samples
 
 
 def _resolved(time_s: Array, normal_speed_m_per_s: Array, rate_hz: float) -> NDArray[np.bool_]:

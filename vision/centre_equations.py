@@ -102,6 +102,22 @@ def _edge(x: float, y: float, mx: float, my: float, q2: float, s11: float, s12: 
     return step, slope, nx, ny, t, inverse, inverse_s
 
 
+@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST, inline="always")
+def _add_edge(w: float, r: float, je: Array, jo: Array, full: bool, n_even: int, even: Array, odd: Array, rhs: Array) -> None:
+    """One edge pixel's share: residual `r` of weight `w` with its derivatives by the even and the odd unknowns."""
+    for i in range(6):
+        rhs[8 + i] += w * r * jo[i]
+    for i in range(n_even):
+        rhs[i] += w * r * je[i]
+    if full:
+        for i in range(6):
+            for j in range(6):
+                odd[i, j] += w * jo[i] * jo[j]
+        for i in range(n_even):
+            for j in range(n_even):
+                even[i, j] += w * je[i] * je[j]
+
+
 @numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
 def normal_equations(image: NDArray, p: Array, clip: float, full: bool, n_even: int, even: Array, odd: Array, rhs: Array,
                      sums: Array) -> None:
@@ -167,16 +183,6 @@ def normal_equations(image: NDArray, p: Array, clip: float, full: bool, n_even: 
                 gm, gs = -0.5 * g * inverse, 0.5 * g * t * inverse_s
                 je[2], je[3], je[4] = gm * x * x, 2.0 * gm * x * y, gm * y * y
                 je[5], je[6], je[7] = gs * nx * nx, 2.0 * gs * nx * ny, gs * ny * ny
-            for i in range(6):
-                rhs[8 + i] += w * r * jo[i]
-            for i in range(n_even):
-                rhs[i] += w * r * je[i]
-            if full:
-                for i in range(6):
-                    for j in range(6):
-                        odd[i, j] += w * jo[i] * jo[j]
-                for i in range(n_even):
-                    for j in range(n_even):
-                        even[i, j] += w * je[i] * je[j]
+            _add_edge(w, r, je, jo, full, n_even, even, odd, rhs)
     _add_flat(flat, ratio, full, even, odd, rhs)
     sums[N_WANTED], sums[N_SEEN] = n_wanted, n_seen

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
@@ -55,6 +58,25 @@ def velocity(motion: pd.DataFrame, name: str, rate: str) -> Array:
     return np.gradient(column(motion, name), motion["time_s"].to_numpy(float))
 
 
+def _circle(ax: Axes, radius_m: float, name: str, **style: Any) -> None:
+    ax.add_patch(Circle((0, 0), MM * radius_m, fill=False, label=name, **style))
+
+
+def _outlines(ax: Axes, host: Host, nes_radius_m: float) -> None:
+    """Wall, contact edge and obstacle as recording.toml has them."""
+    if host.polygon_m is not None:
+        corners = MM * np.asarray(host.polygon_m, float)
+        ax.add_patch(Polygon(corners, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
+    elif host.inner_radius_m is not None:
+        _circle(ax, host.inner_radius_m, "wall", ec=HOST_COLOUR, lw=1.6)
+        if nes_radius_m:
+            edge = host.inner_radius_m - nes_radius_m
+            _circle(ax, edge, "contact edge: wall − NES radius", ec=HOST_COLOUR, lw=1.0, ls="--")
+    if host.obstacle_radius_m:
+        radius = MM * host.obstacle_radius_m
+        ax.add_patch(Circle((0, 0), radius, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle"))
+
+
 def relative_trajectory(
     motion: pd.DataFrame,
     host: Host | None,
@@ -70,44 +92,10 @@ def relative_trajectory(
     position = MM * relative_position(motion)
     ax.plot(position[:, 0], position[:, 1], color=NES_COLOUR, lw=0.8, label="NES centre")
     nes_radius = 0.0 if nes is None else nes.radius_m
-    if host is None:
-        pass  # a motion without its rig: the path alone
-    elif host.polygon_m is not None:
-        ax.add_patch(
-            Polygon(MM * np.asarray(host.polygon_m, float), fill=False, ec=HOST_COLOUR, lw=1.6, label="wall")
-        )
-    elif host.inner_radius_m is not None:
-        ax.add_patch(
-            Circle((0, 0), MM * host.inner_radius_m, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall")
-        )
-        if nes_radius:
-            ax.add_patch(
-                Circle(
-                    (0, 0),
-                    MM * (host.inner_radius_m - nes_radius),
-                    fill=False,
-                    ec=HOST_COLOUR,
-                    lw=1.0,
-                    ls="--",
-                    label="contact edge: wall − NES radius",
-                )
-            )
+    if host is not None:
+        _outlines(ax, host, nes_radius)
     if np.isfinite(contact_radius_m):
-        ax.add_patch(
-            Circle(
-                (0, 0),
-                MM * contact_radius_m,
-                fill=False,
-                ec=BLACK,
-                lw=1.0,
-                ls=":",
-                label="contact edge from impacts",
-            )
-        )
-    if host is not None and host.obstacle_radius_m:
-        ax.add_patch(
-            Circle((0, 0), MM * host.obstacle_radius_m, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle")
-        )
+        _circle(ax, contact_radius_m, "contact edge from impacts", ec=BLACK, lw=1.0, ls=":")
     if impacts is not None and len(impacts):
         time_s = motion["time_s"].to_numpy(float)
         seen = np.isfinite(position).all(1)

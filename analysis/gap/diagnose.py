@@ -113,8 +113,9 @@ def _median_run(errors: predict.Errors | None) -> float:
 def unexplained_flights(ladder: Ladder, errors: Errors4) -> Structure | None:
     """Flights that stay far above the floor although an effect was accepted (or none was): a weak name for something else.
 
-    Set on a sealed trial's 220 series: what true effects left lay below 3.1 floors with 0.90 of the gap closed, or below 2.2 floors where
-    there was no flight effect to close it.  Beside a late clock or an eccentric mass, which flights feel too, nothing is concluded.
+    Set with a sealed trial's 220 series in view (median run): true flight effects left at most 1.21 floors and closed at least 0.90 of the gap, two
+    wrong names left 2.5 and 3.0 floors and closed 0.41 and 0.13; where no flight effect was named at most 1.7 floors were left.  Beside a late
+    clock or an eccentric mass, which flights feel too, nothing is concluded.
     """
     # The median run: one flight gone astray must not speak for all.
     before, after, floor = (_median_run(errors.get(k)) for k in ("recalibrated", "with_effect", "noise_floor"))

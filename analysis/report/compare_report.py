@@ -38,6 +38,13 @@ def comparison_page(comparison: Comparison) -> Page:
         footer=f"ovines {ovines.__version__}",
     )
     _add_cards(page, comparison)
+    _add_flights(page, comparison)
+    _add_impacts(page, comparison)
+    _add_run(page, comparison)
+    return page
+
+
+def _add_flights(page: Page, comparison: Comparison) -> None:
     section = page.add_section("One flight ahead", "flights")
     if len(comparison.flights):
         section.add_figure(
@@ -50,6 +57,9 @@ def comparison_page(comparison: Comparison) -> Page:
         )
     else:
         section.add_missing("flights", "No flight between two impacts has a measured start and five frames.")
+
+
+def _add_impacts(page: Page, comparison: Comparison) -> None:
     section = page.add_section("One impact ahead", "impacts")
     section.add_figure(
         "impacts_ahead",
@@ -66,10 +76,13 @@ def comparison_page(comparison: Comparison) -> Page:
         rows,
         f"Impacts above {COUNTED_SPEED_M_PER_S} m/s.",
     )
+
+
+def _add_run(page: Page, comparison: Comparison) -> None:
     section = page.add_section("Whole run", "run")
     if not comparison.samples:
         section.add_missing("whole-run statistics", "They take a measured flight to start from.")
-        return page
+        return
     section.add_figure(
         "run_distributions",
         run_distributions(comparison.samples),
@@ -94,7 +107,6 @@ def comparison_page(comparison: Comparison) -> Page:
             for _, row in comparison.statistics.iterrows()
         ],
     )
-    return page
 
 
 def write_comparison(comparison: Comparison, folder: Path, save_figures: bool = False) -> Path:
