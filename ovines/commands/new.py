@@ -1,36 +1,41 @@
-"""`ovines new DIR`: a commented recording.toml to fill in, from options; it is valid as it stands."""
+"""`ovines new DIR`: a commented recording.toml to fill in, from options or from questions; it is valid as it stands."""
 
 from __future__ import annotations
 
 import argparse
+import re
+import sys
+from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ovines.errors import InputError
+from ovines.new_questions import Terminal, ask
 from ovines.new_recording import Rig, recording_text
 from ovines.recording import FILE, read_recording
 from ovines.written_whole import write_text_whole
 
 NAME = "new"
-HELP = "a new recording's folder with a commented recording.toml"
+HELP = "a new recording's folder with a commented recording.toml; at a terminal, asks for the options that are left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """``DIR --cameras VW1 VW2 --sensor W H --rate-hz ... --force``: what is left out is the thesis' rig."""
-    rig = Rig()
+    """``DIR --cameras VW1 VW2 --sensor W H --rate-hz ... --force``: what is left out is asked for, or is the thesis' rig."""
     parser.add_argument("folder", type=Path, metavar="DIR", help="the recording's folder; made when it is not there")
     parser.add_argument("--name", help="title of the recording (default: the folder's name)")
-    parser.add_argument("--cameras", nargs="+", default=rig.cameras, metavar="NAME", help="names of the cameras (default: VW1 VW2)")
-    parser.add_argument("--sensor", nargs=2, type=int, default=rig.sensor_px, metavar=("WIDTH", "HEIGHT"), help="sensor in pixels")
-    parser.add_argument("--rate-hz", type=float, default=rig.rate_hz, metavar="HZ", help="frames per second (default: 800)")
-    parser.add_argument("--images", default=rig.images, metavar="ENDING", help="ending of the images or of the video (default: png)")
-    parser.add_argument("--calibration", default=rig.calibration, metavar="FILE", help="a solved calibration.json (default: solve from board images)")
-    parser.add_argument("--board", default=rig.board, metavar="BOARD", help="board of the calibration images (default: charuco_5x7_8mm)")
-    parser.add_argument("--host-radius-mm", type=float, default=rig.host_radius_mm, metavar="MM", help="inner radius of the Host (default: 50)")
-    parser.add_argument("--nes-radius-mm", type=float, default=rig.nes_radius_mm, metavar="MM", help="radius of the NES (default: 10)")
-    parser.add_argument("--nes-mass-g", type=float, default=rig.nes_mass_g, metavar="G", help="mass of the NES (default: 24.6)")
+    parser.add_argument("--cameras", nargs="+", metavar="NAME", help="names of the cameras (usual: VW1 VW2)")
+    parser.add_argument("--sensor", nargs=2, type=int, metavar=("WIDTH", "HEIGHT"), dest="sensor_px", help="sensor in pixels (usual: 4096 3072)")
+    parser.add_argument("--rate-hz", type=float, metavar="HZ", help="frames per second (usual: 800)")
+    parser.add_argument("--images", metavar="ENDING", help="ending of the images or of the video (usual: png)")
+    parser.add_argument("--calibration", metavar="FILE", help="a solved calibration.json (usual: solve from board images)")
+    parser.add_argument("--board", metavar="BOARD", help="board of the calibration images (usual: charuco_5x7_8mm)")
+    parser.add_argument("--host-radius-mm", type=float, metavar="MM", help="inner radius of the Host (usual: 50)")
+    parser.add_argument("--nes-radius-mm", type=float, metavar="MM", help="radius of the NES (usual: 10)")
+    parser.add_argument("--nes-mass-g", type=float, metavar="G", help="mass of the NES (usual: 24.6)")
     parser.add_argument("--frequency-hz", type=float, metavar="HZ", help="what the shaker is asked for")
     parser.add_argument("--acceleration-g", type=float, metavar="G", help="what the shaker is asked for")
+    parser.add_argument("--usual", action="store_true", help="ask nothing: what is left out is as usual, the thesis' rig")
     parser.add_argument("--force", action="store_true", help="write over an existing recording.toml")
 
 
@@ -41,24 +46,35 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"{path} is there already", "a new folder", "name another, or write over it with --force")
     if args.folder.is_file():
         raise InputError(f"{args.folder} is a file", "a folder", "name another")
-    text = recording_text(
-        Rig(
-            tuple(args.cameras), tuple(args.sensor), args.rate_hz, args.images, args.calibration, args.board,
-            args.host_radius_mm, args.nes_radius_mm, args.nes_mass_g, args.frequency_hz, args.acceleration_g,
-        ),
-        args.name or args.folder.resolve().name,
-    )  # fmt: skip
-    with TemporaryDirectory() as elsewhere:  # options that the file may not hold leave nothing behind
-        trial = Path(elsewhere) / FILE
-        trial.write_text(text, encoding="utf-8")
-        try:
-            read_recording(trial)
-        except InputError as error:
-            raise InputError(
-                f"the options give no valid recording.toml: {error.found.removeprefix(str(trial)).lstrip(', :')}",
-                error.expected,
-                "correct the option",
-            ) from None
-    write_text_whole(text, path)
+    name = args.name or args.folder.resolve().name
+    given = {field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None}
+    rig = replace(Rig(), **{field: tuple(value) if isinstance(value, list) else value for field, value in given.items()})
+    try:
+        _check(rig, name)
+    except InputError as error:
+        raise InputError(f"the options give no valid {FILE}: {error.found}", error.expected, "correct the option") from None
+    if sys.stdin.isatty() and sys.stdout.isatty() and not args.usual:
+        rig = _asked(rig, given, name)
+    write_text_whole(recording_text(rig, name), path)
     print(f"{path}\nNow put the images there, correct the lines marked <-, then: ovines check {args.folder}")
     return 0
+
+
+def _asked(rig: Rig, given: Collection[str], name: str) -> Rig:
+    print("Enter takes what stands in brackets.")
+    try:
+        return ask(rig, given, lambda trial: _check(trial, name), Terminal())
+    except EOFError:
+        raise InputError("the input ended before the last question", "an answer to each", "run it again, or add --usual") from None
+
+
+def _check(rig: Rig, name: str) -> None:
+    """Refuse what no recording.toml may hold, by the reader itself and elsewhere: it leaves nothing behind."""
+    with TemporaryDirectory() as elsewhere:
+        trial = Path(elsewhere) / FILE
+        trial.write_text(recording_text(rig, name), encoding="utf-8")
+        try:
+            read_recording(trial)
+        except InputError as error:  # neither that file nor its lines mean anything to the user
+            found = re.sub(r"^[\s,:]*(line \d+:)?\s*", "", error.found.removeprefix(str(trial)))
+            raise InputError(found, error.expected, error.do) from None

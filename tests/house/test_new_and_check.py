@@ -1,6 +1,11 @@
 """`ovines new` writes a file that is valid; `ovines check` draws the chain and says which line to change."""
 
+import os
+import pty
 import re
+import select
+import subprocess
+import sys
 
 import pytest
 
@@ -47,6 +52,59 @@ def test_every_commented_line_is_valid_too(tmp_path):
 def test_options_that_no_recording_may_have_are_refused_and_leave_nothing(tmp_path, options, capsys):
     assert main(["new", str(tmp_path / "r"), *options]) == 2
     assert "correct the option" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def at_a_terminal(arguments: list[str], answers: list[str]) -> tuple[str, int]:
+    """A real terminal (pty): each answer typed when a question waits for it, Ctrl-D after the last; what it showed, exit status."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "ovines", *arguments]
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs) as process:
+        os.close(theirs)
+        shown, left = b"", list(answers)
+        while select.select([ours], [], [], 60)[0]:
+            try:
+                shown += os.read(ours, 4096)
+            except OSError:  # how Linux says that the other end has gone
+                break
+            if shown.endswith(b"]: "):
+                os.write(ours, left.pop(0).encode() + b"\n" if left else b"\x04")
+        else:
+            process.kill()
+    os.close(ours)
+    return shown.decode().replace("\r", ""), process.returncode
+
+
+def test_new_asks_at_a_terminal(tmp_path):
+    """What is left out is asked for; answers that cannot be are asked again with the reader's own reason."""
+    folder = tmp_path / "r"
+    answers = ["left, right", "4096x", "1280 x 1024", "-5", "quick", "1000", "tif", "", "", "6", "9", "1.5", "", "11", "8"]
+    shown, status = at_a_terminal(["new", str(folder)], answers)
+    assert status == 0, shown
+    assert "'4096x' cannot be read; an example: 4096 x 3072" in shown
+    assert "'time.frame_rate_hz' is -5.0; expected greater than 0" in shown and "'quick' cannot be read" in shown
+    assert "Radius of the NES in mm [1.2]" in shown and "expected an NES that fits inside the Host" in shown
+    recording = read_recording(folder)
+    assert [one.name for one in recording.cameras] == ["left", "right"] and recording.cameras[1].frames == "right/*.tif"
+    assert recording.cameras[0].sensor_size_px == (1280, 1024) and recording.frame_rate_hz == 1000
+    assert recording.bodies["host"].inner_radius_m == pytest.approx(0.006)
+    assert recording.bodies["nes"].radius_m == pytest.approx(0.0015) and recording.bodies["nes"].mass_kg == pytest.approx(0.0246)
+    assert (recording.excitation.frequency_hz, recording.excitation.acceleration_g) == (11, 8)
+    assert recording.board == "charuco_5x7_8mm"
+
+
+def test_new_asks_only_for_what_is_left_out(tmp_path):
+    given = ["--cameras", "a", "b", "--sensor", "640", "480", "--rate-hz", "500", "--images", "avi", "--host-radius-mm", "40", "--nes-mass-g", "5"]
+    shown, status = at_a_terminal(["new", str(tmp_path / "r"), *given], ["../calibration.json", "", "none"])
+    assert status == 0 and shown.count("]: ") == 3, shown  # the board is not asked for: the calibration is solved
+    assert read_recording(tmp_path / "r").calibration_file == tmp_path / "r" / "../calibration.json"
+    shown, status = at_a_terminal(["new", str(tmp_path / "usual"), "--usual"], [])
+    assert status == 0 and "]: " not in shown and read_recording(tmp_path / "usual").frame_rate_hz == 800
+
+
+def test_new_that_is_broken_off_leaves_nothing(tmp_path):
+    shown, status = at_a_terminal(["new", str(tmp_path / "r")], ["", ""])
+    assert status == 2 and "the input ended before the last question" in shown and "Traceback" not in shown
     assert list(tmp_path.iterdir()) == []
 
 
