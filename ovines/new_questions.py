@@ -76,11 +76,11 @@ def _answered(
         return rig
     try:
         optional = getattr(Rig(), question.field) is None
-        value = None if optional and answer.lower() == NONE else question.read(answer)
+        answered: dict[str, Any] = {question.field: None if optional and answer.lower() == NONE else question.read(answer)}
     except ValueError:
         terminal.say(f"  {answer!r} cannot be read; an example: {_shown(usual)}")
         return None
-    rig = replace(rig, **{question.field: value})
+    rig = replace(rig, **answered)
     if question.field == "host_radius_mm" and "nes_radius_mm" not in given:
         rig = replace(rig, nes_radius_mm=min(rig.nes_radius_mm, 0.2 * rig.host_radius_mm))  # asked for next: must fit meanwhile
     try:

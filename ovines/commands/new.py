@@ -9,6 +9,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from ovines.errors import InputError
 from ovines.new_questions import Terminal, ask
@@ -47,8 +48,9 @@ def run(args: argparse.Namespace) -> int:
     if args.folder.is_file():
         raise InputError(f"{args.folder} is a file", "a folder", "name another")
     name = args.name or args.folder.resolve().name
-    given = {field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None}
-    rig = replace(Rig(), **{field: tuple(value) if isinstance(value, list) else value for field, value in given.items()})
+    given: dict[str, Any] = {field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None}
+    given = {field: tuple(value) if isinstance(value, list) else value for field, value in given.items()}
+    rig = replace(Rig(), **given)
     try:
         _check(rig, name)
     except InputError as error:
