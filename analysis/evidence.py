@@ -165,15 +165,20 @@ def solve(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array) ->
         a, b = e.take(columns)
         information = information + a
         score = score + b
-    # Scaled to a unit diagonal, with a whisper of ridge; a column without information keeps its value (no estimate, no variance).
+    covariance = covariance_of(information)
+    score = np.where(np.diag(covariance) > 0, score, 0.0)
+    estimate = covariance @ score
+    return estimate, covariance, float(estimate @ score)
+
+
+def covariance_of(information: Array) -> Array:
+    """Inverse of an information matrix, scaled to a unit diagonal first, with a whisper of ridge; a column without information has no
+    variance either (its unknown keeps its value)."""
     diagonal = np.diag(information)
     told = np.isfinite(diagonal) & (diagonal > 0)
     scale = np.where(told, 1 / np.sqrt(np.where(told, diagonal, 1.0)), 0.0)
-    information, score = np.where(np.outer(told, told), information, 0.0), np.where(told, score, 0.0)
-    scaled = information * np.outer(scale, scale)
-    covariance = np.linalg.inv(scaled + 1e-11 * np.eye(len(scale))) * np.outer(scale, scale)
-    estimate = covariance @ score
-    return estimate, covariance, float(estimate @ score)
+    scaled = np.where(np.outer(told, told), information, 0.0) * np.outer(scale, scale)
+    return np.linalg.inv(scaled + 1e-11 * np.eye(len(scale))) * np.outer(scale, scale)
 
 
 NUISANCE_ORIGIN = columns_of(ORIGIN)

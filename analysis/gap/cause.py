@@ -12,6 +12,8 @@ IMPACT_GAIN = 25.0
 OVERRIDES = 10.0
 # ... and structure left over beside an accepted effect makes the answer "unknown" when it is this share of the effect's own size.
 LEFT_OVER = 0.25
+# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
+EQUIVALENT = 10.0
 CENTRE_NEGLIGIBLE_M = 1.0e-4
 MASS_CENTRE_NEGLIGIBLE_M = 5e-5
 CONTACT_TIME_NEGLIGIBLE_S = 6e-5
@@ -21,7 +23,9 @@ ELLIPTICITY_SD_UNDER_LENS = 2.5e-4
 
 @dataclass(frozen=True, eq=False)
 class Cause:
-    """One accepted effect: where it lies, parameters (value, sd), how many times its negligible size it is, its gain."""
+    """One accepted effect: where it lies, parameters (value, sd), how many times its negligible size it is, its gain.
+
+    ``rivals``: effects that explain the same residual as well as this one does, in these data."""
 
     effect: str
     stage: str
@@ -30,6 +34,7 @@ class Cause:
     gain: float
     coordinate: str
     phase: str
+    rivals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,13 @@ from analysis.gap.series import Series
 from ovines.recording import Recording
 
 
-def centre_causes(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> list[Cause]:
-    """Wall centre, mass centre and centre marker: placement up to 0.1 mm is the nominal model's, beyond it an effect."""
+def is_effect(offset: Cause) -> bool:
+    """More than placement, and surely there."""
+    return offset.strength > 1 and offset.gain > SIGNIFICANCE**2
+
+
+def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> list[Cause]:
+    """Wall centre, mass centre and centre marker as measured, ``gain`` being the square of the size in its sd of the fit alone."""
     out = []
     if impacts is not None:
         wall, terms = impacts.wall.wall, list(impacts.wall.terms)
@@ -22,10 +27,10 @@ def centre_causes(series: Series, flight: FlightFit, impacts: ImpactFit | None) 
                                              ("mass_centre_offset", -wall.disk_m, ("disk_x", "disk_y"), MASS_CENTRE_NEGLIGIBLE_M)):
             error = [float(np.hypot(sd[terms.index(n)], lens if effect == "mass_centre_offset" else 2.5e-5)) for n in names]
             size = float(np.hypot(*vector))
-            if size > limit and size > SIGNIFICANCE * sd[terms.index(names[0])]:
-                parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
-                out.append(Cause(effect, "geometry", parameters, size / limit, (size / max(error[0], 1e-9)) ** 2, "radius", "impact"))
-    marker = _centre_marker(series, flight, impacts, any(c.effect == "mass_centre_offset" for c in out))
+            parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
+            gain = (size / max(float(sd[terms.index(names[0])]), 1e-12)) ** 2
+            out.append(Cause(effect, "geometry", parameters, size / limit, gain, "radius", "impact"))
+    marker = _centre_marker(series, flight, impacts, any(c.effect == "mass_centre_offset" and is_effect(c) for c in out))
     return out + ([marker] if marker else [])
 
 
@@ -43,8 +48,6 @@ def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None,
     if off_centre and impacts is not None:
         offset = offset - impacts.wall.wall.disk_m
     size = float(np.hypot(*offset))
-    if size < CENTRE_NEGLIGIBLE_M:
-        return None
     sd = 5e-6
     return Cause("centre_marker_offset", "geometry", {"x_m": (float(offset[0]), sd), "y_m": (float(offset[1]), sd)},
                  size / CENTRE_NEGLIGIBLE_M, (size / sd) ** 2, "x", "all")

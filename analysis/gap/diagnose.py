@@ -19,12 +19,10 @@ from analysis.gap.impact_stage import restitution_design
 from analysis.gap.ladder import Ladder, climb
 from analysis.gap.own_residual import own_shrinkage
 from analysis.gap.series import Series
-from analysis.gap.words import CONFUSABLE, NEXT_TEST, NONE_TEST, unknown_test
+from analysis.gap.words import NEXT_TEST, NONE_TEST, unknown_test
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.645
-# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
-EQUIVALENT = 10.0
 # Held-out flights this many times above their floor, and less than this share of the gap closed, do not have the name that was accepted.
 LEFT_FLOORS, CLOSED = 2.0, 0.85
 
@@ -43,7 +41,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
-    ladder = climb(series, withheld)
+    ladder = climb(series, rng, withheld)
     verdict, causes = decide(ladder)
     errors, table = how_far(ladder, causes if verdict == "effect" else ())
     left = unexplained_flights(ladder, errors)
@@ -56,7 +54,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     stage = causes[0].stage if verdict == "effect" else (ladder.structure[0].stage if verdict == "unknown" else None)
     summary = {
         "format": 1, "verdict": verdict, "effects": [c.effect for c in causes] if verdict == "effect" else [],
-        "equivalent": _equivalent(ladder, causes) if verdict == "effect" else [], "stage": stage,
+        "equivalent": _equivalent(causes) if verdict == "effect" else [], "stage": stage,
         "probabilities": _probabilities(ladder, verdict, causes),
         "parameters": {c.effect: {n: _interval(v) for n, v in c.parameters.items()} for c in causes} if verdict == "effect" else {},
         "where": _where(ladder, causes, verdict), "gap": gap, "detectable": detectable_sizes(ladder),
@@ -137,14 +135,9 @@ def _interval(value_sd: tuple[float, float]) -> dict[str, float]:
     return {"value": value, "low": value - NORMAL_90 * sd, "high": value + NORMAL_90 * sd}
 
 
-def _equivalent(ladder: Ladder, causes: tuple[Cause, ...]) -> list[str]:
-    names = [c.effect for c in causes]
-    for cause in causes:
-        mine = next((g for g in ladder.flight_gains if g.term.name == cause.effect), None)
-        for rival in ladder.flight_gains:
-            if mine and rival.term.name in CONFUSABLE.get(cause.effect, ()) and mine.held_out - rival.held_out < EQUIVALENT:
-                names.append(rival.term.name)
-    return list(dict.fromkeys(names))
+def _equivalent(causes: tuple[Cause, ...]) -> list[str]:
+    """The named causes and whatever would have explained the same residual as well."""
+    return list(dict.fromkeys([*(c.effect for c in causes), *(r for c in causes for r in c.rivals)]))
 
 
 def _probabilities(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> dict[str, float]:

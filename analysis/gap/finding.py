@@ -7,13 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Finding:
-    """One measurement effect: its parameters with sd, how many sd it is from nothing, and whether it is more than negligible."""
+    """One measurement effect: its parameters with sd, how many sd it is from nothing, and whether it is more than negligible.
+
+    ``rivals``: effects that alone would explain the same residuals as well."""
 
     effect: str
     parameters: dict[str, tuple[float, float]]
     significance: float
     size: float
     found: bool
+    rivals: tuple[str, ...] = ()
 
     def times_least(self) -> float:
         """Size over the smallest that would have been found in these data: its rank among findings."""

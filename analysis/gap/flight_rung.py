@@ -6,25 +6,39 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.flight_model import GRAVITY_M_PER_S2, INDEX
-from analysis.gap.cause import GAIN, IMPROVED, LEFT_OVER, OVERRIDES, SIGNIFICANCE, Cause, Structure
+from analysis.gap.cause import (
+    EQUIVALENT,
+    GAIN,
+    IMPROVED,
+    LEFT_OVER,
+    OVERRIDES,
+    SIGNIFICANCE,
+    Cause,
+    Structure,
+)
 from analysis.gap.flight_stage import FlightFit, FlightModel, Gain, fit, gains, nominal_model, solve_named
 from analysis.gap.flight_terms import NEGLIGIBLE_M_PER_S2, terms
+from analysis.gap.null_gains import flights_by_chance, threshold
 from analysis.gap.series import Series
 
+Array = NDArray[np.float64]
 # A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05).
 USUAL_MISFIT = 4.0
 
 
-def _accepted(gain: Gain) -> bool:
-    return (gain.gain > GAIN and gain.held_out > GAIN / 2 and gain.significance > SIGNIFICANCE and gain.improved >= IMPROVED
+def _accepted(gain: Gain, least: float) -> bool:
+    """``least``: held-out gain that chance does not reach."""
+    return (gain.gain > GAIN and gain.held_out > least and gain.significance > SIGNIFICANCE and gain.improved >= IMPROVED
             and gain.acceleration_m_per_s2 > NEGLIGIBLE_M_PER_S2)
 
 
 @dataclass(frozen=True, eq=False)
 class FlightRung:
-    """Recalibrated and final fit, what was accepted, gains of the named effects before any was added, probes after."""
+    """Recalibrated and final fit, what was accepted, gains of the named effects before any was added, probes after; ``by_chance`` the best
+    held-out gain in each of the series without effect that were drawn; ``left`` the gains of the named effects on the final fit."""
 
     nominal: FlightFit
     fitted: FlightFit
@@ -32,9 +46,11 @@ class FlightRung:
     gains: tuple[Gain, ...]
     probes: tuple[Gain, ...]
     structure: tuple[Structure, ...]
+    by_chance: Array
+    left: tuple[Gain, ...]
 
 
-def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[str]) -> FlightRung:
+def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[str], rng: np.random.Generator) -> FlightRung:
     """Nominal fit, then friction and its coupling if they are missing, then the terms by forward selection (two at most)."""
     runs = series.runs
     base = nominal = fit(runs, nominal_model(effects))
@@ -53,24 +69,31 @@ def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[st
             causes.append(_friction_cause(name, trial, gain))
             base = trial
     named_terms, probe_terms = terms(withheld)
+    by_chance = flights_by_chance(base, (*named_terms, *probe_terms), rng)
+    least = threshold(by_chance, GAIN / 2)
     every = gains(base, named_terms)
     first = every
     probes = gains(base, probe_terms)
     for _ in range(2):
-        candidates = [g for g in (_measure_load(g, base, series) for g in every) if _accepted(g)]
+        candidates = [g for g in (_measure_load(g, base, series) for g in every) if _accepted(g, least)]
         if not candidates or (causes and len(causes) >= 2):
             break
         best = max(candidates, key=lambda g: g.held_out)
-        rivals = [p for p in (_measure_load(p, base, series) for p in probes) if _accepted(p)]
+        rivals = [p for p in (_measure_load(p, base, series) for p in probes) if _accepted(p, least)]
         if rivals and max(p.held_out for p in rivals) > 1.15 * best.held_out + OVERRIDES:
             break
         trial = fit(runs, _with_free(base.model, best.term.columns))
-        causes.append(_term_cause(best, trial, series))
+        causes.append(replace(_term_cause(best, trial, series), rivals=_rivals(best, every)))
         base = trial
         every, probes = gains(base, named_terms), gains(base, probe_terms)
     probes = [_measure_load(p, base, series) for p in probes]
-    structure = _flight_structure(probes, causes)
-    return FlightRung(nominal, base, tuple(causes), tuple(first), tuple(probes), tuple(structure))
+    structure = _flight_structure(probes, causes, least)
+    return FlightRung(nominal, base, tuple(causes), tuple(first), tuple(probes), tuple(structure), by_chance, tuple(every))
+
+
+def _rivals(best: Gain, candidates: Sequence[Gain]) -> tuple[str, ...]:
+    """Named effects that would have explained the held-out runs as well, taken in place of the best."""
+    return tuple(g.term.name for g in candidates if g.term.name != best.term.name and best.held_out - g.held_out < EQUIVALENT)
 
 
 def _with_free(model: FlightModel, names: Sequence[str]) -> FlightModel:
@@ -138,12 +161,12 @@ def _main_coordinate(gain: Gain) -> str:
     return "x"
 
 
-def _flight_structure(probes: Sequence[Gain], causes: Sequence[Cause]) -> list[Structure]:
+def _flight_structure(probes: Sequence[Gain], causes: Sequence[Cause], least: float) -> list[Structure]:
     strongest = max((c.strength for c in causes), default=0.0)
     out = []
     for probe in probes:
         strength = probe.acceleration_m_per_s2 / NEGLIGIBLE_M_PER_S2
-        if _accepted(probe) and strength > LEFT_OVER * strongest:
+        if _accepted(probe, least) and strength > LEFT_OVER * strongest:
             coordinate = "angle" if probe.term.columns[0] in ("spin_decay", "spin_drive") else "x"
             out.append(Structure("flight", "free flight", coordinate, probe.term.name, strength, probe.gain))
     return out

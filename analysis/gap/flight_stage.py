@@ -174,13 +174,19 @@ def _indices(names: Sequence[str]) -> list[int]:
     return [DRIFT_RUN if n == "drift_run" else SHARED.index(n) for n in names]
 
 
-def _prior(names: Sequence[str]) -> Array:
+def information_of(evidence: Evidence, names: Sequence[str]) -> Array | None:
+    """A run's information about the named columns; None where it lacks one of them."""
+    at = _indices(names)
+    return evidence.take(at)[0] if set(at) <= set(evidence.columns) else None
+
+
+def prior_of(names: Sequence[str]) -> Array:
     return np.array([1 / LENS_SD_M**2 if n.startswith("warp") else (1 / ORIGIN_SD_M**2 if n in ORIGIN else 0.0) for n in names])
 
 
 def solve_named(evidence: Sequence[Evidence], names: Sequence[str]) -> tuple[Array, Array, float]:
     """:func:`analysis.evidence.solve` for named columns."""
-    return solve(evidence, _indices(names), _prior(names))
+    return solve(evidence, _indices(names), prior_of(names))
 
 
 def gain_of(base: FlightFit, term: FlightTerm) -> Gain:

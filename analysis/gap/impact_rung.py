@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap import impact_stage
 from analysis.gap.cause import (
@@ -13,6 +14,7 @@ from analysis.gap.cause import (
     ELLIPTICITY_NEGLIGIBLE,
     ELLIPTICITY_SD_UNDER_LENS,
     ELLIPTICITY_UNDER_LENS,
+    EQUIVALENT,
     IMPACT_GAIN,
     LEFT_OVER,
     OVERRIDES,
@@ -22,7 +24,9 @@ from analysis.gap.cause import (
 )
 from analysis.gap.flight_stage import FlightFit
 from analysis.gap.impact_stage import ImpactFit, ImpactGain, fit_impacts
+from analysis.gap.null_gains import impacts_by_chance, threshold
 
+Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a cause.
 USUAL_SCATTER, USUAL_DISTANCE_M = 0.03, 4e-5
 RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
@@ -31,7 +35,8 @@ LEAST_IMPACTS = 8
 
 @dataclass(frozen=True, eq=False)
 class ImpactRung:
-    """Recalibrated and final fit of wall and law, the terms in use, what was accepted, and the probes after."""
+    """Recalibrated and final fit of wall and law, the terms in use, what was accepted, and the probes after; ``left`` the named effects'
+    gains on the final fit, ``by_chance`` the best gain in each of the series without effect that were drawn."""
 
     nominal: ImpactFit | None = None
     fitted: ImpactFit | None = None
@@ -42,27 +47,31 @@ class ImpactRung:
     finite: bool = False
     causes: tuple[Cause, ...] = ()
     structure: tuple[Structure, ...] = ()
+    left: tuple[ImpactGain, ...] = ()
+    by_chance: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset[str], lens_seen: bool) -> ImpactRung:
+def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset[str], lens_seen: bool, rng: np.random.Generator) -> ImpactRung:
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8 impacts."""
     terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
     ellipse, finite = "wall_ellipticity" in effects, "finite_contact_time" in effects
     nominal = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
     if len(nominal.data) < LEAST_IMPACTS:
         return ImpactRung(restitution_terms=tuple(terms), ellipse=ellipse, finite=finite)
-    ellipse, finite, shape, fitted, shape_gains = _shape(flight, nominal, ellipse, finite, withheld, lens_seen)
-    laws, terms, law_gains, probes, structure = _laws(fitted, terms, finite, withheld)
+    ellipse, finite, shape, fitted, shape_gains, shape_left = _shape(flight, nominal, ellipse, finite, withheld, lens_seen)
+    by_chance = impacts_by_chance(fitted.data, terms, rng)
+    laws, terms, law_gains, law_left, probes, structure = _laws(fitted, terms, finite, withheld, threshold(by_chance, IMPACT_GAIN))
     distance_probes = [g for g in impact_stage.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named]
     structure = [*structure, *_distance_structure(distance_probes, shape)]
     return ImpactRung(nominal, fitted, (*shape_gains, *law_gains), (*probes, *distance_probes), tuple(terms), ellipse, finite,
-                      (*shape, *laws), tuple(structure))
+                      (*shape, *laws), tuple(structure), (*shape_left, *law_left), by_chance)
 
 
 def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_seen: bool):
     """Ellipticity and finite contact, whichever explains more first; then the other on top."""
     causes: list[Cause] = []
     first: list[ImpactGain] = []
+    found: list[ImpactGain] = []
     for _ in range(2):
         found = [g for g in impact_stage.distance_gains(flight.fits, base, ellipse, finite, withheld) if g.named]
         first = first or found
@@ -72,8 +81,13 @@ def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, with
         best = max(accepted, key=lambda g: g.gain)
         ellipse, finite = ellipse or best.name == "wall_ellipticity", finite or best.name == "finite_contact_time"
         base = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
-        causes.append(_shape_cause(best, base, lens_seen))
-    return ellipse, finite, causes, base, first
+        causes.append(replace(_shape_cause(best, base, lens_seen), rivals=_rivals(best, found)))
+    return ellipse, finite, causes, base, first, [g for g in found if g.name not in {c.effect for c in causes}]
+
+
+def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:
+    """Named effects that explain the same residual as well."""
+    return tuple(g.name for g in candidates if g.named and g.name != best.name and best.gain - g.gain < EQUIVALENT)
 
 
 def _contact_time(slope_s: float, restitution: float) -> float:
@@ -105,7 +119,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_seen: bool) -> Cause:
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
-def _laws(base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str]):
+def _laws(base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], least: float):
     """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
     names = list(held)
     causes: list[Cause] = []
@@ -115,28 +129,29 @@ def _laws(base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozense
     for _ in range(3):
         found = impact_stage.restitution_gains(base.data, names, withheld)
         first = first or [g for g in found if g.named]
-        named = [g for g in found if g.named and _law_accepted(g)]
-        probes = [g for g in found if not g.named and _law_accepted(g)]
+        named = [g for g in found if g.named and _law_accepted(g, least)]
+        probes = [g for g in found if not g.named and _law_accepted(g, least)]
         best = max(named, key=lambda g: g.gain, default=None)
         rival = max(probes, key=lambda g: g.gain, default=None)
         if best is None or (rival is not None and rival.gain > best.gain + OVERRIDES) or len(causes) >= 2:
             break
         names.append(best.name)
-        causes.append(_restitution_cause(best, base, names))
+        causes.append(replace(_restitution_cause(best, base, names), rivals=_rivals(best, found)))
     strongest = max((c.strength for c in causes), default=0.0)
     # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove nothing.
     tangential = [] if finite else impact_stage.tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for probe in probes:
         strength = probe.size / impact_stage.NEGLIGIBLE[probe.residual]
-        if _law_accepted(probe) and strength > LEFT_OVER * strongest:
+        if _law_accepted(probe, least) and strength > LEFT_OVER * strongest:
             coordinate = {"restitution": "normal", "sliding": "tangential", "sticking": "tangential", "angular": "spin"}[probe.residual]
             structure.append(Structure("impact", "impact", coordinate, probe.name, strength, probe.gain))
-    return causes, names, first, probes, structure
+    return causes, names, first, [g for g in found if g.named], probes, structure
 
 
-def _law_accepted(gain: ImpactGain) -> bool:
-    return gain.gain > IMPACT_GAIN and gain.significance > SIGNIFICANCE - 1 and gain.size > impact_stage.NEGLIGIBLE[gain.residual]
+def _law_accepted(gain: ImpactGain, least: float) -> bool:
+    """``least``: gain that chance does not reach."""
+    return gain.gain > least and gain.significance > SIGNIFICANCE - 1 and gain.size > impact_stage.NEGLIGIBLE[gain.residual]
 
 
 def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) -> Cause:

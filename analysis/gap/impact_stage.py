@@ -108,6 +108,8 @@ PROBES = {"the slip speed": ("slip speed",), "the direction of slip": ("slip dir
           "the time in the run": ("time in the run",), "the run": ("run",), "the drive's phase": ("cos drive phase", "sin drive phase"),
           "the recording's time at the drive's frequency": ("cos clock", "sin clock"),
           "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"), "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth")}
+#: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
+SPOTS_BY_CHANCE = 8.0
 SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
 
 
@@ -157,49 +159,61 @@ def restitution_gains(data: LawData, base: Sequence[str], withheld: frozenset[st
     """Named effects and probes in the restitution, on top of a model with the effects ``base``; ``withheld`` ones are probes."""
     design = restitution_design(data, base)
     _, _, _, value = fit_restitution(data, design)
+    k = design.shape[1]
     out = []
-
-    def add(name: str, columns: list[Array], named: bool, penalty: float = 0.0) -> None:
-        c, covariance, _, new = fit_restitution(data, np.column_stack([design, *columns]))
-        k = design.shape[1]
-        explained = np.column_stack(columns) @ c[k:]
-        sd = np.sqrt(np.diag(covariance))[k:]
-        significance = float(np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0)))
-        out.append(ImpactGain(name, "restitution", value - new - penalty, float(np.std(explained)), c[k:], sd, named, significance))
-
-    if "speed_dependent_restitution" in withheld:
-        add("the approach speed", [_standardised(data.before), _standardised(data.before**2)], False)
-    elif "speed_dependent_restitution" not in base:
-        add("speed_dependent_restitution", [np.exp(-data.before / best_speed_scale(data))], True)
-    else:
-        add("the approach speed in another way", [_standardised(data.before), _standardised(data.before**2)], False)
-    if "direction_dependent_restitution" in withheld:
-        add("the azimuth", [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)], False)
-    elif "direction_dependent_restitution" not in base:
-        add("direction_dependent_restitution", [np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)], True)
-    table = covariates(data)
-    for name, parts in PROBES.items():
-        add(name, [table[p] for p in parts], False)
+    groups = [(name, columns, named, 0.0) for name, columns, named in restitution_groups(data, base, withheld)]
     spot = best_spot(data, design, value)
     if spot is not None:
-        # Twenty places and two widths were tried: the best of them gains about 8 by chance.
-        add(f"a place on the wall at azimuth {spot[0]:.1f} rad", [spot[1]], False, penalty=8.0)
+        groups.append((f"a place on the wall at azimuth {spot[0]:.1f} rad", spot[1][:, None], False, SPOTS_BY_CHANCE))
+    for name, columns, named, penalty in groups:
+        c, covariance, _, new = fit_restitution(data, np.column_stack([design, columns]))
+        sd = np.sqrt(np.diag(covariance))[k:]
+        significance = float(np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0)))
+        out.append(ImpactGain(name, "restitution", value - new - penalty, float(np.std(columns @ c[k:])), c[k:], sd, named, significance))
     return sorted(out, key=lambda g: -g.gain)
+
+
+def restitution_groups(data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset()) -> list[tuple[str, Array, bool]]:
+    """What the restitution may follow beyond ``base``: name, columns (K, .), and whether it is an effect of the library."""
+    speeds, directions = _columns(_standardised(data.before), _standardised(data.before**2)), _columns(np.cos(data.azimuth_rad), np.sin(data.azimuth_rad))
+    out: list[tuple[str, Array, bool]] = []
+    if "speed_dependent_restitution" in withheld:
+        out.append(("the approach speed", speeds, False))
+    elif "speed_dependent_restitution" not in base:
+        out.append(("speed_dependent_restitution", _columns(np.exp(-data.before / best_speed_scale(data))), True))
+    else:
+        out.append(("the approach speed in another way", speeds, False))
+    if "direction_dependent_restitution" in withheld:
+        out.append(("the azimuth", directions, False))
+    elif "direction_dependent_restitution" not in base:
+        out.append(("direction_dependent_restitution", directions, True))
+    table = covariates(data)
+    return out + [(name, _columns(*(table[p] for p in parts)), False) for name, parts in PROBES.items()]
+
+
+def _columns(*columns: Array) -> Array:
+    return np.column_stack(columns)
+
+
+def spots(data: LawData) -> list[tuple[float, Array]]:
+    """Bumps (K,) at places of the wall, with their azimuth (rad, Host's frame): twenty places, two widths, where impacts are."""
+    seen = data.azimuth_rad - data.host_angle_rad
+    out = []
+    for width in (0.25, 0.5):
+        for centre in np.arange(-np.pi, np.pi, np.pi / 10):
+            bump = np.exp(-0.5 * (np.angle(np.exp(1j * (seen - centre))) / width) ** 2)
+            if np.count_nonzero(bump > 0.5) >= 4:
+                out.append((float(centre), bump))
+    return out
 
 
 def best_spot(data: LawData, design: Array, value: float) -> tuple[float, Array] | None:
     """Bump of restitution at one place of the wall: the best of a scan over azimuth (Host's frame) and width."""
-    seen = data.azimuth_rad - data.host_angle_rad
     best, found = 0.0, None
-    for width in (0.25, 0.5):
-        for centre in np.arange(-np.pi, np.pi, np.pi / 10):
-            away = np.angle(np.exp(1j * (seen - centre)))
-            bump = np.exp(-0.5 * (away / width) ** 2)
-            if np.count_nonzero(bump > 0.5) < 4:
-                continue
-            gain = value - fit_restitution(data, np.column_stack([design, bump]))[3]
-            if gain > best:
-                best, found = gain, (float(centre), bump)
+    for spot in spots(data):
+        gain = value - fit_restitution(data, np.column_stack([design, spot[1]]))[3]
+        if gain > best:
+            best, found = gain, spot
     return found
 
 

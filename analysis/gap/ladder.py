@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.centres import centre_causes
+from analysis.gap.centres import centre_offsets, is_effect
 from analysis.gap.correct import correct
 from analysis.gap.finding import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.finding import Finding
@@ -21,10 +24,16 @@ from analysis.gap.impact_stage import ImpactFit, ImpactGain
 from analysis.gap.measurement import MeasurementTests
 from analysis.gap.series import Series
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """Everything the verdict, the figures and the predictions are made of."""
+    """Everything the verdict, the figures and the predictions are made of.
+
+    ``centres``: wall, mass and marker as measured, placement or effect.
+    ``flight_gains`` are those before any effect was added, ``*_left`` those on the final fit.
+    ``*_by_chance``: best gain in each of the series without effect that were drawn (:mod:`analysis.gap.null_gains`)."""
 
     series: Series
     measurement: MeasurementTests
@@ -32,16 +41,21 @@ class Ladder:
     nominal: FlightFit
     flight: FlightFit
     flight_gains: tuple[Gain, ...]
+    flight_left: tuple[Gain, ...]
     flight_probes: tuple[Gain, ...]
     impacts_nominal: ImpactFit | None
     impacts: ImpactFit | None
     impact_gains: tuple[ImpactGain, ...]
+    impact_left: dict[str, ImpactGain]
     impact_probes: tuple[ImpactGain, ...]
     restitution_terms: tuple[str, ...]
     ellipse: bool
     finite: bool
+    centres: tuple[Cause, ...]
     causes: tuple[Cause, ...]
     structure: tuple[Structure, ...]
+    flights_by_chance: Array
+    impacts_by_chance: Array
 
     def both_impacts(self) -> tuple[ImpactFit, ImpactFit]:
         """Wall and law recalibrated and with what was accepted; only where there were impacts enough to fit them."""
@@ -49,7 +63,7 @@ class Ladder:
         return self.impacts_nominal, self.impacts
 
 
-def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
+def climb(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Ladder:
     """The whole diagnosis of a series, without its report.
 
     ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a name.
@@ -57,9 +71,10 @@ def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
     corrected, findings, tests = correct(series, withheld)
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
-    flights = climb_flights(corrected, effects, withheld)
-    impacts = climb_impacts(flights.fitted, effects, withheld, tests.lens_seen)
-    centres = centre_causes(corrected, flights.fitted, impacts.fitted)
+    flights = climb_flights(corrected, effects, withheld, rng)
+    impacts = climb_impacts(flights.fitted, effects, withheld, tests.lens_seen, rng)
+    offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
+    centres = [c for c in offsets if is_effect(c)]
     structure = [*ground_motion(series), *_withheld_measurement(tests, withheld), *flights.structure, *impacts.structure]
     structure += unexplained_scatter(impacts, structure)
     structure += unexplained_misfit(flights.fitted, structure)
@@ -67,14 +82,14 @@ def climb(series: Series, withheld: frozenset[str] = frozenset()) -> Ladder:
                   if c.effect in withheld]
     causes = [_measured(f) for f in findings]
     causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
-    return Ladder(corrected, tests, tuple(findings), flights.nominal, flights.fitted, flights.gains, flights.probes, impacts.nominal,
-                  impacts.fitted, impacts.gains, impacts.probes, impacts.restitution_terms, impacts.ellipse, impacts.finite,
-                  tuple(sorted(causes, key=lambda c: -c.strength)), tuple(sorted(structure, key=lambda s: -s.strength)))
+    return Ladder(corrected, tests, tuple(findings), flights.nominal, flights.fitted, flights.gains, flights.left, flights.probes, impacts.nominal,
+                  impacts.fitted, impacts.gains, {g.name: g for g in impacts.left}, impacts.probes, impacts.restitution_terms, impacts.ellipse, impacts.finite, tuple(offsets),
+                  tuple(sorted(causes, key=lambda c: -c.strength)), tuple(sorted(structure, key=lambda s: -s.strength)), flights.by_chance, impacts.by_chance)
 
 
 def _measured(finding: Finding) -> Cause:
     return Cause(finding.effect, "measurement", finding.parameters, finding.times_least(),
-                 finding.significance**2, "all", "all")
+                 finding.significance**2, "all", "all", finding.rivals)
 
 
 def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> list[Structure]:

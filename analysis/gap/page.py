@@ -13,6 +13,7 @@ from analysis.gap.diagnose import Diagnosis
 from analysis.gap.figures import Candidate, ladder_figure, ranking_figure
 from analysis.gap.figures_impacts import impact_candidates
 from analysis.gap.flight_stage import Gain
+from analysis.gap.null_gains import threshold
 from analysis.gap.page_evidence import evidence_section, flight_evidence, impact_overview, layout, measured
 from analysis.gap.page_first_screen import facts, gap_card, lead, verdict_card
 from analysis.gap.page_tables import (
@@ -79,16 +80,16 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
     probes = [Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flight_probes if _tried(g)]
     runs = max(len(ladder.series.runs), 1)
     if flights or probes:
-        section.add_figure("gap-ranking-flights", ranking_figure([*flights, *probes], GAIN / 2 / runs, "flights"),
-                           "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain that is accepted; "
-                           "significance and size must also be enough.", "Ranking of flight candidates")
+        section.add_figure("gap-ranking-flights", ranking_figure([*flights, *probes], threshold(ladder.flights_by_chance, GAIN / 2) / runs, "flights"),
+                           "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain that is accepted (a fixed one, or what chance "
+                           "reaches once in a hundred series without effect, if that is more); significance and size must also be enough.", "Ranking of flight candidates")
     else:
         section.add_missing("candidates in the flights", "no candidate could be tried on these flights.")
     impacts = [Candidate(plain(c.name), True, c.per_run, c.accepted) for c in impact_candidates(ladder, probes=False)]
     leftover = sorted(impact_candidates(ladder, probes=True), key=lambda c: -c.per_run.sum())
     if impacts:
         keep = [c for c in leftover if c.accepted] + [c for c in leftover if not c.accepted][:14]
-        section.add_figure("gap-ranking-impacts", ranking_figure([*impacts, *keep], IMPACT_GAIN / runs, "impacts"),
+        section.add_figure("gap-ranking-impacts", ranking_figure([*impacts, *keep], threshold(ladder.impacts_by_chance, IMPACT_GAIN) / runs, "impacts"),
                            f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.", "Ranking of impact candidates")
     else:
         section.add_missing("candidates at the impacts", "fewer than eight impacts could be used.")
@@ -165,7 +166,9 @@ def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
 def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
     summary = diagnosis.summary
     section = page.add_section("What would have been seen", "limits")
-    section.add_table(("effect", "parameter", "smallest size named", "limit of the noise", "found"), detectable_rows(summary["detectable"], summary["parameters"]), text_columns=(0, 1))
+    section.add_table(("effect", "parameter", "smallest size named", "limit of the noise", "measured ± sd of the noise"), detectable_rows(summary["detectable"], summary["parameters"]),
+                      "What is smaller than the size named may surely be there (measured beside its sd) and still not be worth a name: placement of markers, "
+                      "calibration and lens leave as much on a good rig.", text_columns=(0, 1))
     section.add_table(("phase", "time", "share", "use"), time_rows(summary["time"]), "Time of the series.", text_columns=(0, 3))
     ladder = diagnosis.ladder
     if ladder.impacts is not None:

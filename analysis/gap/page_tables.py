@@ -65,15 +65,27 @@ def _number(value: float | None) -> str:
 
 
 def detectable_rows(detectable: dict[str, Any], parameters: dict[str, Any]) -> list[Row]:
-    """Smallest size of each effect that would have been named, what the noise alone would allow, and what was found of it."""
+    """Smallest size of each effect that would have been named, what the noise alone would allow, and what was measured of it (the sd
+    being the noise's alone)."""
     rows: list[Row] = []
     for effect, entry in detectable.items():
         found = parameters.get(effect, {}).get(entry["parameter"])
         noise = entry.get("noise_limit")
         rows.append((plain(effect), parameter_words(entry["parameter"]), _size(entry["parameter"], entry["size"]),
                      MISSING if noise is None else _size(entry["parameter"], noise),
-                     shown(entry["parameter"], found["value"]) if found else MISSING))
+                     _measured(entry, found)))
     return rows
+
+
+def _measured(entry: Any, found: Any) -> str:
+    if found:
+        return shown(entry["parameter"], found["value"]) + " (named)"
+    if entry.get("measured") is None:
+        return MISSING
+    if entry["parameter"] in RATIOS:
+        return f"{value_with_sd(entry['measured'], entry['measured_sd'])} of 1"
+    factor, unit = unit_of(entry["parameter"])
+    return value_with_sd(factor * entry["measured"], factor * entry["measured_sd"], unit)
 
 
 def gap_rows(gap: dict[str, Any], leave_out: Sequence[str] = ()) -> list[Row]:

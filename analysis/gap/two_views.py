@@ -12,11 +12,13 @@ velocity, which separates a tilted plane, a late clock and real vertical motion.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.gap.cause import EQUIVALENT
 from analysis.gap.finding import SIGNIFICANT, Finding, judge
 from analysis.gap.series import Series
 from analysis.motion import VELOCITY_REACH
@@ -81,7 +83,8 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
     speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
     window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
-    return [
+    alike = _rivals(a * weight[:, None], b * weight, float(inflation))
+    found = [
         judge("sensor_window_offset", {"u_px": (wu, np.hypot(su, lens_px)), "v_px": (wv, np.hypot(sv, lens_px))}, window,
                window / max(su, sv)),
         # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over places.
@@ -89,7 +92,25 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
         # z = a x + b y is the world turned by b about x and by -a about y.
         judge("plane_tilt", {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))}, tilt,
                min(tilt / max(sx, sy), tilt / max(LENS_TILTS * lens, 1e-9) * SIGNIFICANT)),
-    ], seen
+    ]
+    return [replace(f, rivals=alike[f.effect]) for f in found], seen
+
+
+#: columns of the joint fit that belong to each effect
+COLUMNS = {"sensor_window_offset": (0, 1), "camera_clock_offset": (2,), "plane_tilt": (3, 4)}
+
+
+def _rivals(a: Array, b: Array, inflation: float) -> dict[str, tuple[str, ...]]:
+    """For each effect the others that alone explain the (weighted) residuals as well: where bodies stay in one place or hardly move."""
+    normal, right = a.T @ a, a.T @ b
+    own = list(range(5, a.shape[1]))
+
+    def explained(columns: tuple[int, ...]) -> float:
+        at = [*columns, *own]
+        return float(right[at] @ np.linalg.pinv(normal[np.ix_(at, at)], hermitian=True) @ right[at]) / inflation
+
+    gain = {effect: explained(columns) for effect, columns in COLUMNS.items()}
+    return {effect: tuple(o for o in COLUMNS if o != effect and gain[effect] - gain[o] < EQUIVALENT) for effect in COLUMNS}
 
 
 def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:

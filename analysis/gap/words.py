@@ -1,15 +1,6 @@
-"""What is said of each effect: the test that would tell it from its rivals, and what it is easily taken for."""
+"""What is said of each effect: the test by hand that would show it apart from everything else."""
 
 from __future__ import annotations
-
-#: effects that some series cannot tell from each other, whatever the noise (GAP.md, point 8)
-CONFUSABLE: dict[str, tuple[str, ...]] = {
-    "floor_friction": (), "spin_coupling": (), "viscous_drag": ("air_drag",), "air_drag": ("viscous_drag",), "table_tilt": (),
-    "vertical_motion": (), "friction_drift": (), "speed_dependent_restitution": (), "direction_dependent_restitution": (),
-    "finite_contact_time": (), "wall_ellipticity": (), "wall_centre_offset": (), "mass_centre_offset": (), "centre_marker_offset": (),
-    "camera_clock_offset": (), "sensor_window_offset": (), "length_scale_error": (), "frame_rate_error": (), "plane_tilt": (),
-    "trigger_jitter": (),
-}
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the stopping distance gives mu_s alone.",
