@@ -17,6 +17,7 @@ from analysis.gap.detectable import detectable_sizes
 from analysis.gap.how_far import Errors4, how_far
 from analysis.gap.impact_stage import restitution_design
 from analysis.gap.ladder import Ladder, climb
+from analysis.gap.next_test import NextTests, next_tests
 from analysis.gap.own_residual import own_shrinkage
 from analysis.gap.series import Series
 from analysis.gap.words import NEXT_TEST, NONE_TEST, unknown_test
@@ -51,6 +52,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         errors, table = how_far(ladder, ())
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= _shrinkage(ladder, causes if verdict == "effect" else (), errors, rng)
+    tests = next_tests(ladder, causes) if verdict == "effect" else None
     stage = causes[0].stage if verdict == "effect" else (ladder.structure[0].stage if verdict == "unknown" else None)
     summary = {
         "format": 1, "verdict": verdict, "effects": [c.effect for c in causes] if verdict == "effect" else [],
@@ -58,7 +60,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "probabilities": _probabilities(ladder, verdict, causes),
         "parameters": {c.effect: {n: _interval(v) for n, v in c.parameters.items()} for c in causes} if verdict == "effect" else {},
         "where": _where(ladder, causes, verdict), "gap": gap, "detectable": detectable_sizes(ladder),
-        "next_test": _next_test(ladder, verdict, causes),
+        "next_test": _next_test(ladder, verdict, causes, tests), "next_tests": None if tests is None else tests.entry(),
         "goes_with": [{"stage": s.stage, "phase": s.phase, "coordinate": s.coordinate, "goes_with": s.goes_with,
                        "times_negligible": s.strength} for s in ladder.structure] if verdict == "unknown" else [],
         "nominal": _nominal_shift(ladder), "time": time_shares(ladder),
@@ -165,9 +167,10 @@ def _where(ladder: Ladder, causes: tuple[Cause, ...], verdict: str) -> list[dict
             for k, v in sorted(merged.items(), key=lambda item: -item[1])]
 
 
-def _next_test(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> str:
+def _next_test(ladder: Ladder, verdict: str, causes: tuple[Cause, ...], tests: NextTests | None) -> str:
     if verdict == "effect":
-        return NEXT_TEST[causes[0].effect]
+        by_hand = NEXT_TEST[causes[0].effect]
+        return by_hand if tests is None else f"{tests.words()} By hand: {by_hand}"
     if verdict == "unknown":
         return unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with)
     return NONE_TEST

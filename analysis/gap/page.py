@@ -36,6 +36,8 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
                 footer=f"ovines {ovines.__version__}. diagnosis.json and predictions.parquet beside this page hold its numbers, in SI units.")
     verdict_card(page, diagnosis)
     gap_card(page, diagnosis)
+    if summary["verdict"] == "effect" and summary["stage"] != "measurement":
+        page.actions.append("Take it into the nominal model: ovines diagnose … --write-model model.toml, and diagnose again with it.")
     page.actions.append(summary["next_test"])
     if len(ladder.series.runs) == 1:
         page.actions.append("Record more runs: from a single one nothing can be held out, so every gain here is one of the same data.")
@@ -46,6 +48,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     _parameters_section(page, summary)
     _measurement_section(page, diagnosis)
     _rest_section(page, diagnosis)
+    _next_section(page, diagnosis)
     _limits_section(page, diagnosis)
     return page
 
@@ -161,6 +164,19 @@ def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
     if diagnosis.summary["stage"] != "flight":
         flight_evidence(section, diagnosis, "")
     impact_overview(section, diagnosis)
+
+
+def _next_section(page: Page, diagnosis: Diagnosis) -> None:
+    """Settings of the drive, ranked by how well one recording tells the named effect from its nearest rival."""
+    tests = diagnosis.summary["next_tests"]
+    if tests is None:
+        return
+    section = page.add_section("The next test", "next")
+    section.add_text(f"How well one recording of {tests['duration_s']:.1f} s tells {plain(tests['effect'])} from its nearest rival, {plain(tests['rival'])}: the size found over the "
+                     "standard deviation it would have with the rival and all nominal parameters unknown. Simulated from the first states of three measured runs, "
+                     "so another three would give somewhat other figures.")
+    section.add_table(("setting", "standard deviations"), [(s["setting"], f"{s['separation_sd']:.2g}" if s["separation_sd"] < 100 else f"{s['separation_sd']:.0f}")
+                                                            for s in tests["settings"]], text_columns=(0,))
 
 
 def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
