@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ class Flight:
     joined: bool
 
 
-def _arguments(run: RunData) -> tuple:
+def _arguments(run: RunData) -> tuple[Any, ...]:
     return (run.host.harmonics, run.host.omega_rad_per_s, run.radius_m, run.inertia_factor, run.contact_radius_m, run.host.phase_rad)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +97,7 @@ def meet(fits: Sequence[FlightFits]) -> Meetings:
     return Meetings(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, radius)
 
 
-def _meet(fits: FlightFits, k: int):
+def _meet(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     run = fits.run
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
     period = np.median(np.diff(run.time_s))

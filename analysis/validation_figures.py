@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+from numpy.typing import NDArray
 
-from ovines.core import simulate, simulate_ensemble
+from ovines.core import SimulationResult, simulate, simulate_ensemble
 from ovines.core.friction import farkas
 from ovines.core.named import named_scenario
 from ovines.core.packing import contact_radius
@@ -23,8 +29,10 @@ def make_figures(folder: Path) -> list[Path]:
     """Every figure as PNG in ``folder``; returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for make in (drops, spinning_drops, extreme_speeds, near_wall, stops, farkas_functions, sprung_host,
-                 shaken_host, perspectives):  # fmt: skip
+    makers: tuple[Callable[[], Figure], ...] = (
+        drops, spinning_drops, extreme_speeds, near_wall, stops, farkas_functions, sprung_host, shaken_host, perspectives,
+    )  # fmt: skip
+    for make in makers:
         figure = make()
         path = folder / f"{make.__name__}.png"
         figure.savefig(path, dpi=110)
@@ -33,13 +41,15 @@ def make_figures(folder: Path) -> list[Path]:
     return paths
 
 
-def panels(rows: int, columns: int, height: float = 3.3) -> tuple:
+def panels(rows: int, columns: int, height: float = 3.3) -> tuple[Figure, NDArray[Any]]:
     """A figure of ``rows`` x ``columns`` axes."""
     figure, axes = plt.subplots(rows, columns, figsize=(4.0 * columns, height * rows), layout="constrained")
     return figure, np.atleast_1d(axes).ravel()
 
 
-def path_in_host(axes, result, colour=BLUE, label=None, width=0.7) -> None:
+def path_in_host(
+    axes: Axes, result: SimulationResult, colour: str = BLUE, label: str | None = None, width: float = 0.7
+) -> None:
     """Centre of the NES as the Host sees it (not turned), and the circle it may reach."""
     m = result.motion
     axes.plot(m["nes_x_m"] - m["host_x_m"], m["nes_y_m"] - m["host_y_m"], lw=width, color=colour, label=label)
@@ -50,19 +60,19 @@ def path_in_host(axes, result, colour=BLUE, label=None, width=0.7) -> None:
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
 
-def energies(result) -> np.ndarray:
+def energies(result: SimulationResult) -> np.ndarray:
     """Kinetic energy of the NES and a free Host, and the NES's potential energy, at each sample (J)."""
     nes, m = result.scenario.nes, result.motion
     inertia = nes.inertia_factor * nes.mass_kg * nes.radius_m**2
     kinetic = 0.5 * nes.mass_kg * (m["nes_vx_m_per_s"] ** 2 + m["nes_vy_m_per_s"] ** 2)
     kinetic = kinetic + 0.5 * inertia * m["nes_spin_rad_per_s"] ** 2
-    if result.scenario.host.motion == "free":
+    if result.scenario.host.mass_kg is not None and result.scenario.host.motion == "free":
         speed_2 = m["host_vx_m_per_s"] ** 2 + m["host_vy_m_per_s"] ** 2
         kinetic = kinetic + 0.5 * result.scenario.host.mass_kg * speed_2
     return np.array([kinetic, -nes.mass_kg * result.scenario.gravity_m_per_s2[1] * m["nes_y_m"]])
 
 
-def drops():
+def drops() -> Figure:
     """Tables 2, 3, 5, 6 (thesis Fig. 2-6, 21, 22)."""
     figure, axes = panels(2, 3)
     for ax, name in zip(axes[:2], ("table-2", "table-3"), strict=True):
@@ -87,7 +97,7 @@ def drops():
     return figure
 
 
-def spinning_drops():
+def spinning_drops() -> Figure:
     """Table 4 (Fig. 20): opposite spins, mirrored paths."""
     figure, axes = panels(1, 3)
     left, right = simulate(named_scenario("table-4-positive")), simulate(named_scenario("table-4-negative"))
@@ -99,7 +109,7 @@ def spinning_drops():
     return figure
 
 
-def extreme_speeds():
+def extreme_speeds() -> Figure:
     """Tables 7-10 (Fig. 23-27)."""
     figure, axes = panels(1, 5)
     results = [simulate(named_scenario(f"table-{i}", sample_rate_hz=2000.0)) for i in (7, 8, 9, 10)]
@@ -114,7 +124,7 @@ def extreme_speeds():
     return figure
 
 
-def near_wall():
+def near_wall() -> Figure:
     """Tables 11 and 12 (Fig. 28-30): launched along the wall, and the case that left the container."""
     figure, axes = panels(1, 4)
     for k, name in enumerate(("table-11", "table-12")):
@@ -128,7 +138,7 @@ def near_wall():
     return figure
 
 
-def stops():
+def stops() -> Figure:
     """Coulomb stop, Rabinowicz, joint stop (Fig. 8, 10-12, 19)."""
     figure, axes = panels(2, 3)
     slide = simulate(named_scenario("coulomb-stop"))
@@ -159,7 +169,7 @@ def stops():
     return figure
 
 
-def farkas_functions():
+def farkas_functions() -> Figure:
     """F, T, their slopes, the admissible curve (Fig. 13-17)."""
     figure, axes = panels(1, 3)
     ratio = np.linspace(1e-3, 5, 2000)
@@ -177,7 +187,7 @@ def farkas_functions():
     return figure
 
 
-def sprung_host():
+def sprung_host() -> Figure:
     """Table 13 (Fig. 31-33)."""
     figure, axes = panels(1, 4)
     result = simulate(named_scenario("table-13"))
@@ -196,7 +206,7 @@ def sprung_host():
     return figure
 
 
-def shaken_host():
+def shaken_host() -> Figure:
     """Tables 14-15 (Fig. 34-35): one run each, and what 1,000 scattered starts say."""
     figure, axes = panels(1, 4)
     spread = {"nes_x_m": 1e-4, "nes_y_m": 1e-4}
@@ -217,7 +227,7 @@ def shaken_host():
     return figure
 
 
-def perspectives():
+def perspectives() -> Figure:
     """The rig, a central obstacle (Fig. 65), a triangular Host; sustained contact in red."""
     figure, axes = panels(1, 3, 3.8)
     for ax, name in zip(axes, ("rig", "obstacle", "triangle"), strict=True):
@@ -228,8 +238,8 @@ def perspectives():
             held = (result.time_s >= start) & (result.time_s <= end)
             ax.plot((m["nes_x_m"] - m["host_x_m"])[held], (m["nes_y_m"] - m["host_y_m"])[held], color="#c22", lw=1.5)
         if host.obstacle_radius_m is not None:
-            ax.add_patch(plt.Circle((0, 0), host.obstacle_radius_m, color=GREY))
+            ax.add_patch(Circle((0, 0), host.obstacle_radius_m, color=GREY))
         if host.polygon_m is not None:
-            ax.add_patch(plt.Polygon(host.polygon_m, fill=False, ls="--", ec=GREY))
+            ax.add_patch(Polygon(host.polygon_m, fill=False, ls="--", ec=GREY))
         ax.set(title=f"{name}: {len(result.impacts)} impacts, {len(result.contacts)} sustained")
     return figure

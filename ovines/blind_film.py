@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -67,7 +68,7 @@ def _rig(outline: Outline) -> Rig:
     )
 
 
-def _film(block: list, seed: int) -> None:
+def _film(block: list[Any], seed: int) -> None:
     rng = np.random.default_rng(seed)
     seen: dict[str, View] = {}
     for folder, frame, camera, view, rig, poses in block:

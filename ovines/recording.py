@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -137,11 +138,11 @@ class Recording:
         )
 
     @cached_property
-    def _trigger(self) -> tuple[NDArray, NDArray] | None:
+    def _trigger(self) -> tuple[NDArray[Any], NDArray[Any]] | None:
         trigger = self.settings.time.trigger
         return read_trigger(self.path(trigger)) if trigger else None
 
-    def times_s(self, frames: ArrayLike) -> NDArray:
+    def times_s(self, frames: ArrayLike) -> NDArray[Any]:
         """Times of frame numbers (N,): the trigger's, where there is one, else frame / frame_rate_hz."""
         frames = np.asarray(frames)
         if self._trigger is None:
@@ -208,7 +209,7 @@ def read_series(folder: str | Path) -> list[Recording]:
     return [read_recording(one) for one in series_folders(folder)]
 
 
-def read_trigger(path: Path) -> tuple[NDArray, NDArray]:
+def read_trigger(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
     """Frame numbers and times of a ``trigger.csv`` with the header ``frame,time_s``, both strictly increasing."""
     do = "correct that row; the header is 'frame,time_s'"
     frames: list[int] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -128,7 +129,7 @@ def read_scenario(path: str | Path) -> core.Scenario:
     return checked_scenario(lambda: as_scenario(read_toml(path, ScenarioFile), path.parent), str(path))
 
 
-def checked_scenario(make, source: str) -> core.Scenario:
+def checked_scenario(make: Callable[[], core.Scenario], source: str) -> core.Scenario:
     """The scenario that ``make()`` gives, tried on the engine's door; the core's refusals become `InputError`."""
     try:
         scenario = make()

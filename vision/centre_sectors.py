@@ -9,6 +9,7 @@ after `vision.centre.fit_discs`.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba
 import numpy as np
@@ -29,7 +30,7 @@ _N_SUMS = 11  # per sector: the six of the 3 x 3 normal matrix, the three right-
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _gather(image: NDArray, p: Array, n_sectors: int, sums: Array) -> float:
+def _gather(image: NDArray[Any], p: Array, n_sectors: int, sums: Array) -> float:
     """Normal equations of (level outside, level inside, contrast times offset) per sector; share of the edge in the picture."""
     sums[:] = 0.0
     half_trace = 0.5 * (p[2] + p[4])
@@ -133,7 +134,7 @@ def _move(p: Array, n_sectors: int, found: Array, noise: float, n_free: int, wei
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def fit_by_sectors(image: NDArray, start: Array, hold_shape: bool) -> Array:
+def fit_by_sectors(image: NDArray[Any], start: Array, hold_shape: bool) -> Array:
     """Fit one disc from a row of `centre.disc_start` or of an earlier fit; a row of the same columns, OK 0 where it fails.
 
     Blur is taken from the start; `hold_shape` takes the shape from there too.  LEVEL and CONTRAST are medians.

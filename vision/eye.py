@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -113,12 +114,12 @@ class Eye:
         off = np.hypot(*(self.found[body, :2] - self.expected[body, :2]))
         return bool(off < _NEAR_M and abs(wrapped(self.found[body, 2] - self.expected[body, 2])) < _NEAR_RAD)
 
-    def snapshot(self, part: slice, body: int) -> tuple:
+    def snapshot(self, part: slice, body: int) -> tuple[Any, ...]:
         """What was found of a body in this frame, for `restore`."""
         return (self.use[part].copy(), self.fits[part].copy(), self.xy[part].copy(), self.found[body].copy(),
                 self.n_seen[body], self.rms_m[body])
 
-    def restore(self, part: slice, body: int, state: tuple) -> None:
+    def restore(self, part: slice, body: int, state: tuple[Any, ...]) -> None:
         """Go back to what `snapshot` kept."""
         (self.use[part], self.fits[part], self.xy[part], self.found[body], self.n_seen[body], self.rms_m[body]) = state
 

@@ -6,9 +6,11 @@ Compiled, without Python's lock, so that both cameras run side by side while pic
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.centre import (
@@ -31,6 +33,9 @@ _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame t
 _MAX_MISFIT = 0.15
 _STALE_SHAPE = 1.12  # edge residual over noise from which shape and blur of an earlier frame no longer serve
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
 
 def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
     """The camera as 24 numbers for compiled code: rotation 9, translation 3, fx, skew, cx, fy, cy, distortion 5, offset 2."""
@@ -40,7 +45,7 @@ def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _project(cam, x, y, z, out):
+def _project(cam: Floats, x: float, y: float, z: float, out: Floats) -> None:
     """Window pixel of a world point and its derivative by x and y: out = u, v, du/dx, du/dy, dv/dx, dv/dy."""
     xc = cam[0] * x + cam[1] * y + cam[2] * z + cam[9]
     yc = cam[3] * x + cam[4] * y + cam[5] * z + cam[10]
@@ -66,7 +71,7 @@ def _project(cam, x, y, z, out):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _lay(layout, xy, use, n, pose):
+def _lay(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> None:
     """Least-squares pose (x, y, angle) over the markers in use; the angle is the one nearest to pose[2]."""
     ax = ay = bx = by = 0.0
     m = 0
@@ -96,7 +101,7 @@ def _lay(layout, xy, use, n, pose):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _worst(layout, xy, use, n, pose):
+def _worst(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> tuple[int, float, float]:
     """Index and squared distance of the marker that fits the pose worst, and the sum of squares."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     worst, most, total = -1, -1.0, 0.0
@@ -112,7 +117,7 @@ def _worst(layout, xy, use, n, pose):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _robust_pose(layout, xy, use, n, gate, pose):
+def _robust_pose(layout: Floats, xy: Floats, use: Ints, n: int, gate: float, pose: Floats) -> tuple[int, float]:
     """Lay the body through its markers and leave out those that do not fit; how many stay, and their rms [m]."""
     scratch = np.empty(3)
     while True:
@@ -143,7 +148,7 @@ def _robust_pose(layout, xy, use, n, gate, pose):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _same_disc(start, fit):
+def _same_disc(start: Floats, fit: Floats) -> bool:
     """Whether a fit is the disc it was started on: converged, as large, of the same polarity, its edge described."""
     if fit[OK] == 0.0 or fit[COVERAGE] < 0.9:
         return False
@@ -156,7 +161,7 @@ def _same_disc(start, fit):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _find(image, start, hold_shape, fit):
+def _find(image: NDArray[Any], start: Floats, hold_shape: bool, fit: Floats) -> bool:
     """Fit the marker that looked like `start` from where fit (1, 20) puts it; whether it is there."""
     u, v = fit[0, 0], fit[0, 1]
     if hold_shape and start[OUTLIERS] >= BY_SECTORS:  # last seen across an edge: the plain model fails there
@@ -193,7 +198,10 @@ def _find(image, start, hold_shape, fit):
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def follow(image, cam, layout, first, active, pose, gate_m, starts, hold_shape, fits, xy, use, n_seen, rms_m):
+def follow(
+    image: NDArray[Any], cam: Floats, layout: Floats, first: Ints, active: Ints, pose: Floats, gate_m: Floats, starts: Floats,
+    hold_shape: bool, fits: Floats, xy: Floats, use: Ints, n_seen: Ints, rms_m: Floats,
+) -> None:  # fmt: skip
     """Look for every marker of the active bodies where `pose` puts it.
 
     Parameters

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -179,7 +180,7 @@ def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterato
     readers = [_Reader(source, notes) for source in sources]
     chunks = iter([numbers[i:i + _CHUNK] for i in range(0, len(numbers), _CHUNK)])
     with ThreadPoolExecutor(workers) as pool:
-        waiting: deque[tuple[list[int], list[Future]]] = deque()
+        waiting: deque[tuple[list[int], list[Future[Any]]]] = deque()
         while True:
             while len(waiting) < 2 and (chunk := next(chunks, None)) is not None:
                 waiting.append((chunk, [pool.submit(reader.read, chunk) for reader in readers]))

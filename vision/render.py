@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -200,7 +201,7 @@ def _bounds(view: View, outlines: Sequence[Array], blur_px: float) -> NDArray[np
     return np.asarray(rectangles).reshape(-1, 4).astype(np.int64)
 
 
-def _regions(layers: Array, bounds: Sequence[NDArray[np.int64]], size_px: tuple[int, int]) -> list:
+def _regions(layers: Array, bounds: Sequence[NDArray[np.int64]], size_px: tuple[int, int]) -> list[Any]:
     """Rectangles to draw: one for each ground marker, one for Host and NES together; clipped to the window."""
     every = np.stack(bounds)
     spans = np.stack([every[..., 0].min(0), every[..., 1].max(0), every[..., 2].min(0), every[..., 3].max(0)], -1)

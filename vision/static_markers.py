@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def _claimed(eye: Eye, discs: np.ndarray) -> np.ndarray:
     return (np.hypot(discs[:, None, U] - own[:, 0], discs[:, None, V] - own[:, 1]) < 5.0).any(1)
 
 
-def _stereo(eyes: Sequence[Eye], free: Sequence[np.ndarray]) -> list[tuple]:
+def _stereo(eyes: Sequence[Eye], free: Sequence[np.ndarray]) -> list[tuple[Any, ...]]:
     """Discs of both cameras that are one thing: (position, fit, fit, radius [m], epipolar residual [px])."""
     radii = [circle_centres(own, eye.camera, 0.0, eye.offset)[1] for eye, own in zip(eyes, free, strict=True)]
     a, b = (each.ravel() for each in np.meshgrid(np.arange(len(free[0])), np.arange(len(free[1])), indexing="ij"))
@@ -68,7 +69,7 @@ def _stereo(eyes: Sequence[Eye], free: Sequence[np.ndarray]) -> list[tuple]:
                                                                free[1][b][:, [U, V]] + eyes[1].offset], [ones, ones])
     cost = np.abs(points.epipolar_px)
     fits = (cost < _EPIPOLAR_PX) & (np.abs(points.points_m[:, 2]) < _LARGEST_HEIGHT_M)
-    found: list[tuple] = []
+    found: list[tuple[Any, ...]] = []
     used: tuple[set[int], set[int]] = (set(), set())
     # Ground markers lie about the sliding plane: of two that share an epipolar line, the lower one is meant.
     for k in np.argsort(cost + 200 * np.abs(points.points_m[:, 2])):

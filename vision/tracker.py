@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -59,7 +60,7 @@ class Tracker:
             self._name_ground(int(unknown[0]), frame, images)
         self._keep(frame)
 
-    def _take_names(self, frame: int, images: list) -> None:
+    def _take_names(self, frame: int, images: list[Any]) -> None:
         if any(image is None for image in images):
             raise InputError("the first frame is missing in one camera", "the first frame of both, where the markers are named",
                              "remove the first frame of the other camera as well, and name the markers in the next")
@@ -123,7 +124,7 @@ class Tracker:
         """Whether a lost body is worth a search now: at once, then from time to time."""
         return min(eye.lost(body, frame), frame - self.first_frame) < 8 or frame % _TRY_EVERY == 0
 
-    def _search_beside(self, body: int, frame: int, images: list, seen_by: int, i: int, good: list[int]) -> None:
+    def _search_beside(self, body: int, frame: int, images: list[Any], seen_by: int, i: int, good: list[int]) -> None:
         """One camera has the body: look near that pose in the other."""
         eye = self.eyes[i]
         if not self._due(eye, body, frame):
@@ -136,7 +137,7 @@ class Tracker:
         if matches and matches[0].n_found >= least and eye.adopt(images[i], body, matches[0], discs):
             good.append(i)
 
-    def _search(self, body: int, frame: int, images: list, bad: list[int], good: list[int]) -> None:
+    def _search(self, body: int, frame: int, images: list[Any], bad: list[int], good: list[int]) -> None:
         eyes = self.eyes
         if not any(self._due(eyes[i], body, frame) for i in bad):
             return
@@ -179,7 +180,7 @@ class Tracker:
             self._discs[key] = self.eyes[i].discs(image, region)
         return self._discs[key]
 
-    def _name_ground(self, body: int, frame: int, images: list) -> None:
+    def _name_ground(self, body: int, frame: int, images: list[Any]) -> None:
         """Ground markers without a layout are what is left over, once the Host is known."""
         self.tried_ground += 1
         if self.tried_ground > _GROUND_FRAMES:

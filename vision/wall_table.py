@@ -54,7 +54,7 @@ def rim_row(frame: int, body: str, rim: Rim, marker_xy_m: NDArray[np.float64]) -
             "points": int(sum(rim.n_points)), "marker_x_m": marker_xy_m[0], "marker_y_m": marker_xy_m[1]}
 
 
-def rims_at(frame: int, images: Sequence[NDArray], cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]],
+def rims_at(frame: int, images: Sequence[NDArray[Any]], cameras: Sequence[Camera], offsets_px: Sequence[tuple[int, int]],
             rims: dict[str, tuple[float, float]], centres_m: dict[str, NDArray[np.float64]],
             before: Sequence[dict[str, Any]] = ()) -> list[dict[str, Any]]:
     """Rows of the table for one instant; `centres_m`: (2,) of each body that both cameras follow.
@@ -76,7 +76,7 @@ def rims_at(frame: int, images: Sequence[NDArray], cameras: Sequence[Camera], of
     return rows
 
 
-def wall_table(rows: Sequence[dict[str, Any]], frames: NDArray, times_s: NDArray) -> pd.DataFrame:
+def wall_table(rows: Sequence[dict[str, Any]], frames: NDArray[Any], times_s: NDArray[Any]) -> pd.DataFrame:
     """The table from its rows, with the frames' times."""
     table = pd.DataFrame(list(rows), columns=[name for name in COLUMNS if name != "time_s"])
     times = pd.Series(times_s, index=frames)

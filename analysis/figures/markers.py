@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -40,7 +41,7 @@ def tracks_over_frame(
     tracks: pd.DataFrame,
     bodies: Mapping[str, Sequence[str]],
     window_px: Mapping[str, Sequence[int]],
-    frames: Mapping[str, NDArray] | None = None,
+    frames: Mapping[str, NDArray[Any]] | None = None,
 ) -> Figure:
     """Every marker's path in each camera's window, over a frame of it where there is one.
 
@@ -88,7 +89,7 @@ def tracks_over_frame(
     return figure
 
 
-def _show_part(ax: Axes, image: NDArray, view: tuple[float, float, float, float]) -> None:
+def _show_part(ax: Axes, image: NDArray[Any], view: tuple[float, float, float, float]) -> None:
     """The part of a frame that ``view`` shows, thinned to what a page can show, black to white of its type or
     its own range.
     """

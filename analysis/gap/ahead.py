@@ -47,7 +47,8 @@ def through_impacts(runs: Sequence[Run], fits: Sequence[FlightFits], impacts: Im
     return paths
 
 
-def _learn(meetings: Meetings, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str], finite: bool):
+def _learn(meetings: Meetings, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str],
+           finite: bool) -> tuple[Wall, Law, float, Array, float]:
     extra = None
     if finite:
         first = fit_wall(meetings, impacts.wall.wall, terms, rounds=2)
@@ -60,7 +61,7 @@ def _learn(meetings: Meetings, impacts: ImpactFit, terms: Sequence[str], restitu
 
 
 def _carry(one: Meetings, run: Run, fits: FlightFits, wall: Wall, law: Law, slope: float, coefficients: Array, scale: float,
-           restitution_terms: Sequence[str]):
+           restitution_terms: Sequence[str]) -> tuple[NDArray[np.int64], Array] | None:
     impact = measure(one, wall)
     before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
     if before < 0.05:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -120,7 +121,7 @@ def fit(runs: Sequence[Run], model: FlightModel, *, rounds: int = 3, every_colum
                      sum(e.count for e in evidence), rho)
 
 
-def _in_threads(function: Callable, calls: Sequence[tuple]) -> list:
+def _in_threads(function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
     return Parallel(n_jobs=min(2, max(len(calls), 1)), prefer="threads")(delayed(function)(*arguments) for arguments in calls)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact_law import fit_restitution
 from analysis.gap import impact_stage
 from analysis.gap.cause import (
     CONTACT_TIME_NEGLIGIBLE_S,
@@ -67,7 +68,9 @@ def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset
                       (*shape, *laws), tuple(structure), (*shape_left, *law_left), by_chance)
 
 
-def _shape(flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_seen: bool):
+def _shape(
+    flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_seen: bool
+) -> tuple[bool, bool, list[Cause], ImpactFit, list[ImpactGain], list[ImpactGain]]:
     """Ellipticity and finite contact, whichever explains more first; then the other on top."""
     causes: list[Cause] = []
     first: list[ImpactGain] = []
@@ -119,7 +122,9 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_seen: bool) -> Cause:
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
-def _laws(base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], least: float):
+def _laws(
+    base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], least: float
+) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
     """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
     names = list(held)
     causes: list[Cause] = []
@@ -157,14 +162,14 @@ def _law_accepted(gain: ImpactGain, least: float) -> bool:
 def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) -> Cause:
     data = base.data
     design = impact_stage.restitution_design(data, names)
-    c, covariance, _, _ = impact_stage.fit_restitution(data, design)
+    c, covariance, _, _ = fit_restitution(data, design)
     sd = np.sqrt(np.diag(covariance))
     strength = gain.size / impact_stage.NEGLIGIBLE["restitution"]
     if gain.name == "speed_dependent_restitution":
         scale = impact_stage.best_speed_scale(data)
         scale_sd = impact_stage.speed_scale_sd(data, scale)
         # The fast limit moves with the scale: both ends of the scale's interval are tried.
-        ends = [impact_stage.fit_restitution(data, impact_stage.restitution_columns(data.before, data.azimuth_rad, names, s))[0][0]
+        ends = [fit_restitution(data, impact_stage.restitution_columns(data.before, data.azimuth_rad, names, s))[0][0]
                 for s in (max(scale - scale_sd, 0.05), scale + scale_sd)]
         fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
         parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
@@ -187,10 +192,10 @@ def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -
 def unexplained_scatter(rung: ImpactRung, found: Sequence[Structure]) -> list[Structure]:
     """Scatter of the impacts beyond what is usual, where no covariate explains it."""
     base = rung.fitted
-    if base is None or any(s.stage in ("impact", "geometry") for s in found):
+    if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
         return []
     out = []
-    scatter = float(impact_stage.fit_restitution(base.data, impact_stage.restitution_design(base.data, rung.restitution_terms))[2])
+    scatter = float(fit_restitution(base.data, impact_stage.restitution_design(base.data, rung.restitution_terms))[2])
     if scatter > 1.35 * USUAL_SCATTER:
         out.append(Structure("impact", "impact", "normal", "none of the covariates tested (scatter from impact to impact)",
                              scatter / USUAL_SCATTER, 0.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -21,7 +22,7 @@ from ovines.recording import Recording
 def write_report(
     results_folder: Path,
     recording: Recording,
-    frames: Mapping[str, NDArray] | None = None,
+    frames: Mapping[str, NDArray[Any]] | None = None,
     save_figures: bool = False,
 ) -> Path:
     """Write ``report.html`` into ``results_folder`` from the tables there, and return its path.

@@ -6,6 +6,7 @@ import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -135,7 +136,7 @@ def _answer(args: argparse.Namespace) -> int:
     return 0
 
 
-def _withhold_case(folder: Path, truth: dict, effects: tuple[str, ...]) -> Withheld:
+def _withhold_case(folder: Path, truth: dict[str, Any], effects: tuple[str, ...]) -> Withheld:
     out = folder / "withheld" / truth["case"]
     if not (out / "diagnosis.json").exists():
         _diagnose(folder / "cases" / truth["case"], out, effects)

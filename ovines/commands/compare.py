@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ovines.provenance import provenance, sha256_of
 from ovines.recording import Recording, read_recording, series_folders
 from ovines.series import is_recording
 from ovines.tables import read_table, write_table
+
+if TYPE_CHECKING:
+    from analysis.compare import Comparison
 
 NAME = "compare"
 HELP = "Measured against simulated: one flight and one impact ahead, and whole runs as distributions."
@@ -70,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     return 2 if refused else 0
 
 
-def compare_one(recording: Recording, folder: Path, args: argparse.Namespace):
+def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) -> tuple[Comparison, Path]:
     """Compare one recording's results in ``folder`` and write ``flights_ahead``, ``impacts_ahead``,
     ``run_statistics`` and the page.
     """

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from tqdm import tqdm
@@ -23,6 +23,9 @@ from ovines.running import run_stages
 from ovines.seen import refuse_uninformative
 from ovines.tables import read_table, write_table
 from ovines.written_whole import write_text_whole
+
+if TYPE_CHECKING:
+    from analysis.gap.series import Series
 
 NAME = "diagnose"
 HELP = "the sim-to-real gap of a series: where it lies, which effect causes it, how far it shrinks"
@@ -88,7 +91,7 @@ def known_effects(names: Sequence[str]) -> frozenset[str]:
     return frozenset(names)
 
 
-def load(recordings: Sequence[Recording], out: Path):
+def load(recordings: Sequence[Recording], out: Path) -> tuple[Series, dict[str, Path]]:
     """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their entries."""
     from analysis.gap.series import from_motions, from_points
     from analysis.motion import motion_from_points
@@ -142,7 +145,7 @@ def _no_calibration(recording: Recording) -> Path:
                      "give [calibration] in recording.toml")
 
 
-def model_section(summary: dict, recording: Recording) -> str:
+def model_section(summary: dict[str, Any], recording: Recording) -> str:
     """The improved nominal model as the ``[model]`` section of recording.toml: known effects and the ones found, parameters refitted."""
     known = list(recording.model.effects) if recording.model else ["floor_friction", "spin_coupling"]
     added = [name for name in summary["effects"] if name not in known]
@@ -160,7 +163,7 @@ def model_section(summary: dict, recording: Recording) -> str:
     return "\n".join(lines) + "\n"
 
 
-def say(summary: dict) -> str:
+def say(summary: dict[str, Any]) -> str:
     """The answer in a few lines for the terminal."""
     if summary["verdict"] == "none":
         return "none: the nominal model explains these data; the smallest sizes that would have been seen stand in diagnosis.json"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -72,7 +73,7 @@ def find(name: str, out: Path | None) -> tuple[Scenario, dict[str, str], Path]:
     return scenario, {path.name: sha256_of(path)}, out or path.parent / "results"
 
 
-def write_result(result: SimulationResult, out: Path, record: dict) -> None:
+def write_result(result: SimulationResult, out: Path, record: dict[str, Any]) -> None:
     """``simulation.parquet``, ``simulated_impacts.parquet``, ``contact.parquet`` into ``out``."""
     write_table(motion_table(result), "simulation", out / "simulation.parquet", record)
     write_table(impact_table(result), "simulated_impacts", out / "simulated_impacts.parquet", record)
@@ -122,7 +123,7 @@ def summary(result: SimulationResult, out: Path) -> str:
     )
 
 
-def run_copies(scenario: Scenario, args: argparse.Namespace, out: Path, record: dict) -> str:
+def run_copies(scenario: Scenario, args: argparse.Namespace, out: Path, record: dict[str, Any]) -> str:
     """An ensemble of copies whose start scatters; its table beside the run's, and a line about it."""
     from tqdm import tqdm
 

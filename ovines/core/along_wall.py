@@ -6,7 +6,7 @@ import math
 
 from ovines.core import parameters as P
 from ovines.core.collision import onto_wall, strike
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.dynamics import NEED, PUSH, SLIP, derivatives
 from ovines.core.flight import wall_stands
 from ovines.core.kinematics import contact_velocity, inverse_mass, normal_here, place
@@ -17,7 +17,10 @@ GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
 
 
 @compiled
-def stand_on(t, y, mode, wall, p, k, drive, table, polygon, work) -> None:
+def stand_on(
+    t: float, y: Floats, mode: int, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats
+) -> None:
     """Remove what rounding and the step left: distance from the wall, normal speed, and slip when rolling."""
     scratch, at = work[13], work[14]
     if wall >= P.PAIR:
@@ -41,7 +44,10 @@ def stand_on(t, y, mode, wall, p, k, drive, table, polygon, work) -> None:
 
 
 @compiled
-def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tuple[int, int]:
+def happening(
+    t: float, y: Floats, mode: int, wall: int, side: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats
+) -> tuple[int, int]:
     """What ends this mode at state ``y``, if anything, and the wall it concerns."""
     derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[15])
     scratch = work[13]
@@ -63,7 +69,10 @@ def happening(t, y, mode, wall, side, p, k, drive, table, polygon, work) -> tupl
 
 
 @compiled
-def start_mode(t, y, wall, p, k, drive, table, polygon, work) -> tuple[int, float]:
+def start_mode(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats
+) -> tuple[int, float]:
     """Rolling if the slip is nothing and friction can hold it, else sliding and the side it slides to."""
     scratch = work[13]
     if wall >= P.PAIR:
@@ -81,7 +90,8 @@ def start_mode(t, y, wall, p, k, drive, table, polygon, work) -> tuple[int, floa
 
 @compiled
 def follow_wall(
-    t, y, wall, end, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
+    t: float, y: Floats, wall: int, end: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats, next_sample: int
 ) -> tuple[float, int, int, int]:  # fmt: skip
     """Move along ``wall`` from ``t`` until it ends: (time, what ended it, wall concerned, next sample)."""
     mode, side = start_mode(t, y, wall, p, k, drive, table, polygon, work)
@@ -134,14 +144,20 @@ def follow_wall(
 
 
 @compiled
-def work_need(t, y, wall, p, k, drive, table, polygon, work) -> float:
+def work_need(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats
+) -> float:
     """Tangential force that rolling would need here."""
     derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
     return work[13][NEED]
 
 
 @compiled
-def turn_over(t, y, wall, side, p, k, drive, table, polygon, work) -> tuple[int, float]:
+def turn_over(
+    t: float, y: Floats, wall: int, side: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats
+) -> tuple[int, float]:
     """After the slip came to nothing: roll if friction holds, else slide on the way the free slip turns."""
     if wall >= P.PAIR:
         return P.CORNER, 0.0
@@ -152,7 +168,10 @@ def turn_over(t, y, wall, side, p, k, drive, table, polygon, work) -> tuple[int,
 
 
 @compiled
-def corner_partner(t, y, wall, p, k, drive, table, polygon, work) -> int:
+def corner_partner(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats
+) -> int:
     """An edge that the disk, resting on ``wall``, rests on too (-1: none): touching, not moving, pressed by both."""
     place(t, y, p, k, drive, table, work[13], work[14])
     for other in range(P.EDGES, k[P.N_WALLS]):

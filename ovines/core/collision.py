@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.dynamics import contact_bias, free_accelerations, push
 from ovines.core.impact import effective_restitution, impulses
 from ovines.core.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
@@ -14,7 +14,7 @@ REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a ch
 
 
 @compiled
-def strike(y, at, nx: float, ny: float, p_n: float, p_t: float, p, k) -> None:
+def strike(y: Floats, at: Floats, nx: float, ny: float, p_n: float, p_t: float, p: Floats, k: Ints) -> None:
     """Apply an impulse on the NES (normal towards the wall, tangent) and its reaction on the Host to ``y``."""
     px, py = p_n * nx - p_t * ny, p_n * ny + p_t * nx
     nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
@@ -31,7 +31,7 @@ def strike(y, at, nx: float, ny: float, p_n: float, p_t: float, p, k) -> None:
 
 
 @compiled
-def onto_wall(y, at, wall: int, p, k, polygon) -> None:
+def onto_wall(y: Floats, at: Floats, wall: int, p: Floats, k: Ints, polygon: Floats) -> None:
     """Shift the NES by rounding so that it stands on the wall, never outside it."""
     nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
     shift = gap - 2e-16 * p[P.LENGTH]
@@ -40,7 +40,10 @@ def onto_wall(y, at, wall: int, p, k, polygon) -> None:
 
 
 @compiled
-def pull_to_wall(t, y, wall, p, k, drive, table, polygon, work) -> float:
+def pull_to_wall(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats
+) -> float:
     """Acceleration towards the wall that free motion would have here (m/s^2), path curvature included."""
     scratch, at, dy = work[13], work[14], work[15]
     place(t, y, p, k, drive, table, scratch, at)
@@ -50,7 +53,10 @@ def pull_to_wall(t, y, wall, p, k, drive, table, polygon, work) -> float:
 
 
 @compiled
-def resolve(t, y, wall, p, k, drive, table, polygon, work, record) -> tuple[int, float, bool]:
+def resolve(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats, record: Floats
+) -> tuple[int, float, bool]:
     """Resolve a contact with ``wall`` at ``t``, in place: (mode after, duration, whether it was an impact).
 
     Approaches so slow that the bounce would stay below REST_HEIGHT are no impact: the disk then slides or
@@ -102,7 +108,10 @@ def resolve(t, y, wall, p, k, drive, table, polygon, work, record) -> tuple[int,
 
 
 @compiled
-def press(t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work) -> tuple[float, bool]:
+def press(
+    t: float, y: Floats, wall: int, restitution: float, k_nn: float, k_tt: float, p: Floats, k: Ints,
+    drive: Floats, table: Floats, polygon: Floats, work: Floats
+) -> tuple[float, bool]:
     """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
 
     Spring and damper are those of a half period T with the given restitution (d = -ln(eps)/T); the tangential
@@ -155,7 +164,8 @@ def press(t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work
 
 @compiled
 def press_slopes(
-    t, y, wall, stretch, stiffness, damping, tangent, p, k, drive, table, polygon, work, dy
+    t: float, y: Floats, wall: int, stretch: float, stiffness: float, damping: float, tangent: float, p: Floats,
+    k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats, dy: Floats
 ) -> float:  # fmt: skip
     """Derivative of the state while pressed into the wall; returns the rate of the tangential stretch."""
     scratch, at = work[13], work[14]

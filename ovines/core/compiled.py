@@ -11,8 +11,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from numba import njit
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Function = Callable[..., Any]
 
 CONSTANTS = ("parameters.py", "dop853.py", "compiled.py")  # compiled code holds their numbers
 
@@ -30,10 +37,10 @@ def source_stamp(folder: Path = Path(__file__).parent) -> str:
 STAMP = source_stamp()
 
 
-def compiler(stamp: str) -> Callable[[Callable], Callable]:
+def compiler(stamp: str) -> Callable[[Function], Function]:
     """A decorator that compiles at the first call and keeps the code on disk under ``stamp``."""
 
-    def decorate(function: Callable) -> Callable:
+    def decorate(function: Function) -> Function:
         dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is None or not hasattr(index, "_source_stamp"):  # another numba: better slow than stale

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.dop853 import NODES, STAGES
 from ovines.core.dynamics import derivatives
 from ovines.core.friction import floor_friction
@@ -42,7 +42,7 @@ class Disk(NamedTuple):
 
 
 @inlined
-def disk_of(p, k) -> Disk:
+def disk_of(p: Floats, k: Ints) -> Disk:
     """The numbers of a packed scenario."""
     return Disk(
         p[P.GRAVITY_X], p[P.GRAVITY_Y], p[P.FLOOR_FRICTION], p[P.FLOOR_LOAD], p[P.REGULARISATION], p[P.COUPLING],
@@ -52,7 +52,9 @@ def disk_of(p, k) -> Disk:
 
 
 @inlined
-def floor_below(t: float, x: float, y: float, disk: Disk, drive, table) -> tuple[float, float, float, float]:
+def floor_below(
+    t: float, x: float, y: float, disk: Disk, drive: Floats, table: Floats
+) -> tuple[float, float, float, float]:
     """Velocity of the floor under (x, y), its spin, and the load (m/s^2) with which the disk presses on it."""
     vx, vy, spin, load = 0.0, 0.0, 0.0, disk.load
     host_x, host_y = 0.0, 0.0
@@ -95,7 +97,9 @@ def floor_below(t: float, x: float, y: float, disk: Disk, drive, table) -> tuple
 
 
 @inlined
-def disk_slope(t, x, y, vx, vy, spin, disk: Disk, drive, table):
+def disk_slope(
+    t: float, x: float, y: float, vx: float, vy: float, spin: float, disk: Disk, drive: Floats, table: Floats
+) -> tuple[float, float, float, float, float, float]:
     """Accelerations of the centre, of the angle, and the powers lost to friction, lost to drag and done by the driver."""
     ax, ay, turn = disk.gravity_x, disk.gravity_y, 0.0
     rubbing, dragging, working = 0.0, 0.0, 0.0
@@ -121,7 +125,7 @@ def disk_slope(t, x, y, vx, vy, spin, disk: Disk, drive, table):
 
 
 @compiled
-def disk_slopes(t, y, p, k, drive, table, out) -> None:
+def disk_slopes(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
     """Slopes of the whole state into ``out``."""
     ax, ay, turn, rubbing, dragging, working = disk_slope(
         t, y[0], y[1], y[2], y[3], y[5], disk_of(p, k), drive, table
@@ -132,7 +136,9 @@ def disk_slopes(t, y, p, k, drive, table, out) -> None:
 
 
 @compiled
-def disk_step(t, y, h, p, k, drive, table, work, out) -> float:
+def disk_step(
+    t: float, y: Floats, h: float, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, out: Floats
+) -> float:
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the slopes at ``t``.  Returns error over tolerance."""
     disk = disk_of(p, k)
     energies, turns = k[P.STATE_SIZE] > ENERGIES, disk.turned
@@ -159,7 +165,10 @@ def disk_step(t, y, h, p, k, drive, table, work, out) -> float:
 
 
 @compiled
-def flight_step(t, y, h, p, k, drive, table, polygon, work, out) -> float:
+def flight_step(
+    t: float, y: Floats, h: float, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats,
+    work: Floats, out: Floats
+) -> float:
     """One step of free flight, by the quick way where the disk is centred and the Host's motion given."""
     if k[P.PLAIN]:
         return disk_step(t, y, h, p, k, drive, table, work, out)
@@ -167,7 +176,10 @@ def flight_step(t, y, h, p, k, drive, table, polygon, work, out) -> float:
 
 
 @compiled
-def flight_slopes(t, y, p, k, drive, table, polygon, work, out) -> None:
+def flight_slopes(
+    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats,
+    out: Floats
+) -> None:
     """Slopes of the state in free flight."""
     if k[P.PLAIN]:
         disk_slopes(t, y, p, k, drive, table, out)

@@ -13,6 +13,8 @@ import numpy as np
 
 from ovines.core.compiled import compiled
 
+Pair = tuple[float, float]  # high word, low word
+
 
 def _words(number: Fraction, count: int) -> list[float]:
     """A rational number as a sum of doubles, each correcting those before."""
@@ -32,7 +34,7 @@ INVERSE_FACTORIALS = np.array([_words(Fraction(1, math.factorial(n)), 2) for n i
 
 
 @compiled
-def two_sum(a: float, b: float) -> tuple[float, float]:
+def two_sum(a: float, b: float) -> Pair:
     """a + b without error."""
     total = a + b
     part = total - a
@@ -40,7 +42,7 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
 
 
 @compiled
-def two_product(a: float, b: float) -> tuple[float, float]:
+def two_product(a: float, b: float) -> Pair:
     """a b without error (Dekker's splitting)."""
     product = a * b
     c = 134217729.0 * a
@@ -53,7 +55,7 @@ def two_product(a: float, b: float) -> tuple[float, float]:
 
 
 @compiled
-def add(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+def add(a: Pair, b: Pair) -> Pair:
     """a + b."""
     high, low = two_sum(a[0], b[0])
     high_2, low_2 = two_sum(a[1], b[1])
@@ -62,20 +64,20 @@ def add(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
 
 
 @compiled
-def negative(a: tuple[float, float]) -> tuple[float, float]:
+def negative(a: Pair) -> Pair:
     """-a."""
     return -a[0], -a[1]
 
 
 @compiled
-def multiply(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+def multiply(a: Pair, b: Pair) -> Pair:
     """a b."""
     high, low = two_product(a[0], b[0])
     return two_sum(high, low + (a[0] * b[1] + a[1] * b[0]))
 
 
 @compiled
-def divide(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+def divide(a: Pair, b: Pair) -> Pair:
     """a / b."""
     first = a[0] / b[0]
     rest = add(a, negative(multiply(b, (first, 0.0))))
@@ -86,7 +88,7 @@ def divide(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float
 
 
 @compiled
-def root(a: tuple[float, float]) -> tuple[float, float]:
+def root(a: Pair) -> Pair:
     """Square root; 0 of 0."""
     if a[0] <= 0.0:
         return 0.0, 0.0
@@ -96,7 +98,7 @@ def root(a: tuple[float, float]) -> tuple[float, float]:
 
 
 @compiled
-def sine_cosine(a: tuple[float, float]) -> tuple[tuple[float, float], tuple[float, float]]:
+def sine_cosine(a: Pair) -> tuple[Pair, Pair]:
     """Sine and cosine: reduced by quarter turns, then Taylor's series."""
     turns = float(round(a[0] / HALF_PI_1))
     x = add(a, negative(two_product(turns, HALF_PI_1)))
@@ -120,7 +122,7 @@ def sine_cosine(a: tuple[float, float]) -> tuple[tuple[float, float], tuple[floa
 
 
 @compiled
-def exponential(a: tuple[float, float]) -> tuple[float, float]:
+def exponential(a: Pair) -> Pair:
     """exp(a) for |a| up to some hundreds."""
     twos = float(round(a[0] / LN2_1))
     x = add(a, negative(two_product(twos, LN2_1)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.friction import floor_friction
 from ovines.core.host import ROTATION, base_motion, vertical_acceleration
 from ovines.core.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
@@ -17,7 +17,10 @@ PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force t
 
 
 @inlined
-def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None:
+def free_accelerations(
+    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats,
+    dy: Floats
+) -> None:
     """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
     for i in range(k[P.STATE_SIZE]):
         dy[i] = 0.0
@@ -42,7 +45,9 @@ def free_accelerations(t: float, y, at, p, k, drive, table, scratch, dy) -> None
 
 
 @inlined
-def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
+def floor(
+    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, moving: bool, dy: Floats
+) -> None:
     """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
     mass = p[P.MASS]
     load = p[P.FLOOR_LOAD]
@@ -74,7 +79,7 @@ def floor(t: float, y, at, p, k, drive, table, moving: bool, dy) -> None:
 
 
 @compiled
-def springs(t: float, y, p, k, drive, table, scratch, dy) -> None:
+def springs(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, dy: Floats) -> None:
     """Suspension of a sprung Host on the moving ground, with the powers of dampers and ground."""
     base_motion(t, k, drive, table, scratch)
     for axis in range(3):
@@ -90,7 +95,10 @@ def springs(t: float, y, p, k, drive, table, scratch, dy) -> None:
 
 
 @compiled
-def contact_bias(y, at, nx: float, ny: float, curvature: float, dy, p, k, scratch) -> tuple[float, float]:
+def contact_bias(
+    y: Floats, at: Floats, nx: float, ny: float, curvature: float, dy: Floats, p: Floats, k: Ints,
+    scratch: Floats
+) -> tuple[float, float]:
     """Relative acceleration of the contact without wall force: towards the wall along it, and of the slip.
 
     The first is the second derivative of the penetration seen by the Host, so that it is what a wall force must
@@ -123,7 +131,9 @@ def contact_bias(y, at, nx: float, ny: float, curvature: float, dy, p, k, scratc
 
 
 @compiled
-def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) -> None:
+def push(
+    y: Floats, at: Floats, nx: float, ny: float, force_n: float, force_t: float, p: Floats, k: Ints, dy: Floats
+) -> None:
     """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
     fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
     nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
@@ -140,7 +150,10 @@ def push(y, at, nx: float, ny: float, force_n: float, force_t: float, p, k, dy) 
 
 
 @compiled
-def corner_forces(y, pair: int, side: float, p, k, polygon, scratch, at, dy) -> None:
+def corner_forces(
+    y: Floats, pair: int, side: float, p: Floats, k: Ints, polygon: Floats, scratch: Floats, at: Floats,
+    dy: Floats
+) -> None:
     """Add the forces of two walls at once: both normal accelerations vanish, both contacts slip to ``side``.
 
     The 2 x 2 system is built by trying a unit force at each wall, so it holds for every kind of Host.
@@ -174,7 +187,10 @@ def corner_forces(y, pair: int, side: float, p, k, polygon, scratch, at, dy) -> 
     scratch[NEED] = walls[0] if first > second else walls[1]  # the wall that holds longer
 
 
-def _derivatives(t: float, y, mode: int, wall: int, side: float, p, k, drive, table, polygon, scratch, at, dy) -> None:
+def _derivatives(
+    t: float, y: Floats, mode: int, wall: int, side: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, scratch: Floats, at: Floats, dy: Floats
+) -> None:
     """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
     place(t, y, p, k, drive, table, scratch, at)
     free_accelerations(t, y, at, p, k, drive, table, scratch, dy)

@@ -9,7 +9,7 @@ import numpy as np
 from ovines.core import parameters as P
 from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.collision import resolve
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.disk_step import flight_slopes, flight_step
 from ovines.core.extended import SHARP, sharpen, strike_extended
 from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
@@ -22,7 +22,9 @@ _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
 
 
 @compiled
-def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
+def suspension_work(
+    t0: float, s: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats
+) -> None:
     """Add the ground's work and the dampers' loss over a closed-form flight to the energies in ``y``.
 
     Gauss-Legendre on pieces of a quarter of the fastest period: rounding-level for these smooth integrands.
@@ -45,7 +47,9 @@ def suspension_work(t0, s, y, p, k, drive, table, work) -> None:
 
 @compiled
 def fly_closed(
-    t, y, low, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample, with_energy
+    t: float, y: Floats, low: Floats, end: float, grace: float, p: Floats, k: Ints, drive: Floats,
+    table: Floats, polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats,
+    next_sample: int, with_energy: bool
 ) -> tuple[float, int, int]:  # fmt: skip
     """Closed-form flight to the next contact, in place: (time, wall or -1, next sample).
 
@@ -70,7 +74,8 @@ def fly_closed(
 
 @compiled
 def fly_integrated(
-    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
+    t: float, y: Floats, end: float, grace: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats, next_sample: int
 ) -> tuple[float, int, int]:  # fmt: skip
     """Integrated flight to the next contact, in place: (time, wall or -1, next sample)."""
     a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
@@ -120,7 +125,7 @@ def fly_integrated(
 
 
 @compiled
-def can_rest(y, p, k) -> bool:
+def can_rest(y: Floats, p: Floats, k: Ints) -> bool:
     """Whether the disk stands on the fixed ground for good: nothing drives it and it moves 1e-9 of v_d or less."""
     if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.FLOOR_FRICTION] <= 0.0 or k[P.OFF_CENTRE]:
         return False
@@ -128,7 +133,10 @@ def can_rest(y, p, k) -> bool:
 
 
 @compiled
-def run(p, k, drive, table, polygon, y, sample_times, samples, impacts, contacts, with_energy):
+def run(
+    p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, y: Floats, sample_times: Floats,
+    samples: Floats, impacts: Floats, contacts: Floats, with_energy: bool
+) -> tuple[float, int, int, float, int]:
     """Run a packed scenario; ``y`` ends as the final state.
 
     Returns (end time, impacts, contacts, seconds in sustained contact, samples written).  Arrays that are

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.engine import run
 from ovines.core.model import Scenario, require
 from ovines.core.packing import Packed, pack
 from ovines.core.sampling import N_SAMPLE, take_sample
 
+Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep
 STATE_PLACES = {
     "nes_x_m": 0, "nes_y_m": 1, "nes_vx_m_per_s": 2, "nes_vy_m_per_s": 3, "nes_angle_rad": 4, "nes_spin_rad_per_s": 5,
     "host_x_m": P.HOST, "host_y_m": P.HOST + 1, "host_vx_m_per_s": P.HOST + 2, "host_vy_m_per_s": P.HOST + 3,
@@ -53,7 +55,10 @@ class EnsembleResult:
 
 
 @compiled
-def run_rows(p_rows, k, drives, table, polygon, y_rows, times, samples, finals, counts, spans):
+def run_rows(
+    p_rows: Floats, k: Ints, drives: Floats, table: Floats, polygon: Floats, y_rows: Floats, times: Floats,
+    samples: Floats, finals: Floats, counts: Ints, spans: Floats
+) -> None:
     """Run every row; one compiled loop, no Python inside."""
     impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
     work = np.zeros((16, P.N_STATE))
@@ -68,7 +73,9 @@ def run_rows(p_rows, k, drives, table, polygon, y_rows, times, samples, finals, 
         take_sample(end, y, p, k, drive, table, work, finals[row])
 
 
-def run_chunk(p_rows, k, drives, table, polygon, y_rows, times) -> tuple[np.ndarray, ...]:
+def run_chunk(
+    p_rows: Floats, k: Ints, drives: Floats, table: Floats, polygon: Floats, y_rows: Floats, times: Floats
+) -> tuple[np.ndarray, ...]:
     """Run some rows and give (finals, counts, spans, samples); what a worker is sent."""
     n = len(p_rows)
     samples = np.full((n, len(times), N_SAMPLE), np.nan)
@@ -80,10 +87,10 @@ def run_chunk(p_rows, k, drives, table, polygon, y_rows, times) -> tuple[np.ndar
 def simulate_ensemble(
     scenario: Scenario,
     n: int,
-    spread: Mapping[str, float | tuple[float, float] | np.ndarray],
+    spread: Mapping[str, Spread],
     rng: np.random.Generator,
     jobs: int | None = None,
-    client=None,
+    client: Any=None,
     progress: Callable[[int], object] | None = None,
     sample_times_s: np.ndarray | None = None,
     chunk: int = 500,
@@ -104,7 +111,7 @@ def simulate_ensemble(
     tasks = [
         (p_rows[piece], packed.k, drives[piece], packed.table, packed.polygon, y_rows[piece], times) for piece in pieces
     ]
-    results: list = [None] * len(pieces)
+    results: list[tuple[Floats, ...]] = [()] * len(pieces)
     for index, result in _spread_out(tasks, jobs, client):
         results[index] = result
         if progress is not None:
@@ -115,7 +122,7 @@ def simulate_ensemble(
     return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples)
 
 
-def _spread_out(tasks: list, jobs: int | None, client):
+def _spread_out(tasks: Sequence[tuple[Any, ...]], jobs: int | None, client: Any) -> Iterator[tuple[int, tuple[Floats, ...]]]:
     """Run chunks and yield (index, result) as they finish."""
     if client is not None:
         from distributed import as_completed as as_finished
@@ -130,7 +137,9 @@ def _spread_out(tasks: list, jobs: int | None, client):
             yield futures[future], future.result()
 
 
-def draw(packed: Packed, n: int, spread: Mapping, rng: np.random.Generator):
+def draw(
+    packed: Packed, n: int, spread: Mapping[str, Spread], rng: np.random.Generator
+) -> tuple[Floats, Floats, Floats, dict[str, Floats]]:
     """Rows of numbers, harmonics and start states for ``n`` runs, and what was drawn."""
     for name in spread:
         require(name in SPREADABLE, f"spread of {name!r}", "one of " + ", ".join(SPREADABLE), "correct the name")
@@ -161,13 +170,13 @@ def draw(packed: Packed, n: int, spread: Mapping, rng: np.random.Generator):
     raise AssertionError
 
 
-def draw_values(how, centre: float, rows: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+def draw_values(how: Spread, centre: float, rows: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
     """Values for ``rows``: a normal draw, a uniform draw, or the sweep's own."""
-    if np.ndim(how) == 0:
-        return centre + float(how) * rng.standard_normal(len(rows))
     if isinstance(how, tuple):
         return rng.uniform(how[0], how[1], len(rows))
     values = np.asarray(how, dtype=float)
+    if values.ndim == 0:
+        return centre + float(values) * rng.standard_normal(len(rows))
     require(values.shape == (n,), f"a sweep of {values.shape}", f"({n},) values", "give one value per run")
     return values[rows]
 

@@ -7,8 +7,8 @@ every contact in doubles as always; here it is sharpened, and the low words are 
 from __future__ import annotations
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
-from ovines.core.double_double import add, divide, exponential, multiply, negative, root, sine_cosine
+from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.double_double import Pair, add, divide, exponential, multiply, negative, root, sine_cosine
 from ovines.core.host import ROTATION
 
 # places among the low words of the state, where energies have none: the time's, and whether the contact was sharpened
@@ -16,7 +16,7 @@ LOW_TIME, SHARP = P.LOST_FRICTION, P.WORK
 
 
 @compiled
-def response(time, axis, stiffness, damping, sprung, drive):
+def response(time: Pair, axis: int, stiffness: Pair, damping: Pair, sprung: bool, drive: Floats) -> tuple[Pair, Pair]:
     """Driven motion of an axis, or a sprung Host's steady answer to it: displacement and rate."""
     q, rate = (0.0, 0.0), (0.0, 0.0)
     for row in range(drive.shape[0]):
@@ -41,7 +41,9 @@ def response(time, axis, stiffness, damping, sprung, drive):
 
 
 @compiled
-def host_axis(time, s, axis, q0, v0, p, k, drive):
+def host_axis(
+    time: Pair, s: Pair, axis: int, q0: Pair, v0: Pair, p: Floats, k: Ints, drive: Floats
+) -> tuple[Pair, Pair]:
     """Host's displacement and rate of one axis, ``s`` after (q0, v0) at ``time``."""
     kind = k[P.HOST_KIND]
     none = (0.0, 0.0)
@@ -68,7 +70,9 @@ def host_axis(time, s, axis, q0, v0, p, k, drive):
 
 
 @compiled
-def glide_extended(t, s, y, low, p, k, drive, out, out_low) -> None:
+def glide_extended(
+    t: float, s: Pair, y: Floats, low: Floats, p: Floats, k: Ints, drive: Floats, out: Floats, out_low: Floats
+) -> None:
     """State ``s`` (a pair) after (``y``, ``low``): what :func:`ovines.core.flight.glide` gives, to 30 digits."""
     time = (t, low[LOW_TIME])
     half = multiply((0.5, 0.0), s)
@@ -91,7 +95,7 @@ def glide_extended(t, s, y, low, p, k, drive, out, out_low) -> None:
 
 
 @compiled
-def from_host(y, low, axis):
+def from_host(y: Floats, low: Floats, axis: int) -> tuple[Pair, Pair]:
     """Disk less Host along an axis: place and velocity."""
     x = add((y[axis], low[axis]), (-y[P.HOST + axis], -low[P.HOST + axis]))
     v = add((y[2 + axis], low[2 + axis]), (-y[P.HOST + 2 + axis], -low[P.HOST + 2 + axis]))
@@ -99,7 +103,9 @@ def from_host(y, low, axis):
 
 
 @compiled
-def sharpen(t, s, y, low, p, k, drive, out, out_low) -> tuple[float, bool]:
+def sharpen(
+    t: float, s: float, y: Floats, low: Floats, p: Floats, k: Ints, drive: Floats, out: Floats, out_low: Floats
+) -> tuple[float, bool]:
     """Contact near ``s``, with the state there in ``out`` and ``out_low``: (time, whether Newton's method agreed).
 
     Both steps start from a contact known to rounding, so each doubles the digits; a graze, where the rate is too small
@@ -126,7 +132,7 @@ def sharpen(t, s, y, low, p, k, drive, out, out_low) -> tuple[float, bool]:
 
 
 @compiled
-def strike_extended(y, low, restitution, p, k) -> None:
+def strike_extended(y: Floats, low: Floats, restitution: float, p: Floats, k: Ints) -> None:
     """Luding's law on the round wall, in place (see :func:`ovines.core.impact.impulses`, here uncoupled)."""
     x, vx = from_host(y, low, 0)
     yy, vy = from_host(y, low, 1)
@@ -161,7 +167,7 @@ def strike_extended(y, low, restitution, p, k) -> None:
 
 
 @compiled
-def give(y, low, place, change) -> None:
+def give(y: Floats, low: Floats, place: int, change: Pair) -> None:
     """Add to one number of the state."""
     y[place], low[place] = add((y[place], low[place]), change)
 

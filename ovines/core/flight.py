@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.disk_step import flight_step
 from ovines.core.host import ROTATION, host_after, sprung_response
 from ovines.core.kinematics import in_host, place
@@ -15,7 +15,10 @@ ROUNDING = 4e-16  # of a length: gaps below this are contact
 
 
 @compiled
-def glide(t0: float, s: float, y0, p, k, drive, table, scratch, out) -> None:
+def glide(
+    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats,
+    out: Floats
+) -> None:
     """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
     host_after(t0, s, y0, p, k, drive, table, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
@@ -33,7 +36,10 @@ def glide(t0: float, s: float, y0, p, k, drive, table, scratch, out) -> None:
 
 
 @compiled
-def glide_in_host(t0, s, y0, p, k, drive, table, scratch, at) -> tuple[float, float, float, float]:
+def glide_in_host(
+    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats,
+    at: Floats
+) -> tuple[float, float, float, float]:
     """The same, only the centre in the Host's frame."""
     host_after(t0, s, y0, p, k, drive, table, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
@@ -47,7 +53,7 @@ def glide_in_host(t0, s, y0, p, k, drive, table, scratch, at) -> tuple[float, fl
 
 
 @compiled
-def acceleration_bound(t0: float, y0, p, k, drive) -> float:
+def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats) -> float:
     """Bound on the relative acceleration in the Host's frame during a closed-form flight (m/s^2)."""
     bound = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + p[P.HOST_ACCELERATION]
     spin, spin_rate = p[P.HOST_SPIN], p[P.HOST_SPIN_RATE]
@@ -75,7 +81,10 @@ def acceleration_bound(t0: float, y0, p, k, drive) -> float:
 
 
 @compiled
-def glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work) -> tuple[float, int]:
+def glide_to_contact(
+    t: float, y: Floats, end: float, grace: float, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats
+) -> tuple[float, int]:
     """Duration of a closed-form flight until the next wall, and that wall (-1: ``end`` comes first).
 
     ``grace``: time at the start in which contact is not looked for (just released from a wall).
@@ -106,7 +115,7 @@ def glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work) -> tup
 
 
 @compiled
-def wall_stands(wall: int, p, k) -> bool:
+def wall_stands(wall: int, p: Floats, k: Ints) -> bool:
     """Whether this wall exists: round or polygon, obstacle if any."""
     if wall == P.ROUND:
         return k[P.N_WALLS] <= P.EDGES
@@ -116,7 +125,10 @@ def wall_stands(wall: int, p, k) -> bool:
 
 
 @compiled
-def relative(t, y, p, k, drive, table, work, dy, out) -> None:
+def relative(
+    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, dy: Floats,
+    out: Floats
+) -> None:
     """Centre in the Host's frame with rates: position, velocity, acceleration (6 numbers) from state and derivative."""
     scratch, at = work[13], work[14]
     place(t, y, p, k, drive, table, scratch, at)
@@ -144,7 +156,7 @@ def relative(t, y, p, k, drive, table, work, dy, out) -> None:
 
 
 @compiled
-def quintic(a, b, h, axis, c) -> None:
+def quintic(a: Floats, b: Floats, h: float, axis: int, c: Floats) -> None:
     """Coefficients (in s/h) of the fifth-degree path through two ends' position, velocity, acceleration."""
     p0, v0, a0 = a[axis], a[2 + axis] * h, a[4 + axis] * h * h
     p1, v1, a1 = b[axis], b[2 + axis] * h, b[4 + axis] * h * h
@@ -156,7 +168,7 @@ def quintic(a, b, h, axis, c) -> None:
 
 
 @inlined
-def stays_clear(a, b, bend: float, p, k) -> bool:
+def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
     """Whether a path between two ends in a round Host surely keeps off the wall, and there is nothing else to hit.
 
     ``bend`` bounds its second derivative over the unit interval, so that it leaves the chord by bend/8 at most.
@@ -169,7 +181,9 @@ def stays_clear(a, b, bend: float, p, k) -> bool:
 
 
 @compiled
-def first_crossing(a, b, h, start, p, k, polygon, cx, cy) -> tuple[float, int]:
+def first_crossing(
+    a: Floats, b: Floats, h: float, start: float, p: Floats, k: Ints, polygon: Floats, cx: Floats, cy: Floats
+) -> tuple[float, int]:
     """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
     quintic(a, b, h, 0, cx)
     quintic(a, b, h, 1, cy)
@@ -200,7 +214,10 @@ def first_crossing(a, b, h, start, p, k, polygon, cx, cy) -> tuple[float, int]:
 
 
 @compiled
-def land(t, y, guess, h, wall, p, k, drive, table, polygon, work, out) -> tuple[float, bool]:
+def land(
+    t: float, y: Floats, guess: float, h: float, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats,
+    polygon: Floats, work: Floats, out: Floats
+) -> tuple[float, bool]:
     """Refine a contact by stepping to it from the step's start: (duration, whether it is a contact).
 
     Newton on the integrator itself, so the contact has the integrator's accuracy, not the interpolant's.
@@ -225,7 +242,7 @@ def land(t, y, guess, h, wall, p, k, drive, table, polygon, work, out) -> tuple[
 
 
 @compiled
-def rest_speed(y, p) -> float:
+def rest_speed(y: Floats, p: Floats) -> float:
     """Speed that decides whether the disk rests: sliding, and the rim where the floor brakes it too."""
     sliding = math.hypot(y[2], y[3])
     return math.hypot(sliding, p[P.RADIUS] * y[5]) if p[P.COUPLING] > 0.0 else sliding

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 
 X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
 
 
 @inlined
-def base_motion(t: float, k, drive, table, out) -> None:
+def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
     """Driven motion at ``t``: ``out`` = x, y, angle, their rates, their second rates (9 values).
 
     ``drive`` rows are axis, amplitude, angular frequency, phase of a sine.  ``table`` holds cubic pieces:
@@ -44,7 +44,7 @@ def base_motion(t: float, k, drive, table, out) -> None:
 
 
 @compiled
-def table_piece(t: float, table) -> int:
+def table_piece(t: float, table: Floats) -> int:
     """Index of the cubic piece that holds ``t`` (the first or last one beyond the ends)."""
     low, high = 0, table.shape[0] - 1
     while low < high:
@@ -57,7 +57,7 @@ def table_piece(t: float, table) -> int:
 
 
 @inlined
-def vertical_acceleration(t: float, k, drive, table) -> float:
+def vertical_acceleration(t: float, k: Ints, drive: Floats, table: Floats) -> float:
     """Host's acceleration along z (m/s^2); it modulates the load on the Host's floor."""
     total = 0.0
     for row in range(drive.shape[0]):
@@ -71,7 +71,7 @@ def vertical_acceleration(t: float, k, drive, table) -> float:
 
 
 @compiled
-def vertical_motion(t: float, k, drive, table) -> tuple[float, float]:
+def vertical_motion(t: float, k: Ints, drive: Floats, table: Floats) -> tuple[float, float]:
     """Host's z and its rate (m, m/s)."""
     z, rate = 0.0, 0.0
     for row in range(drive.shape[0]):
@@ -108,7 +108,7 @@ def decay(stiffness: float, damping: float, s: float) -> tuple[float, float]:
 
 
 @compiled
-def sprung_response(t: float, axis: int, p, drive) -> tuple[float, float]:
+def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[float, float]:
     """Steady response of a sprung Host's axis to the ground's harmonics: displacement and rate."""
     inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
     stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
@@ -130,7 +130,7 @@ def sprung_response(t: float, axis: int, p, drive) -> tuple[float, float]:
 
 
 @compiled
-def host_after(t0: float, s: float, y0, p, k, drive, table, out) -> None:
+def host_after(t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
     """Host state (x, y, angle and rates: first six of ``out``) ``s`` seconds after state ``y0`` at ``t0``, no contact.
 
     Closed form for a fixed, free, driven and sprung Host; ``out`` has 9 places, the last three are

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, compiled
 
 
 @compiled
@@ -31,7 +31,7 @@ def luding(
 
 
 @compiled
-def effective_restitution(speed: float, azimuth: float, p) -> float:
+def effective_restitution(speed: float, azimuth: float, p: Floats) -> float:
     """Restitution at a normal approach speed and world azimuth: the constant, or its two effects, within 0..1."""
     value = p[P.RESTITUTION]
     if p[P.RESTITUTION_SPEED] > 0.0:

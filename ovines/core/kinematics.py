@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.host import base_motion
 from ovines.core.walls import contact_frame
 
@@ -15,7 +15,7 @@ N_SCRATCH = 13  # base motion (9 values), then what `dynamics.derivatives` leave
 
 
 @inlined
-def place(t: float, y, p, k, drive, table, scratch, out) -> None:
+def place(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, out: Floats) -> None:
     """Disk's geometric centre and the Host in the world at state ``y``.
 
     ``out``: 0-3 centre's position and velocity, 4-9 Host x, y, angle and rates, 10-11 mass offset (world).
@@ -46,7 +46,7 @@ def place(t: float, y, p, k, drive, table, scratch, out) -> None:
 
 
 @inlined
-def in_host(at, k) -> tuple[float, float, float, float]:
+def in_host(at: Floats, k: Ints) -> tuple[float, float, float, float]:
     """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
     x, y = at[0] - at[4], at[1] - at[5]
     vx, vy = at[2] - at[7], at[3] - at[8]
@@ -59,7 +59,7 @@ def in_host(at, k) -> tuple[float, float, float, float]:
 
 
 @compiled
-def normal_here(wall: int, at, p, k, polygon) -> tuple[float, float, float, float]:
+def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> tuple[float, float, float, float]:
     """World normal towards the wall, gap and curvature at a placed state."""
     x, y, _vx, _vy = in_host(at, k)
     nx, ny, gap, curvature = contact_frame(wall, x, y, p, polygon)
@@ -70,7 +70,7 @@ def normal_here(wall: int, at, p, k, polygon) -> tuple[float, float, float, floa
 
 
 @compiled
-def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
+def levers(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float, float]:
     """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
     radius = p[P.RADIUS]
     host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
@@ -81,7 +81,7 @@ def levers(nx: float, ny: float, at, p) -> tuple[float, float, float, float]:
 
 
 @compiled
-def inverse_mass(nx: float, ny: float, at, p) -> tuple[float, float, float]:
+def inverse_mass(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float]:
     """Contact's inverse mass matrix (k_nn, k_nt, k_tt; 1/kg): what an impulse does to the contact's velocity."""
     nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
     mass = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
@@ -94,7 +94,7 @@ def inverse_mass(nx: float, ny: float, at, p) -> tuple[float, float, float]:
 
 
 @compiled
-def contact_velocity(nx: float, ny: float, spin: float, at, p) -> tuple[float, float]:
+def contact_velocity(nx: float, ny: float, spin: float, at: Floats, p: Floats) -> tuple[float, float]:
     """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
     x, y = at[0] - at[4], at[1] - at[5]
     vx, vy = at[2] - at[7] + at[9] * y, at[3] - at[8] - at[9] * x

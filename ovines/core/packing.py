@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ovines.core import parameters as P
-from ovines.core.model import MeasuredMotion, Scenario, require
+from ovines.core.model import Harmonic, MeasuredMotion, Scenario, require
 from ovines.core.walls import contact_frame
 
 AXES = {"x": 0, "y": 1, "rotation": 2, "z": 3}
@@ -33,7 +34,7 @@ class Packed:
         return Packed(*(getattr(self, name).copy() for name in ("p", "k", "drive", "table", "polygon", "y")))
 
 
-def harmonic_rows(harmonics) -> np.ndarray:
+def harmonic_rows(harmonics: Sequence[Harmonic]) -> np.ndarray:
     """Axis, amplitude, angular frequency, phase; shape (n, 4).  A constant (frequency 0) has its sine in the amplitude."""
     rows = [
         [AXES[h.axis], h.amplitude, 2.0 * math.pi * h.frequency_hz, h.phase_rad]
@@ -44,7 +45,7 @@ def harmonic_rows(harmonics) -> np.ndarray:
     return np.array(rows, dtype=float).reshape(-1, 4)
 
 
-def polygon_edges(corners, radius: float) -> np.ndarray:
+def polygon_edges(corners: Sequence[tuple[float, float]], radius: float) -> np.ndarray:
     """Outward normal and distance that the disk's centre may reach, per edge; shape (n, 3)."""
     points = np.asarray(corners, dtype=float)
     along = np.roll(points, -1, axis=0) - points
@@ -111,7 +112,8 @@ def pack_walls(scenario: Scenario, p: np.ndarray, k: np.ndarray) -> np.ndarray:
     nes, host = scenario.nes, scenario.host
     polygon = np.zeros((0, 3))
     k[P.N_WALLS] = 2
-    if host.radius_m is not None:
+    if host.polygon_m is None:
+        assert host.radius_m is not None  # a Host has one of the two
         room = host.radius_m - nes.radius_m
         p[P.CONTACT_RADIUS] = room
         found = f"nes.radius_m = {nes.radius_m} in host.radius_m = {host.radius_m}"

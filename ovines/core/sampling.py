@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.flight import glide
 from ovines.core.kinematics import place
 
@@ -10,7 +10,9 @@ N_SAMPLE = 12  # centre x, y, vx, vy, angle, spin of the NES, the same six of th
 
 
 @compiled
-def take_sample(t, y, p, k, drive, table, work, row) -> None:
+def take_sample(
+    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, row: Floats
+) -> None:
     """Geometric centre of the NES and the Host at ``t`` into ``row``."""
     at = work[14]
     place(t, y, p, k, drive, table, work[13], at)
@@ -19,7 +21,10 @@ def take_sample(t, y, p, k, drive, table, work, row) -> None:
 
 
 @compiled
-def sample_glide(t, y, until, p, k, drive, table, work, trial, sample_times, samples, next_sample) -> int:
+def sample_glide(
+    t: float, y: Floats, until: float, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats,
+    trial: Floats, sample_times: Floats, samples: Floats, next_sample: int
+) -> int:
     """Samples of a closed-form flight that starts at ``t``, up to but not including ``until``."""
     while next_sample < sample_times.shape[0] and sample_times[next_sample] < until:
         glide(t, sample_times[next_sample] - t, y, p, k, drive, table, work[13], trial)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.dynamics import derivatives_inlined
 
 
 @compiled
-def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> float:
+def step(
+    t: float, y: Floats, h: float, mode: int, wall: int, side: float, p: Floats, k: Ints, drive: Floats,
+    table: Floats, polygon: Floats, work: Floats, out: Floats
+) -> float:
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the derivative at ``t`` on entry.
 
     ``work`` (16 rows of 15): rows 0-11 stages, 12 a trial state, 13 scratch, 14 place.  Returns the error over
@@ -32,7 +35,7 @@ def step(t, y, h, mode, wall, side, p, k, drive, table, polygon, work, out) -> f
 
 
 @compiled
-def finish_step(y, h, p, k, work, out) -> float:
+def finish_step(y: Floats, h: float, p: Floats, k: Ints, work: Floats, out: Floats) -> float:
     """The new state from the twelve stages in ``work``, and its error over the tolerance."""
     n = k[P.STATE_SIZE]
     error_5, error_3 = 0.0, 0.0
@@ -53,7 +56,7 @@ def finish_step(y, h, p, k, work, out) -> float:
 
 
 @compiled
-def state_scale(j: int, size: float, p) -> float:
+def state_scale(j: int, size: float, p: Floats) -> float:
     """Size that the tolerance of state ``j`` refers to: the scenario's own length, speed, energy, or the value."""
     length, speed = p[P.LENGTH], p[P.SPEED]
     if P.LOST_FRICTION <= j <= P.LOST_DRAG:

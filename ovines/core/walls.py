@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.compiled import compiled
+from ovines.core.compiled import Floats, compiled
 
 
 @compiled
-def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p, polygon) -> tuple[float, float]:
+def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p: Floats, polygon: Floats) -> tuple[float, float]:
     """A smooth function that is positive inside and zero in contact, and its rate.
 
     Round walls: half the difference of squared radii over the contact radius, which is a length, has the
@@ -41,14 +41,14 @@ def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p, polygon)
 
 
 @compiled
-def ellipse(x: float, y: float, p) -> tuple[float, float]:
+def ellipse(x: float, y: float, p: Floats) -> tuple[float, float]:
     """1 + e cos 2(azimuth - phi) and its derivative with azimuth (effect ``wall_ellipticity``)."""
     angle = 2.0 * (math.atan2(y, x) - p[P.ELLIPSE_DIRECTION])
     return 1.0 + p[P.ELLIPTICITY] * math.cos(angle), -2.0 * p[P.ELLIPTICITY] * math.sin(angle)
 
 
 @compiled
-def contact_frame(wall: int, x: float, y: float, p, polygon) -> tuple[float, float, float, float]:
+def contact_frame(wall: int, x: float, y: float, p: Floats, polygon: Floats) -> tuple[float, float, float, float]:
     """Unit normal towards the wall (two numbers), gap (m) to first order, curvature of the allowed region (1/m).
 
     Curvature is that of the path of the centre along the wall: 1/R_c round, 0 flat, negative on the obstacle.
@@ -80,7 +80,10 @@ def contact_frame(wall: int, x: float, y: float, p, polygon) -> tuple[float, flo
 
 
 @compiled
-def safe_time(wall: int, x: float, y: float, vx: float, vy: float, bend: float, horizon: float, p, polygon) -> float:
+def safe_time(
+    wall: int, x: float, y: float, vx: float, vy: float, bend: float, horizon: float, p: Floats,
+    polygon: Floats
+) -> float:
     """A time no longer than ``horizon`` within which this wall cannot be reached.
 
     ``bend`` bounds the acceleration in the Host's frame.  The gap measure f has |f''| bounded by M

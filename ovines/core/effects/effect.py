@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ovines.core.compiled import Floats
 from ovines.core.model import Scenario, ScenarioError, require, require_range
 from ovines.core.packing import Packed
 
-Apply = Callable[[Packed, Mapping[str, float], Scenario], Packed]
-Observe = Callable[[np.ndarray, np.ndarray, Mapping[str, float], np.random.Generator], tuple[np.ndarray, np.ndarray]]
+Values = Mapping[str, float]  # an effect's parameters
+Apply = Callable[[Packed, Values, Scenario], Packed]
+Observe = Callable[[Floats, Floats, Values, np.random.Generator], tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class EffectParameter:
     default: float | None = None
 
 
-def unchanged(packed: Packed, values: Mapping[str, float], scenario: Scenario) -> Packed:
+def unchanged(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     """An effect that leaves the motion alone (measurement)."""
     return packed
 
@@ -51,7 +53,7 @@ class Effect:
     apply: Apply = unchanged
     observe: Observe | None = None
 
-    def complete(self, values: Mapping[str, float]) -> dict[str, float]:
+    def complete(self, values: Values) -> dict[str, float]:
         """Parameters with defaults, each inside its bounds; unknown or missing ones are refused."""
         known = {parameter.name: parameter for parameter in self.parameters}
         for name in values:

@@ -8,31 +8,31 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.effects.effect import Effect, EffectParameter, with_floats
-from ovines.core.model import require
-from ovines.core.packing import ACCELERATION_OF_GRAVITY, AXES
+from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
+from ovines.core.model import Scenario, require
+from ovines.core.packing import ACCELERATION_OF_GRAVITY, AXES, Packed
 
 INF = math.inf
 
 
-def _floor_friction(packed, values, scenario):
+def _floor_friction(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     load = scenario.friction.load_m_per_s2 if scenario.friction else ACCELERATION_OF_GRAVITY
     return with_floats(packed, {P.FLOOR_FRICTION: values["coefficient"], P.FLOOR_LOAD: load})
 
 
-def _spin_coupling(packed, values, scenario):
+def _spin_coupling(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.COUPLING: values["coupling"]})
 
 
-def _viscous_drag(packed, values, scenario):
+def _viscous_drag(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.VISCOUS_DRAG: values["rate_per_s"]})
 
 
-def _air_drag(packed, values, scenario):
+def _air_drag(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.AIR_DRAG: values["rate_per_m"]})
 
 
-def _table_tilt(packed, values, scenario):
+def _table_tilt(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     load = scenario.friction.load_m_per_s2 if scenario.friction else ACCELERATION_OF_GRAVITY
     pull = load * values["tilt_rad"]
     x = packed.p[P.GRAVITY_X] + pull * math.cos(values["direction_rad"])
@@ -40,7 +40,7 @@ def _table_tilt(packed, values, scenario):
     return with_floats(packed, {P.GRAVITY_X: x, P.GRAVITY_Y: y})
 
 
-def _vertical_motion(packed, values, scenario):
+def _vertical_motion(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     plane = [row for row in packed.drive if row[0] < 2 and row[2] > 0.0]
     require(bool(plane), "effects.vertical_motion without a drive along x or y", "a driven Host",
             "give [host.drive], or put a z harmonic there yourself")  # fmt: skip
@@ -48,7 +48,7 @@ def _vertical_motion(packed, values, scenario):
     return replace(packed.copy(), drive=np.vstack([packed.drive, row]))
 
 
-def _friction_drift(packed, values, scenario):
+def _friction_drift(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     factor = max(1.0 + values["relative_per_run"] * scenario.run_number, 0.0)
     strength = packed.p[P.FLOOR_FRICTION] * factor
     return with_floats(packed, {P.FLOOR_FRICTION: strength, P.DRIFT_PER_S: values["relative_per_s"]})

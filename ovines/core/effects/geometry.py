@@ -7,24 +7,27 @@ import math
 import numpy as np
 
 from ovines.core import parameters as P
-from ovines.core.effects.effect import Effect, EffectParameter, with_floats
+from ovines.core.compiled import Floats
+from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
+from ovines.core.model import Scenario
+from ovines.core.packing import Packed
 
 INF = math.inf
 
 
-def _ellipticity(packed, values, scenario):
+def _ellipticity(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.ELLIPTICITY: values["ellipticity"], P.ELLIPSE_DIRECTION: values["direction_rad"]})
 
 
-def _wall_centre(packed, values, scenario):
+def _wall_centre(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.WALL_X: values["x_m"], P.WALL_Y: values["y_m"]})
 
 
-def _mass_centre(packed, values, scenario):
+def _mass_centre(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.MASS_X: values["x_m"], P.MASS_Y: values["y_m"]})
 
 
-def _centre_marker(times, samples, values, rng):
+def _centre_marker(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
     seen = samples.copy()
     cosine, sine = np.cos(samples[:, 4]), np.sin(samples[:, 4])
     dx = cosine * values["x_m"] - sine * values["y_m"]

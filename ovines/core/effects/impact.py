@@ -5,22 +5,24 @@ from __future__ import annotations
 import math
 
 from ovines.core import parameters as P
-from ovines.core.effects.effect import Effect, EffectParameter, with_floats
+from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
+from ovines.core.model import Scenario
+from ovines.core.packing import Packed
 
 INF = math.inf
 
 
-def _speed_dependent(packed, values, scenario):
+def _speed_dependent(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     changes = {P.RESTITUTION_FAST: values["restitution_fast"], P.RESTITUTION_SPEED: values["speed_scale_m_per_s"]}
     return with_floats(packed, changes)
 
 
-def _direction_dependent(packed, values, scenario):
+def _direction_dependent(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     changes = {P.RESTITUTION_SWING: values["amplitude"], P.RESTITUTION_DIRECTION: values["direction_rad"]}
     return with_floats(packed, changes)
 
 
-def _finite_contact(packed, values, scenario):
+def _finite_contact(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.CONTACT_DURATION: values["duration_s"]})
 
 

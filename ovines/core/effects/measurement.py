@@ -8,32 +8,35 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.effects.effect import Effect, EffectParameter
+import numpy as np
+
+from ovines.core.compiled import Floats
+from ovines.core.effects.effect import Effect, EffectParameter, Values
 
 INF = math.inf
 _POSITIONS, _VELOCITIES = (0, 1, 6, 7), (2, 3, 8, 9)
 
 
-def _scale(times, samples, values, rng):
+def _scale(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
     seen = samples.copy()
     seen[:, _POSITIONS + _VELOCITIES] *= values["scale"]
     return times, seen
 
 
-def _frame_rate(times, samples, values, rng):
+def _frame_rate(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
     seen = samples.copy()
     seen[:, (2, 3, 5, 8, 9, 11)] /= values["ratio"]
     return times * values["ratio"], seen
 
 
-def _plane(times, samples, values, rng):
+def _plane(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
     seen = samples.copy()
     seen[:, (0, 2, 6, 8)] *= math.cos(values["y_rad"])
     seen[:, (1, 3, 7, 9)] *= math.cos(values["x_rad"])
     return times, seen
 
 
-def _jitter(times, samples, values, rng):
+def _jitter(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
     seen = samples.copy()
     late = rng.normal(0.0, values["sd_s"], len(times))
     for position, velocity in ((0, 2), (1, 3), (4, 5), (6, 8), (7, 9), (10, 11)):
