@@ -8,6 +8,7 @@ centre).  The blur is a symmetric 2 x 2 matrix: motion during the exposure smear
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba
 import numpy as np
@@ -29,6 +30,7 @@ from vision.centre_equations import (
     normal_equations,
 )
 from vision.centre_solve import apply_step, believable, factor, solve, solve_odd
+from vision.centre_window import collect, recentre
 
 Array = NDArray[np.float64]
 
@@ -98,7 +100,7 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _fit_one(image: NDArray, p: Array, max_iterations: int, tolerance_px: float, n_even: int, even: Array, odd: Array,
+def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, even: Array, odd: Array,
              rhs: Array, sums: Array) -> None:
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
     start_u, start_v = p[U], p[V]
@@ -109,8 +111,15 @@ def _fit_one(image: NDArray, p: Array, max_iterations: int, tolerance_px: float,
     n_odd = 6 if p[CONTRAST_U] != 0.0 or p[CONTRAST_V] != 0.0 else 4
     settled = 0
     gradient = np.empty(14)
+    window = collect(image, p)
+    at_u, at_v = p[U], p[V]
     for iteration in range(max_iterations):
-        normal_equations(image, p, clip, full, n_even, even, odd, rhs, sums)
+        if full and iteration > 0:
+            window = collect(image, p)
+        else:
+            recentre(window, p[U] - at_u, p[V] - at_v)
+        at_u, at_v = p[U], p[V]
+        normal_equations(window, p, clip, full, n_even, even, odd, rhs, sums)
         if sums[N_SEEN] < 0.8 * sums[N_WANTED] or sums[N_EDGE] < 12:
             return
         clip, plateau = _clip(sums, iteration == 0)
@@ -147,7 +156,7 @@ def _fit_one(image: NDArray, p: Array, max_iterations: int, tolerance_px: float,
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def fit_discs(image: NDArray, starts: Array, max_iterations: int = 12, tolerance_px: float = 0.001,
+def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tolerance_px: float = 0.001,
               hold_shape: bool = False) -> Array:
     """Fit every disc of `starts` in one picture.
 

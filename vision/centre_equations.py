@@ -16,23 +16,43 @@ import math
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erfc
+
+from vision.centre_window import (
+    AGAIN,
+    GREY,
+    GX,
+    GY,
+    INSIDE,
+    LIT_X,
+    LIT_Y,
+    NX,
+    NY,
+    ONE,
+    PER_PX,
+    PER_SIGMA,
+    SCRATCH,
+    SHAPE,
+    SLOPE,
+    STEP,
+    STEP_X,
+    STEP_Y,
+    R,
+    T,
+    W,
+    Window,
+    X,
+    Y,
+)
 
 Array = NDArray[np.float64]
 
-_EDGE_SIGMAS = 3.2  # beyond, the Gaussian step is within 0.1 % of its level
-_RING_PX = 4.0  # of plain background about the edge: it holds the light's slope (2 px cost a disc of 6 px 15 % of its precision)
 FAST = {"reassoc", "contract", "arcp", "nsz"}  # not "nnan": comparisons with NaN must stay false
-# The Gaussian step and its slope, interpolated linearly (error 4e-6): erfc and exp were two thirds of the time.
-_TABLE_END, _TABLE_PER_UNIT = 6.0, 90.0
-_TABLE_SIZE = int(2 * _TABLE_END * _TABLE_PER_UNIT) + 1
-_TABLE_T = np.linspace(-_TABLE_END, _TABLE_END, _TABLE_SIZE)
-_STEP = 0.5 * erfc(_TABLE_T / math.sqrt(2.0))
-_BELL = np.exp(-0.5 * _TABLE_T**2) / math.sqrt(2 * math.pi)
+_FARTHEST = 6.0  # sigmas; beyond, the step is 0 or 1
 # What `sums` counts: edge squares, edge pixels, pixels wanted, pixels inside the picture, clipped edge pixels, flat pixels
 # inside the disc and their squares, outside and their squares, neighbouring flat pixels and squares of their differences.
 EDGE2, N_EDGE, N_WANTED, N_SEEN, N_CLIPPED, N_IN, IN2, N_OUT, OUT2, N_PAIRS, PAIRS2 = range(11)
 N_SUMS = 11
+_FIRST_MARGIN = 0.03  # of the contrast: how near to black and white counts as cut off while the noise is not yet known
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
@@ -41,148 +61,140 @@ def light_ratio(p: Array) -> float:
     return p[11] / max(p[8], 0.03 * abs(p[11]) + 1e-9)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
-def _add_flat(flat: Array, ratio: float, full: bool, even: Array, odd: Array, rhs: Array) -> None:
-    """Pixels away from the edge tell of levels and slopes only; `flat` (2, 7) holds their sums outside and inside.
-
-    Per group: weight, its xx, xy, yy moments, weighted residual and its x, y moments.
-    """
-    for f in range(2):
-        w, wxx, wxy, wyy, wr, wrx, wry = flat[f]
-        k = 1.0 + ratio * f
-        rhs[0] += wr
-        rhs[1] += f * wr
-        for i, moment in enumerate((wrx, wry)):
-            rhs[10 + i] += k * moment
-            rhs[12 + i] += f * moment
-        if not full:
-            continue
-        even[0, 0] += w
-        even[1, 0] += f * w
-        even[1, 1] += f * w
-        odd[2, 2] += k * k * wxx
-        odd[3, 2] += k * k * wxy
-        odd[3, 3] += k * k * wyy
-        odd[4, 2] += k * f * wxx
-        odd[5, 2] += k * f * wxy
-        odd[4, 3] += k * f * wxy
-        odd[5, 3] += k * f * wyy
-        odd[4, 4] += f * wxx
-        odd[5, 4] += f * wxy
-        odd[5, 5] += f * wyy
-
-
-@numba.njit(nogil=True, cache=True, error_model="numpy")
-def _reach(p: Array) -> tuple[float, float, float, float]:
-    """Where the edge band begins and ends and the window ends, as x' M x, and the window's half width [px]."""
-    half_trace = 0.5 * (p[2] + p[4])
-    root = math.sqrt(max(half_trace * half_trace - (p[2] * p[4] - p[3] * p[3]), 0.0))
-    r_max = 1.0 / math.sqrt(half_trace - root)
-    r_min = 1.0 / math.sqrt(half_trace + root)
-    blur = math.sqrt(0.5 * (p[5] + p[7]) + math.sqrt(0.25 * (p[5] - p[7]) ** 2 + p[6] * p[6]))
-    band = _EDGE_SIGMAS * blur + 0.5
-    ring = band + _RING_PX
-    return max(1.0 - band / r_min, 0.0) ** 2, (1.0 + band / r_min) ** 2, (1.0 + ring / r_min) ** 2, r_max * (1.0 + ring / r_min)
+@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+def _plain(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, rows: Array, sums: Array) -> None:
+    """Residuals (rows R), weights (W) and derivatives of the pixels away from the edge, which tell of levels and slopes only."""
+    clip2 = clip * clip
+    n_in = in2 = n_out = out2 = n_pairs = pairs2 = 0.0
+    for k in range(n):
+        x, y, inside = pixels[X, k], pixels[Y, k], pixels[INSIDE, k]
+        light = p[9] * x + p[10] * y
+        model = p[8] + light + inside * (p[11] + ratio * light + p[12] * x + p[13] * y)
+        seen = 1.0 if low <= model <= high else 0.0
+        r = pixels[GREY, k] - model
+        lit = 1.0 + ratio * inside
+        rows[R, k] = r
+        # A neighbour in the ring is no light: it shall not lean the level.
+        rows[W, k] = seen * min(1.0, clip2 / (r * r + 1e-9))
+        rows[STEP, k], rows[LIT_X, k], rows[LIT_Y, k], rows[STEP_X, k], rows[STEP_Y, k] = inside, lit * x, lit * y, inside * x, inside * y
+        square = seen * min(r * r, clip2)
+        n_in += seen * inside
+        in2 += inside * square
+        n_out += seen * (1.0 - inside)
+        out2 += (1.0 - inside) * square
+    for k in range(1, n):
+        both = pixels[AGAIN, k] if rows[W, k] > 0.0 and rows[W, k - 1] > 0.0 else 0.0
+        apart = rows[R, k] - rows[R, k - 1]
+        n_pairs += both
+        pairs2 += both * min(apart * apart, 2.0 * clip2)
+    sums[N_IN], sums[IN2], sums[N_OUT], sums[OUT2], sums[N_PAIRS], sums[PAIRS2] = n_in, in2, n_out, out2, n_pairs, pairs2
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
-def _edge(x: float, y: float, mx: float, my: float, q2: float, s11: float, s12: float, s22: float
-          ) -> tuple[float, float, float, float, float, float, float]:
-    """At an edge pixel: the step (1 inside, 0 outside) and its slope per px, the normal, distance in sigmas, and scales."""
-    inverse = 1.0 / (math.sqrt(mx * mx + my * my) + 1e-30)
-    nx, ny = mx * inverse, my * inverse
-    inverse_s = 1.0 / math.sqrt(s11 * nx * nx + 2.0 * s12 * nx * ny + s22 * ny * ny)
-    q = math.sqrt(q2)
-    t = (q - 1.0) * q * inverse * inverse_s
-    place = (t + _TABLE_END) * _TABLE_PER_UNIT
-    cell = min(max(int(place), 0), _TABLE_SIZE - 2)
-    part = place - cell
-    step = _STEP[cell] + part * (_STEP[cell + 1] - _STEP[cell])
-    slope = (_BELL[cell] + part * (_BELL[cell + 1] - _BELL[cell])) * inverse_s
-    return step, slope, nx, ny, t, inverse, inverse_s
-
-
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST, inline="always")
-def _add_edge(w: float, r: float, je: Array, jo: Array, full: bool, n_even: int, even: Array, odd: Array, rhs: Array) -> None:
-    """One edge pixel's share: residual `r` of weight `w` with its derivatives by the even and the odd unknowns."""
-    for i in range(6):
-        rhs[8 + i] += w * r * jo[i]
-    for i in range(n_even):
-        rhs[i] += w * r * je[i]
-    if full:
-        for i in range(6):
-            for j in range(6):
-                odd[i, j] += w * jo[i] * jo[j]
-        for i in range(n_even):
-            for j in range(n_even):
-                even[i, j] += w * je[i] * je[j]
+def _at_edge(p: Array, pixels: Array, n: int, rows: Array) -> None:
+    """At edge pixels: the step (1 inside, 0 outside), its slope per px (SLOPE), normal (NX, NY), distance in sigmas (T), scales."""
+    m11, m12, m22, s11, s12, s22 = p[2], p[3], p[4], p[5], p[6], p[7]
+    for k in range(n):
+        x, y = pixels[X, k], pixels[Y, k]
+        mx, my = m11 * x + m12 * y, m12 * x + m22 * y
+        q2 = x * mx + y * my
+        inverse = 1.0 / (math.sqrt(mx * mx + my * my) + 1e-30)
+        nx, ny = mx * inverse, my * inverse
+        inverse_s = 1.0 / math.sqrt(s11 * nx * nx + 2.0 * s12 * nx * ny + s22 * ny * ny)
+        q = math.sqrt(q2)
+        rows[NX, k], rows[NY, k], rows[PER_PX, k], rows[PER_SIGMA, k] = nx, ny, inverse, inverse_s
+        rows[T, k] = (q - 1.0) * q * inverse * inverse_s
+    for k in range(n):
+        t = min(max(rows[T, k], -_FARTHEST), _FARTHEST)
+        # exp(-t^2 / 2) as the 32nd power of its Taylor series, erfc after Abramowitz and Stegun 26.2.17: both within 1e-7.
+        u = t * t * (-0.5 / 32.0)
+        bell = 1.0 + u * (1.0 + u * (1 / 2 + u * (1 / 6 + u * (1 / 24 + u * (1 / 120 + u / 720)))))
+        bell = bell * bell
+        bell = bell * bell
+        bell = bell * bell
+        bell = bell * bell
+        bell = 0.3989422804014327 * bell * bell
+        z = 1.0 / (1.0 + 0.2316419 * abs(t))
+        tail = bell * z * (0.319381530 + z * (-0.356563782 + z * (1.781477937 + z * (-1.821255978 + z * 1.330274429))))
+        rows[STEP, k] = tail if t > 0.0 else 1.0 - tail
+        rows[SLOPE, k] = bell * rows[PER_SIGMA, k]
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
-def normal_equations(image: NDArray, p: Array, clip: float, full: bool, n_even: int, even: Array, odd: Array, rhs: Array,
+def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, free_shape: bool, rows: Array,
+          sums: Array) -> None:
+    """Residuals, weights and derivatives of edge pixels, from what `_at_edge` found."""
+    edge2 = n_seen = n_clipped = 0.0
+    for k in range(n):
+        x, y, step = pixels[X, k], pixels[Y, k], rows[STEP, k]
+        light = p[9] * x + p[10] * y
+        contrast = p[11] + ratio * light + p[12] * x + p[13] * y
+        model = p[8] + light + contrast * step
+        seen = 1.0 if low <= model <= high else 0.0
+        r = pixels[GREY, k] - model
+        held = clip / max(abs(r), clip)
+        edge2 += seen * min(r * r, clip * clip)
+        n_seen += seen
+        n_clipped += seen if held < 1.0 else 0.0
+        g, lit = rows[SLOPE, k] * contrast, 1.0 + ratio * step
+        rows[R, k], rows[W, k], rows[SLOPE, k] = r, seen * held, g
+        rows[GX, k], rows[GY, k] = g * rows[NX, k], g * rows[NY, k]
+        rows[LIT_X, k], rows[LIT_Y, k], rows[STEP_X, k], rows[STEP_Y, k] = lit * x, lit * y, step * x, step * y
+    if free_shape:
+        for k in range(n):
+            x, y, nx, ny = pixels[X, k], pixels[Y, k], rows[NX, k], rows[NY, k]
+            gm, gs = -0.5 * rows[SLOPE, k] * rows[PER_PX, k], 0.5 * rows[SLOPE, k] * rows[T, k] * rows[PER_SIGMA, k]
+            rows[SHAPE, k], rows[SHAPE + 1, k], rows[SHAPE + 2, k] = gm * x * x, 2.0 * gm * x * y, gm * y * y
+            rows[SHAPE + 3, k], rows[SHAPE + 4, k], rows[SHAPE + 5, k] = gs * nx * nx, 2.0 * gs * nx * ny, gs * ny * ny
+    sums[EDGE2], sums[N_EDGE], sums[N_CLIPPED] = edge2, n_seen, n_clipped
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+def _add(rows: Array, n: int, first: int, count: int, full: bool, matrix: Array, right: Array, at: int) -> None:
+    """Add weighted products of `count` derivative rows, from row `first`, to a matrix' lower triangle and a right-hand side."""
+    for i in range(count):
+        own = rows[first + i]
+        weighted = rows[SCRATCH]
+        total = 0.0
+        for k in range(n):
+            weighted[k] = rows[W, k] * own[k]
+        for k in range(n):
+            total += weighted[k] * rows[R, k]
+        right[at + i] += total
+        if full:
+            for j in range(i + 1):
+                other = rows[first + j]
+                total = 0.0
+                for k in range(n):
+                    total += weighted[k] * other[k]
+                matrix[i, j] += total
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+def normal_equations(window: Window, p: Array, clip: float, full: bool, n_even: int, even: Array, odd: Array, rhs: Array,
                      sums: Array) -> None:
     """Accumulate the Gauss-Newton normal equations of `p` over the disc's window; residuals beyond `clip` are held back.
 
-    `full` false leaves the right-hand sides only; `n_even` 2 holds shape and blur.
-    even (8, 8), odd (6, 6), rhs (14,), `sums` (N_SUMS,): out.
+    `full` false leaves the right-hand sides only; `n_even` 2 holds shape and blur.  Where the window touches black or
+    white, pixels whose model comes within `clip` of it do not count: what they saw was cut off.
+    even (8, 8), odd (6, 6) (lower triangles), rhs (14,), `sums` (N_SUMS,): out.
     """
-    je, jo, flat = np.empty(8), np.empty(6), np.zeros((2, 7))
     if full:
         even[:] = 0.0
         odd[:] = 0.0
     rhs[:] = 0.0
     sums[:] = 0.0
-    height, width = image.shape
-    cu, cv, m11, m12, m22, s11, s12, s22 = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
-    q_in2, q_edge2, q_out2, reach = _reach(p)
+    rows, n_edge, n_plain = window.work, window.n_edge, window.n_plain
     ratio = light_ratio(p)
-    clip2 = clip * clip
-    n_wanted = n_seen = 0
-    for row in range(math.floor(cv - reach), math.ceil(cv + reach) + 1):
-        y = row - cv
-        last_col, last_r = -10, 0.0
-        for col in range(math.floor(cu - reach), math.ceil(cu + reach) + 1):
-            x = col - cu
-            mx, my = m11 * x + m12 * y, m12 * x + m22 * y
-            q2 = x * mx + y * my
-            if q2 > q_out2:
-                continue
-            near = q2 < q_edge2
-            n_wanted += near
-            if row < 0 or row >= height or col < 0 or col >= width:
-                continue
-            n_seen += near
-            light = p[9] * x + p[10] * y
-            contrast = p[11] + ratio * light + p[12] * x + p[13] * y
-            above = float(image[row, col]) - p[8] - light
-            if q2 < q_in2 or not near:
-                f = 1 if q2 < q_in2 else 0
-                r = above - f * contrast
-                k = N_IN if f else N_OUT
-                sums[k] += 1.0
-                sums[k + 1] += min(r * r, clip2)
-                if col == last_col + 1:
-                    sums[N_PAIRS] += 1.0
-                    sums[PAIRS2] += min((r - last_r) ** 2, 2.0 * clip2)
-                last_col, last_r = col, r
-                w = min(1.0, clip2 / (r * r + 1e-9))  # a neighbour in the ring is no light: it shall not lean the level
-                for i, term in enumerate((w, w * x * x, w * x * y, w * y * y, w * r, w * r * x, w * r * y)):
-                    flat[f, i] += term
-                continue
-            step, g, nx, ny, t, inverse, inverse_s = _edge(x, y, mx, my, q2, s11, s12, s22)
-            r = above - contrast * step
-            w = 1.0 if abs(r) < clip else clip / abs(r)
-            sums[EDGE2] += min(r * r, clip2)
-            sums[N_EDGE] += 1.0
-            sums[N_CLIPPED] += w < 1.0
-            g *= contrast
-            lit = 1.0 + ratio * step
-            jo[0], jo[1], jo[2], jo[3], jo[4], jo[5] = g * nx, g * ny, lit * x, lit * y, step * x, step * y
-            je[0], je[1] = 1.0, step
-            if n_even > 2:
-                gm, gs = -0.5 * g * inverse, 0.5 * g * t * inverse_s
-                je[2], je[3], je[4] = gm * x * x, 2.0 * gm * x * y, gm * y * y
-                je[5], je[6], je[7] = gs * nx * nx, 2.0 * gs * nx * ny, gs * ny * ny
-            _add_edge(w, r, je, jo, full, n_even, even, odd, rhs)
-    _add_flat(flat, ratio, full, even, odd, rhs)
-    sums[N_WANTED], sums[N_SEEN] = n_wanted, n_seen
+    margin = min(clip, _FIRST_MARGIN * abs(p[11]))
+    low, high = window.black + margin, window.white - margin
+    _plain(p, ratio, clip, low, high, window.plain, n_plain, rows, sums)
+    rows[ONE, :n_plain] = 1.0
+    _add(rows, n_plain, ONE, 2, full, even, rhs, 0)
+    _add(rows, n_plain, LIT_X, 4, full, odd[2:, 2:], rhs, 10)
+    _at_edge(p, window.edge, n_edge, rows)
+    _edge(p, ratio, clip, low, high, window.edge, n_edge, n_even > 2, rows, sums)
+    rows[ONE, :n_edge] = 1.0
+    _add(rows, n_edge, ONE, n_even, full, even, rhs, 0)
+    _add(rows, n_edge, GX, 6, full, odd, rhs, 8)
+    sums[N_WANTED], sums[N_SEEN] = window.n_wanted, n_edge
