@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
 
 from analysis.contact_law import (
     Law,
@@ -33,9 +34,11 @@ from analysis.wall_fit import WallFit, fit_wall, usable
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
 # How far the wall may be from the design before the impacts themselves must say so: gluing and turning tolerances, generously.
 WALL_PRIOR_SD_M = {"radius": 3e-4, "centre_x": 2e-4, "centre_y": 2e-4, "disk_x": 2e-4, "disk_y": 2e-4}
-# An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts.
+# An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts, and chance would
+# not (F test of its two terms: of a dozen impacts seven parameters always explain much).
 FEWEST_FOR_ELLIPSE = 12
 ELLIPSE_SHARE = 2.0
+ELLIPSE_CHANCE = 1e-4
 # Spin and impulse may differ by this share, and by five sd, before radius or inertia are doubted.
 BALANCE_SHARE = 2e-3
 BALANCE_SD = 5.0
@@ -145,9 +148,18 @@ def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit
                     [LASTING_WORDS.format(1e3 * delay)])
     if "wall_ellipticity" in effects:
         return ellipse, []
-    if count < FEWEST_FOR_ELLIPSE or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m:
+    if count < FEWEST_FOR_ELLIPSE or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m or not _surely_better(circle, ellipse):
         return circle, []
     return ellipse, ["The impacts show a wall that is no circle, which [model] effects does not name; an ellipse was fitted."]
+
+
+def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:
+    """Whether the ellipse's two terms explain more of the contact distances than chance would."""
+    free = int(ellipse.used.sum()) - len(ellipse.terms)
+    if free < 1:
+        return False
+    left = max(ellipse.chi_square / free, 1.0)
+    return bool(f_distribution.sf((circle.chi_square - ellipse.chi_square) / 2 / left, 2, free) < ELLIPSE_CHANCE)
 
 
 def fit_contact_law(data: LawData, angle: bool) -> Law | None:

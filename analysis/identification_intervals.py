@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.compiled import compiled
-from analysis.contact_law import LawData
+from analysis.contact_law import LEAST_SCATTER, STRAY_SPREAD, LawData, stray_share
 
 Array = NDArray[np.float64]
 LEVEL = 0.90
@@ -23,9 +23,6 @@ NORMAL_90 = 1.6449
 # Ranges of the two parameters: friction of steel on plastic is far below 2; -1 is smooth, 1 full reversal.
 FRICTION_RANGE = (0.0, 2.0)
 TANGENTIAL_RANGE = (-1.0, 1.0)
-CLIP = 5.0
-# A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
-LEAST_SCATTER = 1e-5
 
 
 @dataclass(frozen=True)
@@ -47,19 +44,26 @@ def threshold(count: int, unknowns: int) -> float:
 
 
 @compiled
-def _cost(z2: float) -> float:
-    return z2 if z2 < 25.0 else 10.0 * np.sqrt(z2) - 25.0
+def _deviance(scatter: float, residual: Array, variance: Array, size: Array, share: float) -> float:
+    """-2 log L of residuals of variance + (scatter size)^2, of which ``share`` are strays (as ``contact_law.fit_restitution``)."""
+    total = 0.0
+    for i in range(len(residual)):
+        v, r2 = variance[i] + (scatter * size[i]) ** 2, residual[i] ** 2
+        follow = np.log1p(-share) - 0.5 * (r2 / v + np.log(v))
+        if share > 0.0:
+            broad = v + (STRAY_SPREAD * size[i]) ** 2
+            stray = np.log(share) - 0.5 * (r2 / broad + np.log(broad))
+            high, low = max(follow, stray), min(follow, stray)
+            follow = high + np.log1p(np.exp(low - high))
+        total -= 2 * follow
+    return total
 
 
 @compiled
-def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
-    """Least -2 log L over the scatter s of variance + (s size)^2: a coarse scan of log s, then golden section."""
+def _best_scatter(residual: Array, variance: Array, size: Array, share: float) -> float:
+    """Least -2 log L over the scatter: a coarse scan of its logarithm, then golden section."""
     def value(s: float) -> float:
-        total = 0.0
-        for i in range(len(residual)):
-            v = variance[i] + (s * size[i]) ** 2
-            total += _cost(residual[i] ** 2 / v) + np.log(v)
-        return total
+        return _deviance(s, residual, variance, size, share)
 
     best, at = np.inf, 0
     grid = np.empty(18)
@@ -85,26 +89,26 @@ def _best_scatter(residual: Array, variance: Array, size: Array) -> float:
 
 
 @compiled
-def _tangential(slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, mu: float, beta: float) -> float:
+def _tangential(slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, strays: float, mu: float, beta: float) -> float:
     residual = np.empty(len(slip))
     for i in range(len(slip)):
         stick = (1 + beta) * abs(slip[i]) / share
         slide = mu * normal_impulse[i]
         residual[i] = impulse[i] + np.sign(slip[i]) * min(stick, slide)
-    return _best_scatter(residual, variance, normal_impulse)
+    return _best_scatter(residual, variance, normal_impulse, strays)
 
 
 def restitution_deviance(data: LawData) -> Callable[[float], float]:
     """-2 log L of a restitution, the scatter chosen best."""
-    variance = data.normal_sd**2
-    return lambda eps: float(_best_scatter(data.after - eps * data.before, variance, data.before))
+    variance, strays = data.normal_sd**2, stray_share(len(data))
+    return lambda eps: float(_best_scatter(data.after - eps * data.before, variance, data.before, strays))
 
 
 def tangential_deviance(data: LawData) -> Callable[[float, float], float]:
     """-2 log L of (wall friction, tangential restitution), the scatter chosen best."""
     share = 1 + 1 / data.inertia_factor
-    variance = data.tangential_sd**2
-    return lambda mu, beta: float(_tangential(data.slip, data.normal_impulse, data.tangential_impulse, variance, share, mu, beta))
+    variance, strays = data.tangential_sd**2, stray_share(len(data))
+    return lambda mu, beta: float(_tangential(data.slip, data.normal_impulse, data.tangential_impulse, variance, share, strays, mu, beta))
 
 
 def minimum(cost: Callable[[float], float], low: float, high: float, points: int, rounds: int = 3) -> tuple[float, float]:
@@ -146,7 +150,8 @@ def crossing(profile: Callable[[float], float], inside: float, limit: float, lev
 
 
 def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
-    """Restitution with its 90 % interval; with one impact the measured sd alone bounds it."""
+    """Restitution with its 90 % interval, and the sd that goes with it (its width over 3.29); with one impact the measured sd alone
+    bounds it."""
     if len(data) < 2:
         half = 1.645 * sd
         return Interval(value, sd, value - half, value + half)
@@ -154,17 +159,15 @@ def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
     best, least = minimum(profile, value - 5 * sd, value + 5 * sd, 11)
     level = least + threshold(len(data), 1)
     low, high = (crossing(profile, best, best + side * 50 * sd, level, 0.5 * sd) for side in (-1, 1))
-    return Interval(value, sd, low, high)
+    return Interval(value, (high - low) / (2 * NORMAL_90), low, high)
 
 
 def scatter_interval(data: LawData, restitution: float) -> Interval:
     """Impact-to-impact scatter of the restitution; ``low`` 0 where none explains the impacts as well."""
-    residual, variance, size = data.after - restitution * data.before, data.normal_sd**2, data.before
+    residual, variance, size, strays = data.after - restitution * data.before, data.normal_sd**2, data.before, stray_share(len(data))
 
     def deviance(scatter: float) -> float:
-        v = variance + (scatter * size) ** 2
-        z2 = residual**2 / v
-        return float(np.sum(np.where(z2 < CLIP**2, z2, 2 * CLIP * np.sqrt(z2) - CLIP**2) + np.log(v)))
+        return float(_deviance(scatter, residual, variance, size, strays))
 
     best, least = minimum(lambda x: deviance(float(np.exp(x))), np.log(LEAST_SCATTER), np.log(0.5), 41)
     value, level = float(np.exp(best)), least + threshold(len(data), 1)

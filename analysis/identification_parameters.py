@@ -26,7 +26,7 @@ UNKNOWN = Interval(np.nan, np.nan, np.nan, np.nan)
 # Errors of the parameters over the lens residual's relative size (LensResidual.relative): rms over fourteen blind series with one. The
 # wall friction compares speeds along the wall with speeds towards it, the tangential restitution speeds with the spin's.
 LENS_SHARE = {"restitution": 0.6, "wall_friction": 2.7, "tangential_restitution": 2.5, "floor_friction": 0.85, "contact_radius": 1.6,
-              "ellipse": 1.0, "scatter": 1.0, "slope": 0.3}
+              "ellipse": 1.0, "scatter": 1.0, "slope": 0.3, "wall_centre": 0.35}
 # What adapting the disk's radius to lengths that are off leaves of that error in the law.
 ADAPTED_SHARE = 0.03
 # Relative error of fast impacts' speeds that no covariance holds: blind series without any scatter showed 1e-4 to 7e-4 of it.
@@ -124,7 +124,9 @@ def _wall_rows(rig: RigFit) -> list[tuple[str, Interval]]:
     radius = wall.wall.contact_radius_m
     shared = {"radius": np.hypot(lens.radius_sd_m(wall.impacts, wall.used, radius),
                                  np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * radius),
-              **dict.fromkeys(("ellipse_c", "ellipse_s"), LENS_SHARE["ellipse"] * lens.relative)}
+              **dict.fromkeys(("ellipse_c", "ellipse_s"), LENS_SHARE["ellipse"] * lens.relative),
+              # The Host's markers and the disk are seen through other regions of the lenses.
+              **dict.fromkeys(("centre_x", "centre_y"), LENS_SHARE["wall_centre"] * lens.amplitude_m)}
     return [(WALL_NAMES[term], normal_interval(wall.estimate[k], np.hypot(np.sqrt(wall.covariance[k, k]), shared.get(term, 0.0))))
             for k, term in enumerate(wall.terms)]
 

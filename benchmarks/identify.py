@@ -2,7 +2,9 @@
 
     python benchmarks/identify.py SHARED [NUMBER ...]
 
-SHARED holds ``practice/`` and ``practice_truth/``; without numbers all series are run.  One row per series.
+SHARED holds ``practice/`` and ``practice_truth/``; without numbers all series are run.  One row per series.  ``s`` are seconds of
+identification, ``cpu_s`` of the process; ``restitution_sd_over_bound`` the sd given over the least that any estimate from these impacts
+can have (Cramer and Rao: the true scatter and the speeds' covariance known).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from analysis.contact_law import LawData
 from analysis.identify import Identified, identify_series
 from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.camera import read_calibration
@@ -58,12 +61,19 @@ def scored(found: pd.DataFrame, true: np.ndarray, first_s: float, last_s: float)
 def row_of(shared: Path, name: str) -> dict[str, object]:
     """One series: what was found against what was true."""
     recordings, motions = motions_of(shared / "practice" / name)
-    begin = time.perf_counter()
+    begin, begin_cpu = time.perf_counter(), time.process_time()
     joint, runs = identify_series(motions, recordings)
-    seconds = time.perf_counter() - begin
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - begin_cpu
     truth = json.loads((shared / "practice_truth" / f"{name}.json").read_text())
-    return {"series": name, "effect": truth["effect"], "noise": truth["noise"], "s": round(seconds, 1),
-            **_impacts(runs, motions, np.load(shared / "practice_truth" / f"{name}.npz")), **_parameters(joint, truth["plant"])}
+    return {"series": name, "effect": truth["effect"], "noise": truth["noise"], "s": round(seconds, 1), "cpu_s": round(cpu, 1),
+            **_impacts(runs, motions, np.load(shared / "practice_truth" / f"{name}.npz")), **_parameters(joint, truth["plant"]),
+            "restitution_sd_over_bound": round(float(joint.set_index("parameter").loc["restitution", "sd"])
+                                               / restitution_bound(runs[0].rig.data, truth["plant"]["eps_sd"]), 3)}
+
+
+def restitution_bound(data: LawData, scatter: float) -> float:
+    """Least sd of a restitution from these impacts, their scatter and the speeds' sds known (Cramer-Rao bound)."""
+    return float(np.sum(data.before**2 / (data.normal_sd**2 + (scatter * data.before) ** 2)) ** -0.5)
 
 
 def _impacts(runs: list[Identified], motions: list[pd.DataFrame], truth: dict[str, np.ndarray]) -> dict[str, object]:

@@ -28,6 +28,8 @@ def add_parameters(page: Page, results: Results) -> None:
         )
         return
     section.add_text(paragraph(identification))
+    for note in results.notes:
+        section.add_note(note, "caution")
     principal = identification["parameter"].isin(PRINCIPAL)
     thesis = results.thesis_parameters if results.get("motion") is not None else None
     section.add_table(

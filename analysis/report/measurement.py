@@ -13,6 +13,7 @@ from analysis.figures.markers import (
     host_distances,
     tracks_over_frame,
 )
+from analysis.report.geometry import add_wall_sources
 from analysis.report.numbers import MISSING, length, percent, value_with_sd, with_unit
 from analysis.report.page import Page, Section
 from analysis.report.results import Results
@@ -165,6 +166,11 @@ def add_coordinates(page: Page, results: Results) -> None:
 
 def add_host_geometry(page: Page, results: Results) -> None:
     section = page.add_section("Host geometry", "host")
+    add_wall_sources(section, results)
+    _add_marker_circles(section, results)
+
+
+def _add_marker_circles(section: Section, results: Results) -> None:
     points, markers = results.get("points"), results.markers("host")
     if points is not None and len(markers) >= 2:
         scatter = distance_scatter(points, markers)

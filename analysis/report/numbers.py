@@ -28,6 +28,19 @@ def value_with_sd(value: float | None, sd: float | None, unit: str = "") -> str:
     return f"({text}){_space(unit)}" if unit else text
 
 
+def value_with_digits(value: float | None, sd: float | None) -> str:
+    """``0.29513, 0.00029`` -> ``0.29513(29)``, the sd in units of the last digit: short, for wide tables.
+
+    Where that would be no shorter (an sd of one or more, powers of ten) it is that of :func:`value_with_sd`.
+    """
+    if value is None or sd is None or not isfinite(value) or not isfinite(sd) or not 0 < sd < 1:
+        return value_with_sd(value, sd)
+    rounded, digits = _rounded_sd(sd)
+    if abs(value) < 1e-3 or digits > 9:
+        return value_with_sd(value, sd)
+    return f"{_signed(value, digits)}({round(rounded * 10**digits)})"
+
+
 def with_unit(value: float | None, unit: str = "", digits: int = 3) -> str:
     """``digits`` significant digits and the unit; a dash for a missing value."""
     if value is None or not isfinite(value):

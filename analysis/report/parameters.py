@@ -32,8 +32,8 @@ QUANTITIES = {
     "contact_radius_m": Quantity("Contact radius", "R_c", "mm", 1e3),
     "wall_centre_x_m": Quantity("Wall centre off its layout, x", "", "µm", 1e6),
     "wall_centre_y_m": Quantity("Wall centre off its layout, y", "", "µm", 1e6),
-    "disk_centre_x_m": Quantity("Disk centre off its layout, x", "", "µm", 1e6),
-    "disk_centre_y_m": Quantity("Disk centre off its layout, y", "", "µm", 1e6),
+    "disk_centre_x_m": Quantity("Disk's middle off its centre of mass, x", "", "µm", 1e6),
+    "disk_centre_y_m": Quantity("Disk's middle off its centre of mass, y", "", "µm", 1e6),
     "drive_frequency_hz": Quantity("Drive frequency", "f", "Hz"),
 }
 PRINCIPAL = ("restitution", "wall_friction", "tangential_restitution", "floor_friction")

@@ -22,13 +22,14 @@ from analysis.thesis_impacts import ThesisSettings, smoothed_acceleration, thesi
 from analysis.thesis_parameters import tangential_error, thesis_identification, usable
 from ovines.errors import InputError
 from ovines.recording import Recording
-from ovines.tables import read_table
+from ovines.tables import read_provenance, read_table
 
 TABLES = (
     "tracks",
     "points",
     "motion",
     "host_circle",
+    "walls",
     "rotation",
     "flights",
     "impacts",
@@ -43,7 +44,7 @@ class Results:
     """One recording's results.
 
     ``tables`` holds those that exist; ``unreadable`` says what was wrong with others.  ``frames`` are grey
-    images per camera, handed in by whoever can read them.
+    images per camera, handed in by whoever can read them; ``notes`` are the identification's.
     """
 
     folder: Path
@@ -51,7 +52,8 @@ class Results:
     tables: Mapping[str, pd.DataFrame]
     calibration: dict[str, Any] | None = None
     unreadable: Mapping[str, str] = field(default_factory=dict)
-    frames: Mapping[str, NDArray] | None = None
+    frames: Mapping[str, NDArray[Any]] | None = None
+    notes: tuple[str, ...] = ()
     settings: ThesisSettings = field(default_factory=ThesisSettings)
 
     def get(self, name: str) -> pd.DataFrame | None:
@@ -89,7 +91,7 @@ class Results:
         return thesis_identification(self.thesis, self.inertia_factor)
 
     @cached_property
-    def thesis_grid(self) -> tuple[NDArray, NDArray, NDArray] | None:
+    def thesis_grid(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]] | None:
         """Mean capped J_t over (wall friction, tangential restitution) of the usable impacts; None without
         any.
         """
@@ -161,7 +163,7 @@ class Results:
         return {str(kind): float(share) for kind, share in (length / length.sum()).items()}
 
 
-def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArray] | None = None) -> Results:
+def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArray[Any]] | None = None) -> Results:
     """Read whatever tables stand in ``folder``; one that cannot be read is named in ``unreadable`` and left
     out.
 
@@ -179,7 +181,14 @@ def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArra
                 tables[name] = read_table(path, name)
             except InputError as error:
                 unreadable[name] = f"found {error.found}, expected {error.expected}"
-    return Results(folder, recording, tables, _read_calibration(folder, recording), unreadable, frames)
+    notes = identification_notes(folder / "identification.parquet")
+    return Results(folder, recording, tables, _read_calibration(folder, recording), unreadable, frames, notes)
+
+
+def identification_notes(path: Path) -> tuple[str, ...]:
+    """What the identification said in words when it wrote its table: where data and model disagree, what is not determined."""
+    provenance = read_provenance(path) if path.is_file() else None
+    return tuple(str(note) for note in (provenance or {}).get("notes", ()))
 
 
 def _read_calibration(folder: Path, recording: Recording) -> dict[str, Any] | None:

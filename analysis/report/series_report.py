@@ -4,6 +4,7 @@ words.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,10 +13,10 @@ import pandas as pd
 
 import ovines
 from analysis.figures.series import parameter_trends
-from analysis.report.numbers import MISSING, interval, percent, value_with_sd, with_unit
+from analysis.report.numbers import MISSING, interval, percent, value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
-from analysis.report.results import Results, read_results
+from analysis.report.results import Results, identification_notes, read_results
 from analysis.report.verdict import seen_share
 from analysis.series_trend import Trend, weighted_trend
 from ovines.recording import Recording
@@ -39,6 +40,7 @@ def write_series_report(
         [read_results(folder / recording.folder.name, recording) for recording in recordings],
         name,
         _joint(folder / "identification.parquet"),
+        identification_notes(folder / "identification.parquet"),
     )
     if save_figures:
         page.save_figures(folder / "figures")
@@ -71,7 +73,9 @@ def tests_of(results: Sequence[Results]) -> pd.DataFrame:
     return table.astype(dict.fromkeys(numeric, float))
 
 
-def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | None = None) -> Page:
+def series_page(
+    results: Sequence[Results], name: str, joint: pd.DataFrame | None = None, notes: Sequence[str] = ()
+) -> Page:
     tests = tests_of(results)
     number = np.arange(1, len(tests) + 1)
     found = {p: weighted_trend(number, tests[p], tests[f"{p}_sd"]) for p in PRINCIPAL}
@@ -86,6 +90,8 @@ def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | Non
     section = page.add_section("Parameters over all tests", "parameters")
     if joint is not None:
         section.add_text(paragraph(joint))
+        for note in notes:
+            section.add_note(note, "caution")
         section.add_table(
             ("parameter", "symbol", "value ± sd", "90 % interval", "impacts"),
             [row[:5] for row in parameter_rows(joint, None)],
@@ -131,9 +137,9 @@ def series_page(results: Sequence[Results], name: str, joint: pd.DataFrame | Non
             "impacts",
             *(quantity(p).symbol for p in PRINCIPAL),
         ),
-        [_test_row(row) for _, row in tests.iterrows()],
+        [_test_row(row, len(_shared_words(tests["test"]))) for _, row in tests.iterrows()],
         "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
-        "μ_s floor friction.",
+        "μ_s floor friction; in parentheses the sd of the last digits.",
     )
     return page
 
@@ -209,15 +215,21 @@ def _trend_row(name: str, trend: Trend) -> tuple[str, ...]:
     )
 
 
-def _test_row(row: pd.Series) -> tuple[str, ...]:
+def _shared_words(names: pd.Series) -> str:
+    """The words that all tests' names begin with, which need not stand in every row; none of a single test's."""
+    common = os.path.commonprefix([str(name) for name in names]) if len(names) > 1 else ""
+    return common[: common.rfind(" ") + 1]
+
+
+def _test_row(row: pd.Series, shared: int = 0) -> tuple[str, ...]:
     cells = []
     for name in PRINCIPAL:
         if np.isfinite(row[name]):
-            cells.append(value_with_sd(row[name], row[f"{name}_sd"]))
+            cells.append(value_with_digits(row[name], row[f"{name}_sd"]))
         else:
             cells.append(interval(row[f"{name}_low"], row[f"{name}_high"]))
     return (
-        str(row["test"]),
+        str(row["test"])[shared:],
         f"{with_unit(row['frequency_hz'], 'Hz')}, {with_unit(row['acceleration_g'], 'g', 2)}",
         percent(row["seen"]),
         MISSING if not np.isfinite(row["impacts"]) else str(int(row["impacts"])),

@@ -9,8 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.figures.style import new_figure
-from analysis.report.numbers import interval, length, percent, value_with_sd, with_unit
+from analysis.report.numbers import interval, length, percent, value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page
+
+
+@pytest.mark.parametrize(
+    "value, sd, text",
+    [(0.29513, 0.00029, "0.29513(29)"), (0.789, 0.0064, "0.789(6)"), (-0.5, 0.2, "−0.50(20)"), (0.7, 0.0097, "0.700(10)"),
+     (0.1, 2.0, "0.1 ± 2.0"), (None, 1.0, "–"), (float("nan"), 0.1, "–")],
+)
+def test_short_form_holds_the_sd_in_the_last_digits(value, sd, text):
+    assert value_with_digits(value, sd) == text
 
 
 @pytest.mark.parametrize(

@@ -183,8 +183,8 @@ def test_figures_are_saved_too(tmp_path):
     folder = write(tmp_path / "results", ("motion", "impacts", "identification"))
     write_report(folder, recording(tmp_path / "rec"), save_figures=True)
     saved = {p.name for p in (folder / "figures").iterdir()}
-    assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg"} <= saved
-    assert len(saved) == 2 * 7
+    assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg", "wall_sources.svg"} <= saved
+    assert len(saved) == 2 * 8
 
 
 def test_full_report_in_a_browser(full, browse):
@@ -194,7 +194,7 @@ def test_full_report_in_a_browser(full, browse):
         assert seen.console == []
         assert seen.fetched == []
         assert seen.too_wide == 0
-        assert len(seen.pictures) == 12
+        assert len(seen.pictures) == 13
         assert all(alt and width > 100 for alt, width, _ in seen.pictures)
     assert "<b>5<b>" not in page
     assert "H<4>" not in page
@@ -278,6 +278,17 @@ def test_series_report(tmp_path, browse):
     assert "2 of 3 recordings" in page
     assert "Without motion: test 2 &lt;b&gt;5&lt;b&gt; &amp; co" in page
     assert "≥ 0.410" in page
+
+
+def test_what_the_identification_said_stands_in_the_reports(tmp_path):
+    said = "The flights need table_tilt, which [model] effects does not name; it was fitted along."
+    one = recording(tmp_path / "run")
+    folder = write(tmp_path / "results" / "run", ("motion", "impacts", "identification"))
+    noted = {**provenance("identify", {}, {}), "notes": [said]}
+    for place in (folder, tmp_path / "results"):
+        write_table(tables()["identification"], "identification", place / "identification.parquet", noted)
+    assert said in write_report(folder, one).read_text(encoding="utf-8")
+    assert said in write_series_report(tmp_path / "results", [one], "series").read_text(encoding="utf-8")
 
 
 def test_a_drift_is_named(tmp_path):
