@@ -12,9 +12,22 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
+
+# Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long` draws others
+# each time, and twenty times as many.
+settings.register_profile("ci", derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
+settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
+settings.load_profile("ci")
+
+
+def drawn(count: int) -> settings:
+    """A decorator: ``count`` drawn inputs, twenty times as many in the profile `long`."""
+    return settings(max_examples=count if settings().derandomize else 20 * count)
+
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}

@@ -1,12 +1,14 @@
 """A sealed series: twelve runs of the plant under the two cameras, with its truth."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis.blind.accelerations import host_pose
-from analysis.blind.causes import CAUSES, Draft, draft_series, physics_of_run, view_of
+from analysis.blind.causes import CAUSES, draft_series, physics_of_run, view_of
+from analysis.blind.draft import Draft
 from analysis.blind.dynamics import Motion, run_plant, state_at
 from analysis.blind.noise import Noise, draw_noise
 from analysis.blind.observe import Marks, draw_marks, tracks_of, world_points
@@ -32,12 +34,12 @@ __all__ = ["Outline", "Series", "make_series", "outline_series", "run_outline", 
 class Outline:
     """All that is drawn before a run is simulated; `truth` is complete but for the count of impacts."""
 
-    truth: dict
+    truth: dict[str, Any]
     draft: Draft
     views: list[View]
     marks: Marks
     noise: Noise
-    model: dict
+    model: dict[str, Any]
     vertical_phase_rad: float
 
 
@@ -119,10 +121,10 @@ def _one_run(
     return tracks, states, poses
 
 
-def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict:
+def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict[str, Any]:
     """`[model]`: what the nominal simulator contains; with `told` also its parameters,
     each off by about 3 %."""
-    table: dict = {"effects": list(draft.model_effects)}
+    table: dict[str, Any] = {"effects": list(draft.model_effects)}
     names = ["restitution", "wall_friction", "tangential_restitution"]
     if draft.model_effects:
         names.append("floor_friction")

@@ -1,6 +1,7 @@
 """Marks for a blind trial: every figure that is claimed for the diagnosis, each with its interval."""
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Row:
     stage_right: bool
     shrinkage: float | None
     seconds: float | None
-    parameters: tuple[dict, ...]
+    parameters: tuple[dict[str, Any], ...]
     missed_above_limit: bool | None
 
     @property
@@ -41,7 +42,7 @@ class Row:
         return self.named[0] if self.verdict == "effect" and self.named else self.verdict
 
 
-def group_of(truth: dict) -> str:
+def group_of(truth: dict[str, Any]) -> str:
     """none, listed, pair or unknown."""
     causes = [] if truth["effect"] == "none" else truth["effect"].split("+")
     if not causes:
@@ -51,7 +52,7 @@ def group_of(truth: dict) -> str:
     return "pair" if len(causes) > 1 else "listed"
 
 
-def mark(truth: dict, answer: dict, seconds: float | None = None) -> Row:
+def mark(truth: dict[str, Any], answer: dict[str, Any], seconds: float | None = None) -> Row:
     """Compare one `diagnosis.json` with the truth of its case."""
     named = tuple(answer.get("effects") or ()) if answer["verdict"] == "effect" else ()
     equivalent = tuple(answer.get("equivalent") or ()) if named else ()
@@ -133,7 +134,7 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
     ]
 
 
-def per_cause(rows: list[Row], answers: dict[str, dict]) -> list[dict]:
+def per_cause(rows: list[Row], answers: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     """One entry per cause: how often found at each size, shrinkage, and the smallest detectable size that
     the answers to
     series without effect state, beside the true sizes that were found and missed."""

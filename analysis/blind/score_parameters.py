@@ -1,9 +1,10 @@
 """Do the intervals of an answer hold the true sizes, and do its limits of detection?"""
 
 import math
+from typing import Any
 
 
-def parameter_checks(truth: dict, answer: dict) -> list[dict]:
+def parameter_checks(truth: dict[str, Any], answer: dict[str, Any]) -> list[dict[str, Any]]:
     """One entry per parameter that both truth and answer name, for the causes found.
 
     `inside` tells whether low <= true <= high. Angles are compared on the circle of their cause's symmetry.
@@ -41,7 +42,7 @@ def _departure(name: str, value: float) -> float:
     return abs(value - 1.0) if name in ("scale", "ratio") and value > 0.5 else abs(value)
 
 
-def missed_above_limit(truth: dict, answer: dict) -> bool | None:
+def missed_above_limit(truth: dict[str, Any], answer: dict[str, Any]) -> bool | None:
     """Whether the cause was as large as the answer "none" says it would have seen; None where it says
     nothing.
 

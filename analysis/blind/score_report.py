@@ -1,6 +1,7 @@
 """The marks as a table to read and a picture of what was taken for what."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from analysis.blind.intervals import Figure
 from analysis.blind.score import Row
 
 
-def markdown(figures: list[Figure], causes: list[dict], rows: list[Row], command: str) -> str:
+def markdown(figures: list[Figure], causes: list[dict[str, Any]], rows: list[Row], command: str) -> str:
     """The full report: figures against goals, one row per cause, every case answered wrongly."""
     lines = [
         "# Blind trial",

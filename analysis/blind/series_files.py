@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,15 +36,15 @@ class Series:
     either camera sees.
     """
 
-    truth: dict
+    truth: dict[str, Any]
     recordings: list[tuple[str, pd.DataFrame]]
-    calibration: dict
+    calibration: dict[str, Any]
     states: dict[str, np.ndarray]
     poses: list[list[Poses]]
 
 
 def recording_text(
-    name: str, level_g: float, views: list[View], model: dict, host_m: np.ndarray = HOST_M, frames: str = ""
+    name: str, level_g: float, views: list[View], model: dict[str, Any], host_m: np.ndarray = HOST_M, frames: str = ""
 ) -> str:
     """`recording.toml` of one run, as an experimenter writes it. `frames`: glob of a filmed case's images,
     {camera} standing for the camera's name; empty where tracks.parquet is given."""
@@ -92,7 +93,7 @@ axis = "x"
 {lines}"""
 
 
-def calibration_of(views: list[View]) -> dict:
+def calibration_of(views: list[View]) -> dict[str, Any]:
     """`calibration.json` of the two cameras, free of error but for what the lens residual of the noise
     adds."""
     return {

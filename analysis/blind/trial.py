@@ -11,12 +11,15 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.causes import CAUSES, LISTED, UNLISTED
+from analysis.blind.causes import CAUSES
+from analysis.blind.listed_causes import LISTED
 from analysis.blind.plant import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
+from analysis.blind.unlisted_causes import UNLISTED
 from ovines.errors import InputError
 from ovines.written_whole import write_text_whole
 
@@ -122,11 +125,11 @@ def outlines(
         yield outline
 
 
-def truth_text(truth: dict) -> str:
+def truth_text(truth: dict[str, Any]) -> str:
     """The truth as written and hashed. Floats carry nine digits: a repetition elsewhere may differ in the
     last bits."""
 
-    def rounded(value):
+    def rounded(value: Any) -> Any:
         if isinstance(value, dict):
             return {key: rounded(item) for key, item in value.items()}
         if isinstance(value, (list, tuple)):
@@ -136,7 +139,7 @@ def truth_text(truth: dict) -> str:
     return json.dumps(rounded(truth), indent=1, sort_keys=True)
 
 
-def truth_hash(truth: dict) -> str:
+def truth_hash(truth: dict[str, Any]) -> str:
     """sha256 of `truth_text`."""
     return hashlib.sha256(truth_text(truth).encode()).hexdigest()
 
@@ -200,7 +203,7 @@ def _write_case(outline: Outline, seed: list[int], folder: Path, film: Film | No
     return name
 
 
-def read_manifest(folder: Path) -> dict:
+def read_manifest(folder: Path) -> dict[str, Any]:
     """`manifest.json` of a trial folder."""
     path = folder / "manifest.json"
     if not path.exists():
@@ -210,7 +213,7 @@ def read_manifest(folder: Path) -> dict:
     return json.loads(path.read_text())
 
 
-def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict]:
+def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, Any]]:
     """Truths by case, each checked against the hash that was written first. A sealed trial needs its
     `seed`."""
     manifest = read_manifest(folder)

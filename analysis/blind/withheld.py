@@ -1,6 +1,7 @@
 """An effect withheld: with the true cause taken out of the library the answer must be `unknown`, in the right place."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from analysis.blind.intervals import Figure, proportion
 from analysis.blind.score import EITHER, group_of
@@ -21,12 +22,12 @@ class Withheld:
     goes_with: str
 
 
-def to_withhold(truth: dict) -> tuple[str, ...]:
+def to_withhold(truth: dict[str, Any]) -> tuple[str, ...]:
     """Effects to take out for a case: its single listed cause, and what counts for the same; nothing for other cases."""
     return EITHER.get(truth["effect"], (truth["effect"],)) if group_of(truth) == "listed" else ()
 
 
-def judge_withheld(truth: dict, answer: dict) -> Withheld:
+def judge_withheld(truth: dict[str, Any], answer: dict[str, Any]) -> Withheld:
     """Compare the answer that was given without the true cause with the truth of its case."""
     named = tuple(answer.get("effects") or ())
     structure = answer.get("goes_with") or []

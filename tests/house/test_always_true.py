@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from analysis.identify import identify
@@ -20,13 +20,14 @@ from tests.conftest import (
     HOST_LAYOUT_M,
     NES_LAYOUT_M,
     bouncing_motion,
+    drawn,
     moved,
     recording_toml,
     two_cameras,
     write_small_recording,
 )
 
-SOME = settings(max_examples=25, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+SOME = drawn(25)
 PLACES_M = st.tuples(st.floats(-0.06, 0.06), st.floats(-0.06, 0.06), st.floats(-0.02, 0.04))
 SHARE = st.floats(0, 1)
 

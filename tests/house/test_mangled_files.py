@@ -3,16 +3,16 @@
 import json
 import string
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ovines.camera import read_calibration, write_calibration
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
 from ovines.recording import read_recording, read_trigger
-from tests.conftest import recording_toml, two_cameras
+from tests.conftest import drawn, recording_toml, two_cameras
 
-MANY = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+MANY = drawn(200)
 JSON = st.recursive(
     st.none()
     | st.booleans()

@@ -4,12 +4,12 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ovines.errors import InputError
 from ovines.recording import read_recording, read_series, series_folders
-from tests.conftest import recording_toml
+from tests.conftest import drawn, recording_toml
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_not_utf8_and_not_there(tmp_path):
         read_recording(tmp_path)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@drawn(150)
 @given(data=st.data())
 def test_a_mangled_file_is_read_or_refused(folder, data):
     """Lines dropped, doubled, cut or replaced by any text: a Recording or InputError."""

@@ -5,11 +5,12 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ovines.errors import InputError
 from ovines.tables import TABLES, checked, read_provenance, read_table, write_table
+from tests.conftest import drawn
 
 
 def tracks(frames=(0, 1, 2), times_s=(0.0, 0.1, 0.2), **changes):
@@ -138,7 +139,7 @@ def test_a_truncated_file_is_refused(tmp_path):
         assert read_provenance(path) is None
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@drawn(60)
 @given(data=st.data())
 def test_a_damaged_file_is_read_or_refused(tmp_path, data):
     """Bytes changed anywhere: a DataFrame that keeps the declaration, or InputError; nothing else."""
@@ -155,7 +156,7 @@ def test_a_damaged_file_is_read_or_refused(tmp_path, data):
     assert list(frame.columns) == list(TABLES["tracks"].names)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@drawn(40)
 @given(
     st.lists(
         st.tuples(st.integers(0, 10**6), st.floats(allow_nan=True, allow_infinity=False)),
