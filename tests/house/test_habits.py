@@ -45,7 +45,7 @@ def test_the_commands_of_contributing_are_there():
     packages = {plain(name) for extra in extras for name in PROJECT["optional-dependencies"][extra]}
     tools = set(re.findall(r"\.venv/bin/([\w-]+)", rows["lint"] + rows["documentation"] + text)) - {"pip", "python", "ovines"}
     assert {"ruff", "mypy", "pre-commit", "mkdocs"} <= tools <= packages
-    hooks = re.findall(r"entry: (\w+)", (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
+    hooks = re.findall(r"entry: sh -c '.*exec (\w+)", (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
     assert hooks == ["ruff", "mypy"]
 
 
