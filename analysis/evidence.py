@@ -64,18 +64,26 @@ def gather(fits: FlightFits, columns: Sequence[int], correlation: float = 0.0, m
     ratio = fits.misfit / np.maximum(fits.freedom, 1)
     usual = median_misfit if median_misfit is not None else (float(np.median(ratio[fits.freedom > 0])) if np.any(fits.freedom > 0) else 1.0)
     good = (ratio < OUTLYING_FLIGHT * max(usual, 0.3)) & (fits.freedom >= 3)
+    parameters = fits.parameters.copy()
     for k in np.flatnonzero(good):
         f = fits.flights[k]
+        parameters[INDEX["impact_before_s"]] = _impact_before(fits, int(k))
         index = np.arange(f.first, f.last + 1)
         index = index[np.isfinite(run.xy_m[index, 0])]
         observed = np.column_stack([run.xy_m[index], run.angle_rad[index]])
         sd = np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]])
-        _flight_evidence(fits.states[k], fits.reference_s[k], run.time_s[index], index, observed, sd, fits.parameters, fits.shared,
+        _flight_evidence(fits.states[k], fits.reference_s[k], run.time_s[index], index, observed, sd, parameters, fits.shared,
                          warp_basis(run.xy_m[index], run.contact_radius_m), free, STEPS[free], offsets, len(WARP_POWERS), correlation,
                          *_arguments(run), total, score, sums)
     # The columns of the model's parameters come first in the loops below, the observation's after them.
     lag = sums[2] / sums[3] if sums[3] > 0 else 0.0
     return Evidence(columns, total, score, float(sums[0]), int(sums[1]), int(good.sum()), int((~good).sum()), float(lag))
+
+
+def _impact_before(fits: FlightFits, k: int) -> float:
+    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise."""
+    started = k > 0 and fits.flights[k - 1].joined
+    return float(fits.run.time_s[fits.flights[k].first]) if started else -1e6
 
 
 @compiled

@@ -53,11 +53,16 @@ PARAMETERS: dict[str, tuple[str, str]] = {
     "force_sin_y": ("m/s^2", "sin(drive phase) along y"),
     "radial_cubic": ("1/s^2", "-k (|r - r_Host|/R_c)^2 (r - r_Host)"),
     "radial_unit": ("m/s^2", "-k (r - r_Host)/|r - r_Host|"),
+    "wall_pull": ("m/s^2", "-k (|r - r_Host|/R_c)^8 along the radius: felt in the last few millimetres before the wall"),
+    "friction_since": ("1", "relative change of mu_s that dies out within 15 ms of the impact before"),
+    "impact_before_s": ("s", "time of the impact before: no unknown, it differs from flight to flight"),
 }
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
 GRAVITY_M_PER_S2 = 9.81
 # Below this sliding speed the friction is smoothed; 1 mm/s is a thousandth of what the disk usually slides with.
 REGULARISATION_M_PER_S = 1e-3
+# How long a floor may remember an impact, for the probe that asks (a hop lasts about as long).
+SETTLING_S = 0.015
 # Longest Runge-Kutta step: a frame at 800 fps keeps the error of a flight below 1e-8 m away from v = 0.
 LONGEST_STEP_S = 1.3e-3
 # Where the disk slides the other way its friction turns within the time in which the sliding speed changes by itself: a step
@@ -107,6 +112,8 @@ def acceleration(t: float, y: Array, p: Array, harmonics: Array, omega: float, r
         distance = np.sqrt(rx * rx + ry * ry)
         mu = p[0] * (1 + p[7] * t + (p[19] * distance + p[20] * rx + p[21] * ry + p[22] * y[0]) / contact_radius
                      + p[23] * slide + p[26] * cosine + p[27] * sine)
+        if p[36] != 0.0 and t >= p[37]:
+            mu += p[0] * p[36] * np.exp(-(t - p[37]) / SETTLING_S)
         smooth = np.tanh(total / REGULARISATION_M_PER_S)
         # F/slide and T/rim stay finite where either vanishes: Coulomb's force is along u, Farkas' along both.
         f, tau = 1.0, 0.0
@@ -126,7 +133,7 @@ def acceleration(t: float, y: Array, p: Array, harmonics: Array, omega: float, r
     ax -= drag * vx
     ay -= drag * vy
     ratio2 = (rx * rx + ry * ry) / contact_radius**2
-    pull = p[8] + p[33] * ratio2 + p[34] / np.sqrt(rx * rx + ry * ry + 1e-8)
+    pull = p[8] + p[33] * ratio2 + (p[34] + p[35] * ratio2**4) / np.sqrt(rx * rx + ry * ry + 1e-8)
     ax += -pull * rx - p[10] * ry + p[11] * rx + p[12] * ry - p[9] * y[0] + p[13] * y[0] + p[14] * y[1]
     ay += -pull * ry + p[10] * rx - p[11] * ry + p[12] * rx - p[9] * y[1] - p[13] * y[1] + p[14] * y[0]
     turn = p[15] * y[5] + p[16]

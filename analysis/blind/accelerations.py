@@ -3,9 +3,11 @@
 import numpy as np
 from numba import njit
 
+from analysis.blind.plant_state import Floats, PlantParameters
+
 
 @njit(cache=True)
-def host_pose(time, host):
+def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
     """Host position, velocity and acceleration (each: x, y, rotation, z) from its harmonics."""
     position, velocity, acceleration = np.zeros(4), np.zeros(4), np.zeros(4)
     for i in range(host.shape[0]):
@@ -18,7 +20,9 @@ def host_pose(time, host):
 
 
 @njit(cache=True)
-def floor_traction(slip_x, slip_y, spin, p, table):
+def floor_traction(
+    slip_x: float, slip_y: float, spin: float, p: PlantParameters, table: Floats
+) -> tuple[float, float, float]:
     """Friction per unit of mu N: force (x, y) and torque / R, smoothed by one tanh of the overall rim
     speed."""
     speed = np.sqrt(slip_x**2 + slip_y**2)
@@ -39,7 +43,34 @@ def floor_traction(slip_x, slip_y, spin, p, table):
 
 
 @njit(cache=True)
-def derivative(time, state, p, host, table):
+def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
+    """Forces that nobody would put into a model: x, y from the Host's centre."""
+    radius = np.sqrt(x * x + y * y) + 1e-12
+    if p.wall_pull_m_per_s2 != 0.0:
+        pull = p.wall_pull_m_per_s2 * np.exp((radius - p.contact_radius_m) / p.wall_pull_m)
+        out[2] += pull * x / radius
+        out[3] += pull * y / radius
+    out[2] -= p.swirl_per_s2 * y
+    out[3] += p.swirl_per_s2 * x
+    if p.rail_per_s != 0.0:
+        a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
+        along = p.rail_per_s * (a * state[2] + b * state[3])
+        out[2] -= along * a
+        out[3] -= along * b
+    if p.sway_m_per_s2 != 0.0:
+        push = p.sway_m_per_s2 * np.sin(p.sway_rad_per_s * time)
+        out[2] += push * np.cos(p.sway_rad)
+        out[3] += push * np.sin(p.sway_rad)
+    if p.ridge_m_per_s2 != 0.0:
+        a, b = np.cos(p.ridge_rad), np.sin(p.ridge_rad)
+        across = (a * x + b * y - p.ridge_m) / 0.004
+        push = p.ridge_m_per_s2 * across * np.exp(0.5 - 0.5 * across**2)
+        out[2] += push * a
+        out[3] += push * b
+
+
+@njit(cache=True)
+def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
@@ -60,6 +91,9 @@ def derivative(time, state, p, host, table):
     if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
         load = 0.0
     mu = p.floor_friction * (1.0 + p.friction_change_per_s * (time - 0.5 * p.duration_s))
+    mu *= 1.0 + p.weakening * np.exp(-np.sqrt(slip_x**2 + slip_y**2) / p.weakening_m_per_s)
+    if p.settling != 0.0 and time > state[6] >= 0.0:
+        mu *= 1.0 - p.settling * np.exp(-(time - state[6]) / p.settling_s)
     if p.patch_amplitude != 0.0:
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
@@ -77,6 +111,7 @@ def derivative(time, state, p, host, table):
         )
         out[2] += near * away_x
         out[3] += near * away_y
+    _add_strange_forces(time, x, y, state, p, out)
     torque = arm_x * force_y - arm_y * force_x + p.disk_radius_m * turn
     out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
     return out

@@ -5,10 +5,11 @@ import numpy as np
 from numba import njit
 
 from analysis.blind.accelerations import derivative, host_pose
+from analysis.blind.plant_state import Floats, PlantParameters
 
 
 @njit(cache=True)
-def wall_gap(time, state, p, host):
+def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
     position = host_pose(time, host)[0]
     cosine, sine = np.cos(state[4]), np.sin(state[4])
@@ -35,7 +36,9 @@ def wall_gap(time, state, p, host):
 
 
 @njit(cache=True)
-def _contact_velocity(time, state, p, host, nx, ny):
+def _contact_velocity(
+    time: float, state: Floats, p: PlantParameters, host: Floats, nx: float, ny: float
+) -> tuple[float, float, float, float]:
     """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
     centre of mass."""
     position, velocity, _ = host_pose(time, host)
@@ -49,7 +52,9 @@ def _contact_velocity(time, state, p, host, nx, ny):
 
 
 @njit(cache=True)
-def restitution_at(time, azimuth, approach, spin, p, scatter):
+def restitution_at(
+    time: float, azimuth: float, approach: float, slip: float, spin: float, since_s: float, p: PlantParameters, scatter: float
+) -> float:
     """The normal restitution of this impact with every cause that acts on it."""
     value = p.restitution
     if p.restitution_speed_m_per_s > 0.0:
@@ -61,12 +66,17 @@ def restitution_at(time, azimuth, approach, spin, p, scatter):
     value -= p.soft_amplitude * np.exp(-0.5 * (away / p.soft_width_rad) ** 2)
     value += p.phase_amplitude * np.sin(p.drive_rad_per_s * time + p.phase_rad)
     value -= p.spin_restitution_s * abs(spin)
+    value -= p.slip_restitution_s_per_m * abs(slip)
+    if p.rest_amplitude != 0.0:
+        value -= p.rest_amplitude * np.exp(-since_s / p.rest_s)
     value *= 1.0 - p.ageing_per_s * time
     return min(max(value + p.restitution_scatter * scatter, 0.05), 0.98)
 
 
 @njit(cache=True)
-def impact(time, state, p, host, scatter, bounce):
+def impact(
+    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: float, bounce: float
+) -> tuple[Floats, float, float]:
     """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
     best.
 
@@ -84,11 +94,12 @@ def impact(time, state, p, host, scatter, bounce):
     if approach <= 0.0:
         return new, 0.0, slip
     azimuth = np.arctan2(ny, nx)
-    rebound = restitution_at(time, azimuth, approach, state[5], p, scatter) * bounce
+    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter) * bounce
     mu = p.wall_friction * (
         1.0
         + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
     )
+    mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
     back = p.tangential_restitution * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
@@ -104,11 +115,12 @@ def impact(time, state, p, host, scatter, bounce):
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
+    new[5] *= 1.0 - p.rolling_loss * bounce
     return new, approach, slip
 
 
 @njit(cache=True)
-def spring_dashpot(p):
+def spring_dashpot(p: PlantParameters) -> tuple[float, float, float]:
     """Stiffness and damping of the normal, stiffness of the tangential spring, per unit mass.
 
     The contact's duration is the damped half period, the restitution its loss in one; the wall never pulls.
@@ -122,7 +134,15 @@ def spring_dashpot(p):
 
 
 @njit(cache=True)
-def compliant_step(time, state, step, p, host, table, spring):
+def compliant_step(
+    time: float,
+    state: Floats,
+    step: float,
+    p: PlantParameters,
+    host: Floats,
+    table: Floats,
+    spring: tuple[float, float, float],
+) -> Floats:
     """Advance by `step` in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
     limit.
 
@@ -142,7 +162,9 @@ def compliant_step(time, state, step, p, host, table, spring):
 
 
 @njit(cache=True)
-def _pushed(time, state, p, host, table, spring):
+def _pushed(
+    time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, spring: tuple[float, float, float]
+) -> tuple[Floats, float]:
     """Rate of the state and the wall's normal force per unit mass (never pulling)."""
     stiffness, damping, tangential = spring
     out = derivative(time, state, p, host, table)

@@ -48,6 +48,11 @@ def world_points(nes: np.ndarray, host: np.ndarray, marks: Marks, errors: ViewEr
     ground = np.broadcast_to(GROUND_M, (frames, 3, 3))
     host_points = _turned(marks.host_m, host[:, 2], host[:, [0, 1, 3]])
     nes_points = _turned(marks.nes_m, nes[:, 3], nes[:, :3])
+    if errors.slipped_m != (0.0, 0.0):
+        elsewhere = marks.nes_m.copy()
+        elsewhere[2, :2] += errors.slipped_m
+        later = np.arange(frames) >= frames // 2
+        nes_points[later] = _turned(elsewhere, nes[:, 3], nes[:, :3])[later]
     points = np.concatenate([ground, host_points, nes_points], axis=1)
     a, b = errors.plane_rad
     about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
@@ -79,6 +84,11 @@ def tracks_of(
             pixels[..., 0] += (
                 errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
             )
+        if index == 1:
+            pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
+        if errors.shutter_s > 0.0:
+            late_s = errors.shutter_s * (pixels[..., 1:] - view.window_offset_px[1]) / WINDOW_PX[1]
+            pixels = pixels + np.gradient(pixels, axis=0) * frame_rate_hz * late_s
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         stray = rng.random(pixels.shape[:2]) < noise.outliers
         pixels[..., 0] += stray * rng.normal(0.0, noise.outlier_px, stray.shape)

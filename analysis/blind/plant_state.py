@@ -2,6 +2,11 @@
 
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
 
 class PlantParameters(NamedTuple):
     """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's
@@ -67,3 +72,23 @@ class PlantParameters(NamedTuple):
     wall_friction_amplitude: float = 0.0
     wall_friction_phase_rad: float = 0.0
     wall_friction_lobes: float = 1.0
+    wall_pull_m_per_s2: float = 0.0  # towards the wall, falling off within wall_pull_m of it
+    wall_pull_m: float = 0.004
+    swirl_per_s2: float = 0.0  # across the radius from the Host's centre
+    weakening: float = 0.0  # floor friction more by this share at rest, gone beyond weakening_m_per_s
+    weakening_m_per_s: float = 0.4
+    rail_per_s: float = 0.0  # drag along one direction of the room
+    rail_rad: float = 0.0
+    sway_m_per_s2: float = 0.0  # the room's floor tilts to and fro
+    sway_rad_per_s: float = 0.0
+    sway_rad: float = 0.0
+    ridge_m_per_s2: float = 0.0  # along a line of the Host's floor
+    ridge_m: float = 0.0
+    ridge_rad: float = 0.0
+    settling: float = 0.0  # floor friction less by this share after an impact, back within settling_s
+    settling_s: float = 0.02
+    rest_amplitude: float = 0.0  # restitution lost when the impact before was this recent
+    rest_s: float = 0.03
+    slip_restitution_s_per_m: float = 0.0  # restitution lost per slip
+    handed: float = 0.0  # wall friction larger in one sense of slip
+    rolling_loss: float = 0.0  # share of the spin lost in each impact

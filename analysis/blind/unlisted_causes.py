@@ -37,6 +37,33 @@ def _wobble(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"amplitude_px": draft.view["wobble_px"], "frequency_hz": draft.view["wobble_hz"]}
 
 
+def _sway(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"sway_m_per_s2": 0.35 * size * spread(rng), "sway_rad_per_s": float(rng.uniform(8.0, 30.0))}
+    draft.plant.update(out, sway_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
+def _ridge(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"ridge_m_per_s2": 1.2 * size * spread(rng), "ridge_m": float(rng.uniform(-0.015, 0.015))}
+    draft.plant.update(out, ridge_rad=float(rng.uniform(0.0, np.pi)))
+    return out
+
+
+def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(slipped_m=vector(0.5e-3 * size * spread(rng), rng))
+    return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
+
+
+def _seen(name: str, value: float) -> Apply:
+    """A cause in the cameras: one number, proportional to its size."""
+
+    def apply(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+        draft.view[name] = value * size * spread(rng)
+        return {name: draft.view[name]}
+
+    return apply
+
+
 UNLISTED = [
     Cause("unknown_central", "flight", False, _changes({"central_per_s2": 13.3})),
     Cause("unknown_magnus", "flight", False, _changes({"magnus": 0.005}, signed=True)),
@@ -66,4 +93,18 @@ UNLISTED = [
         _changes({"wall_friction_amplitude": 0.6}, ("wall_friction_phase_rad",)),
     ),
     Cause("unknown_camera_wobble", "measurement", False, _wobble),
+    Cause("unknown_wall_pull", "flight", False, _changes({"wall_pull_m_per_s2": 2.5}, signed=True)),
+    Cause("unknown_swirl", "flight", False, _changes({"swirl_per_s2": 10.0}, signed=True)),
+    Cause("unknown_weakening_friction", "flight", False, _changes({"weakening": 0.5})),
+    Cause("unknown_rail_drag", "flight", False, _changes({"rail_per_s": 0.7}, ("rail_rad",))),
+    Cause("unknown_swaying_floor", "flight", False, _sway),
+    Cause("unknown_ridge", "flight", False, _ridge),
+    Cause("unknown_settling_friction", "flight", False, _changes({"settling": 0.6})),
+    Cause("unknown_restless_restitution", "impact", False, _changes({"rest_amplitude": 0.2})),
+    Cause("unknown_slip_restitution", "impact", False, _changes({"slip_restitution_s_per_m": 0.15})),
+    Cause("unknown_handed_wall_friction", "impact", False, _changes({"handed": 0.4}, signed=True)),
+    Cause("unknown_rolling_loss", "impact", False, _changes({"rolling_loss": 0.05})),
+    Cause("unknown_slipped_marker", "measurement", False, _slipped_marker),
+    Cause("unknown_rolling_shutter", "measurement", False, _seen("shutter_s", 6e-4)),
+    Cause("unknown_camera_creep", "measurement", False, _seen("creep_px", 1.5)),
 ]

@@ -97,3 +97,6 @@ class ViewErrors:
     centre_marker_offset_m: tuple[float, float] = (0.0, 0.0)
     wobble_px: float = 0.0  # the first camera sways along u
     wobble_hz: float = 0.0
+    shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
+    creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
+    slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run

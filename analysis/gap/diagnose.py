@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.contact_law import LawData, fit_restitution
 from analysis.gap import predict
-from analysis.gap.cause import LEFT_OVER, Cause, Structure
+from analysis.gap.cause import LEFT_OVER, Cause
 from analysis.gap.detectable import detectable_sizes
 from analysis.gap.how_far import Errors4, how_far
 from analysis.gap.impact_stage import restitution_design
@@ -20,12 +20,11 @@ from analysis.gap.ladder import Ladder, climb
 from analysis.gap.next_test import NextTests, next_tests
 from analysis.gap.own_residual import own_shrinkage
 from analysis.gap.series import Series
+from analysis.gap.unexplained import unexplained_flights
 from analysis.gap.words import NEXT_TEST, NONE_TEST, unknown_test
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.645
-# Held-out flights this many times above their floor, and less than this share of the gap closed, do not have the name that was accepted.
-LEFT_FLOORS, CLOSED = 2.0, 0.85
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,36 +99,6 @@ def decide(ladder: Ladder) -> tuple[str, tuple[Cause, ...]]:
     if not ladder.causes:
         return "none", ()
     return "effect", ladder.causes[:2]
-
-
-def _median_run(errors: predict.Errors | None) -> float:
-    """Median over runs of the flights' rms error (m); 0 where nothing was predicted."""
-    if errors is None or not np.any(errors.flight_count > 0):
-        return 0.0
-    seen = errors.flight_count > 0
-    return float(np.median(np.sqrt(errors.flight[seen] / errors.flight_count[seen])))
-
-
-def unexplained_flights(ladder: Ladder, errors: Errors4) -> Structure | None:
-    """Flights that stay far above the floor although an effect was accepted (or none was): a weak name for something else.
-
-    Set with a sealed trial's 220 series in view (median run): true flight effects left at most 1.21 floors and closed at least 0.90 of the gap, two
-    wrong names left 2.5 and 3.0 floors and closed 0.41 and 0.13; where no flight effect was named at most 1.7 floors were left.  Beside a late
-    clock or an eccentric mass, which flights feel too, nothing is concluded.
-    """
-    # The median run: one flight gone astray must not speak for all.
-    before, after, floor = (_median_run(errors.get(k)) for k in ("recalibrated", "with_effect", "noise_floor"))
-    if not floor or any(c.stage == "measurement" or c.effect == "mass_centre_offset" for c in ladder.causes):
-        return None
-    closed = (before**2 - after**2) / (before**2 - floor**2) if before > floor else 1.0
-    named = [c.effect for c in ladder.causes if c.stage == "flight"]
-    if named and after > LEFT_FLOORS * floor and closed < CLOSED:
-        said = f"nothing tested alone ({' and '.join(named)} would explain {closed:.0%} of the gap)"
-    elif not named and after > 2 * LEFT_FLOORS * floor:
-        said = "none of the probes tested (error of the flights above their noise)"
-    else:
-        return None
-    return Structure("flight", "free flight", "x", said, after / floor, 0.0)
 
 
 def _interval(value_sd: tuple[float, float]) -> dict[str, float]:

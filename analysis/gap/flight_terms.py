@@ -34,6 +34,7 @@ PROBE_TERMS = (
     FlightTerm("pull towards the room's origin", ("centre_room",), (0.025,), False),
     FlightTerm("pull growing with the cube of the radius", ("radial_cubic",), (0.012,), False),
     FlightTerm("pull of constant strength towards the centre", ("radial_unit",), (1.0,), False),
+    FlightTerm("pull near the wall", ("wall_pull",), (0.2,), False),
     FlightTerm("swirl about the Host's centre", ("curl_host",), (0.025,), False),
     FlightTerm("saddle-shaped force in the Host", ("saddle_host", "skew_host"), (0.025, 0.025), False),
     FlightTerm("saddle-shaped force in the room", ("saddle_room", "skew_room"), (0.025, 0.025), False),
@@ -47,6 +48,7 @@ PROBE_TERMS = (
     FlightTerm("friction that follows the sliding speed", ("friction_speed",), (1.2 * FRICTION_M_PER_S2,), False),
     FlightTerm("friction that follows the direction of sliding", ("friction_axis", "friction_skew"), (FRICTION_M_PER_S2,) * 2, False),
     FlightTerm("friction that follows the drive's phase", ("friction_cos", "friction_sin"), (0.7 * FRICTION_M_PER_S2,) * 2, False),
+    FlightTerm("friction that follows the time since the impact before", ("friction_since",), (0.4 * FRICTION_M_PER_S2,), False),
     FlightTerm("drag against the Host", ("host_drag",), (1.2,), False),
     FlightTerm("force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y"), (0.7,) * 4, False),
 )

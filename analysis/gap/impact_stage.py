@@ -87,7 +87,8 @@ def covariates(data: LawData) -> dict[str, Array]:
     """What a residual of an impact may go with, each centred and of unit spread unless it is an angle's cosine or sine."""
     seen = data.azimuth_rad - data.host_angle_rad
     plain = {"slip speed": np.abs(data.slip), "slip direction": np.sign(data.slip), "spin": np.abs(data.spin) / 100,
-             "sense of spin": data.spin / 100, "time in the run": data.time_s, "run": data.run.astype(float)}
+             "sense of spin": data.spin / 100, "time in the run": data.time_s, "run": data.run.astype(float),
+             "memory of the impact before": np.exp(-_since_before(data) / MEMORY_S)}
     out = {name: _standardised(values) for name, values in plain.items()}
     # Seconds of the recording at the drive's frequency: what another machine in step with the drive would follow.
     clock = data.drive_rad - data.drive_start_rad
@@ -98,13 +99,24 @@ def covariates(data: LawData) -> dict[str, Array]:
     return out
 
 
+def _since_before(data: LawData) -> Array:
+    """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
+    order = np.lexsort((data.time_s, data.run))
+    since = np.full(len(data), 10.0)
+    same = data.run[order][1:] == data.run[order][:-1]
+    since[order[1:][same]] = np.diff(data.time_s[order])[same]
+    return since
+
+
 def _standardised(values: Array) -> Array:
     spread = np.std(values)
     return (values - values.mean()) / spread if spread > 1e-12 else np.zeros_like(values)
 
 
+#: how long a wall may remember the impact before, for the probe that asks
+MEMORY_S = 0.03
 #: probes as groups of covariates that belong together
-PROBES = {"the slip speed": ("slip speed",), "the direction of slip": ("slip direction",), "the spin": ("spin",), "the sense of spin": ("sense of spin",),
+PROBES = {"the time since the impact before": ("memory of the impact before",), "the slip speed": ("slip speed",), "the direction of slip": ("slip direction",), "the spin": ("spin",), "the sense of spin": ("sense of spin",),
           "the time in the run": ("time in the run",), "the run": ("run",), "the drive's phase": ("cos drive phase", "sin drive phase"),
           "the recording's time at the drive's frequency": ("cos clock", "sin clock"),
           "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"), "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth")}
@@ -296,21 +308,44 @@ def _regressions(residual: str, groups: dict[str, tuple[str, ...]], table: dict[
 
 
 def _regress(x: Array, y: Array, sd: Array) -> tuple[float, Array, Array, float, float]:
-    """Robust weighted regression; gain of the columns after the first over the first alone, in units of a fitted variance."""
-    def rms(columns: Array) -> tuple[float, Array, Array]:
-        w = 1 / sd
-        for _ in range(6):
-            a = columns * w[:, None]
-            covariance = np.linalg.pinv(a.T @ a, hermitian=True)
-            c = covariance @ (a.T @ (y * w))
-            z = np.asarray((y - columns @ c) / sd, float)
-            s = max(1.0, 1.4826 * float(np.median(np.abs(z))))
-            w = 1 / (sd * s) / np.sqrt(1 + (z / s / 3) ** 2)
-        clipped = np.minimum(np.abs(z), 5 * s)
-        return float(np.sqrt(np.mean(clipped**2))), c, np.asarray(covariance, float)
-    r0, _, _ = rms(x[:, :1])
-    r1, c, covariance = rms(x)
-    gain = 2 * len(y) * np.log(max(r0, 1.0) / max(r1, 1.0))
+    """Robust weighted regression: gain of the columns after the first over the first alone, as the fall of a sum of squares that is cut
+    at 5 sd, in units of the variance that the whole model leaves."""
+    z0, _, _ = _robust(x[:, :1], y, sd)
+    z1, c, covariance = _robust(x, y, sd)
+    left = _scale(z1)
+    gain = _cut_squares(z0 / left) - _cut_squares(z1 / left)
     k = c[1:]
     significance = float(np.sqrt(max(float(k @ np.linalg.pinv(covariance[1:, 1:], hermitian=True) @ k), 0.0)))
-    return float(gain), k, np.asarray(np.sqrt(np.diag(covariance))[1:], float), float(np.std(x[:, 1:] @ k)), significance
+    return gain, k, np.sqrt(np.diag(covariance))[1:], float(np.std(x[:, 1:] @ k)), significance
+
+
+def _scale(z: Array) -> float:
+    return max(1.0, 1.4826 * float(np.median(np.abs(z))))
+
+
+def _cut_squares(z: Array) -> float:
+    return float(np.sum(np.minimum(z**2, 25.0)))
+
+
+def _robust(columns: Array, y: Array, sd: Array) -> tuple[Array, Array, Array]:
+    """Standardised residuals (K,), coefficients and covariance by iterated weights, from two starts: where a part of the impacts follows
+    something else (a third of them in one sense of slip, say), mean and median lie in different basins."""
+    flat = np.zeros(columns.shape[1])
+    flat[0] = float(np.median(y))
+    mean = np.asarray(np.linalg.lstsq(columns / sd[:, None], y / sd, rcond=None)[0], float)
+    fits = [_reweighted(columns, y, sd, c) for c in (flat, mean)]
+    left = min(_scale(z) for z, _, _ in fits)
+    return min(fits, key=lambda f: _cut_squares(f[0] / left))
+
+
+def _reweighted(columns: Array, y: Array, sd: Array, c: Array) -> tuple[Array, Array, Array]:
+    covariance: Array = np.zeros((len(c), len(c)))
+    for _ in range(30):
+        z = (y - columns @ c) / sd
+        s = _scale(z)
+        a = columns / (sd * s * np.sqrt(1 + (z / s / 3) ** 2))[:, None]
+        covariance = np.asarray(np.linalg.pinv(a.T @ a, hermitian=True), float)
+        last, c = c, covariance @ (a.T @ (y / (sd * s * np.sqrt(1 + (z / s / 3) ** 2))))
+        if np.all(np.abs(c - last) < 1e-3 * np.sqrt(np.diag(covariance)) + 1e-12):
+            break
+    return (y - columns @ c) / sd, c, covariance

@@ -22,6 +22,7 @@ from analysis.gap.ground import ground_motion
 from analysis.gap.impact_rung import climb_impacts, unexplained_scatter
 from analysis.gap.impact_stage import ImpactFit, ImpactGain
 from analysis.gap.measurement import MeasurementTests
+from analysis.gap.rigid import rigid_structure
 from analysis.gap.series import Series
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ def climb(series: Series, rng: np.random.Generator, withheld: frozenset[str] = f
     impacts = climb_impacts(flights.fitted, effects, withheld, tests.lens_seen, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
-    structure = [*ground_motion(series), *_withheld_measurement(tests, withheld), *flights.structure, *impacts.structure]
+    structure = [*ground_motion(series), *rigid_structure(series), *_withheld_measurement(tests, withheld), *flights.structure, *impacts.structure]
     structure += unexplained_scatter(impacts, structure)
     structure += unexplained_misfit(flights.fitted, structure)
     structure += [Structure(c.stage, c.phase, c.coordinate, "a constant offset of a centre", c.strength, c.gain) for c in centres
