@@ -33,7 +33,8 @@ class LawData:
     """The K usable impacts of a series: approach and leaving speeds, impulses per mass (m/s), sds, and what they may go with.
 
     ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
-    ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.
+    ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``strays``: share of the impacts that need not
+    follow the restitution (:data:`STRAY_SHARE`, none of a handful).
     """
 
     before: Array
@@ -54,6 +55,7 @@ class LawData:
     drive_start_rad: Array
     index: NDArray[np.int64]
     inertia_factor: float
+    strays: float = STRAY_SHARE
 
     def __len__(self) -> int:
         return len(self.before)
@@ -89,7 +91,8 @@ def law_data(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia
     m = impacts.meetings
     return LawData(v[:, 0], v[:, 1], v[:, 2], v @ normal, v @ tangential, v @ angular,
                    np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + speed_floor_m_per_s**2), sd(tangential), sd(angular), v[:, 4], m.run[at],
-                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], m.drive_start_rad[at], at, inertia_factor)
+                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], m.drive_start_rad[at], at, inertia_factor,
+                   stray_share(len(at)))
 
 
 def _row(entries: dict[str, float]) -> Array:
@@ -153,12 +156,23 @@ def fit_restitution(data: LawData, design: Array | None = None, prior: float = 0
     """Restitution as a linear function of ``design`` (K, P; a column of ones by default), its scatter by maximum likelihood.
 
     ``v_n' = (design . c) v_n`` with variance ``normal_sd^2 + (scatter v_n)^2``; one impact in a hundred may be none of it
-    (:data:`STRAY_SHARE`: a wrong track, a hidden second impact), which bounds what a gross error can do.  Returns coefficients,
+    (``data.strays``: a wrong track, a hidden second impact), which bounds what a gross error can do.  Returns coefficients,
     covariance, scatter and -2 log L.
     """
+    c, covariance, scatter, value, _ = _fit_restitution(data, design, prior)
+    return c, covariance, scatter, value
+
+
+def stray_count(data: LawData, design: Array) -> float:
+    """Number of impacts that the restitution ``design . c`` leaves out as strays, as a sum of probabilities."""
+    return float(np.sum(1 - _fit_restitution(data, design, 0.0)[4]))
+
+
+def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple[Array, Array, float, float, Array]:
+    """As :func:`fit_restitution`, and the probability (K,) that each impact follows it."""
     x = np.ones((len(data), 1)) if design is None else design
     a, b2 = x * data.before[:, None], data.before**2
-    share, broad = stray_share(len(data)), STRAY_SPREAD**2 * b2
+    share, broad = data.strays, STRAY_SPREAD**2 * b2
     square, own = 0.02**2, np.ones(len(data))
     value = np.inf
     for _ in range(60):
@@ -176,7 +190,7 @@ def fit_restitution(data: LawData, design: Array | None = None, prior: float = 0
         if abs(new - square) < 1e-4 * square and abs(last - value) < 1e-4:
             break
         square = new
-    return c, covariance, float(np.sqrt(square)), value
+    return c, covariance, float(np.sqrt(square)), value, own
 
 
 def stray_share(count: int) -> float:

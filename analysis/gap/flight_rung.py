@@ -27,6 +27,8 @@ from analysis.gap.series import Series
 Array = NDArray[np.float64]
 # A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05).
 USUAL_MISFIT = 4.0
+# A probe may gain this many times what chance does and differ between runs, because it only resembles the cause (a patch of the floor).
+OVERWHELMING, SIGNIFICANCE_OF_SHAPE = 10.0, 3.0
 
 
 def _accepted(gain: Gain, least: float) -> bool:
@@ -50,7 +52,7 @@ class FlightRung:
     left: tuple[Gain, ...]
 
 
-def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[str], rng: np.random.Generator) -> FlightRung:
+def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[str], lens_seen: bool, rng: np.random.Generator) -> FlightRung:
     """Nominal fit, then friction and its coupling if they are missing, then the terms by forward selection (two at most)."""
     runs = series.runs
     base = nominal = fit(runs, nominal_model(effects))
@@ -88,6 +90,8 @@ def climb_flights(series: Series, effects: Sequence[str], withheld: frozenset[st
         every, probes = gains(base, named_terms), gains(base, probe_terms)
     probes = [_measure_load(p, base, series) for p in probes]
     structure = _flight_structure(probes, causes, least)
+    if not structure and not causes and not lens_seen:
+        structure = _overwhelming(probes, least)
     return FlightRung(nominal, base, tuple(causes), tuple(first), tuple(probes), tuple(structure), by_chance, tuple(every))
 
 
@@ -170,6 +174,15 @@ def _flight_structure(probes: Sequence[Gain], causes: Sequence[Cause], least: fl
             coordinate = "angle" if probe.term.columns[0] in ("spin_decay", "spin_drive") else "x"
             out.append(Structure("flight", "free flight", coordinate, probe.term.name, strength, probe.gain))
     return out
+
+
+def _overwhelming(probes: Sequence[Gain], least: float) -> list[Structure]:
+    """The best probe where chance and lens cannot have made it, though it holds unevenly: what it stands for is another shape of structure."""
+    best = max(probes, key=lambda g: g.held_out, default=None)
+    if (best is None or best.held_out < OVERWHELMING * least or best.significance < SIGNIFICANCE_OF_SHAPE or best.improved < IMPROVED
+            or best.acceleration_m_per_s2 < NEGLIGIBLE_M_PER_S2):
+        return []
+    return [Structure("flight", "free flight", "x", f"something like {best.term.name}", best.acceleration_m_per_s2 / NEGLIGIBLE_M_PER_S2, best.gain)]
 
 
 def unexplained_misfit(flight: FlightFit, found: Sequence[Structure]) -> list[Structure]:

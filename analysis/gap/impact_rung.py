@@ -30,7 +30,6 @@ from analysis.gap.null_gains import impacts_by_chance, threshold
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a cause.
 USUAL_SCATTER, USUAL_DISTANCE_M = 0.03, 4e-5
-RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
 LEAST_IMPACTS = 8
 
 
@@ -54,7 +53,7 @@ class ImpactRung:
 
 def climb_impacts(flight: FlightFit, effects: Sequence[str], withheld: frozenset[str], lens_seen: bool, rng: np.random.Generator) -> ImpactRung:
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8 impacts."""
-    terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
+    terms: Sequence[str] = [e for e in effects if e in impact_stage.RESTITUTION_EFFECTS]
     ellipse, finite = "wall_ellipticity" in effects, "finite_contact_time" in effects
     nominal = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
     if len(nominal.data) < LEAST_IMPACTS:

@@ -7,7 +7,7 @@ is a nuisance in every model; structure in that scatter is not.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from analysis.contact_law import (
     law_data,
     predicted_tangential,
     sticks,
+    stray_count,
 )
 from analysis.flights import FlightFits
 from analysis.impacts import Meetings, meet
@@ -73,12 +74,16 @@ def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bo
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
     # Beside a real error of scale or centre a tight prior would bend the others: only the disk's own centre is held.
     wall = fit_wall(meetings, Wall(run.contact_radius_m), terms, extra=extra)
-    data = law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor)
+    data = _with_structure(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor))
     law = fit_law(data) if len(data) >= 4 else NO_LAW
     slope, slope_sd = (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     return ImpactFit(meetings, wall, data, law, slope, slope_sd, ())
 
 
+#: effects of the library that act on the restitution
+RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
+# Strays of restitution that are still chance: so many, and this share (1 % is expected).
+MANY_STRAYS, MANY_STRAYS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
 #: law of a series with too few impacts to fit one
 NO_LAW = Law(*[float("nan")] * 7)
 
@@ -143,7 +148,15 @@ def restitution_columns(before: Array, azimuth: Array, names: Sequence[str], sca
 
 def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
     """The contact law's view of a wall fit, with disk and inertia of ``impacts``."""
-    return law_data(wall.impacts, wall.used, impacts.meetings.radius_m, impacts.data.inertia_factor)
+    return _with_structure(law_data(wall.impacts, wall.used, impacts.meetings.radius_m, impacts.data.inertia_factor))
+
+
+def _with_structure(data: LawData) -> LawData:
+    """Impacts off the law are strays only as long as they are few: more, and they are structure (a soft spot), which a fit must not leave out."""
+    if len(data) < FEWEST_FOR_STRUCTURE:
+        return data
+    few = max(MANY_STRAYS, MANY_STRAYS_SHARE * len(data))
+    return data if stray_count(data, restitution_design(data, RESTITUTION_EFFECTS)) <= few else replace(data, strays=0.0)
 
 
 def best_speed_scale(data: LawData) -> float:

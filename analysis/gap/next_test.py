@@ -21,7 +21,7 @@ from analysis.gap.cause import Cause
 from analysis.gap.flight_stage import fit, information_of, prior_of
 from analysis.gap.flight_terms import EFFECT_TERMS
 from analysis.gap.impact_rung import LEAST_IMPACTS
-from analysis.gap.impact_stage import best_speed_scale, restitution_design
+from analysis.gap.impact_stage import RESTITUTION_EFFECTS, best_speed_scale, restitution_design
 from analysis.gap.ladder import Ladder
 from analysis.gap.next_recording import AS_RECORDED, SETTINGS, Recorded, record
 from analysis.runs import Run
@@ -34,8 +34,7 @@ LEAST_SEPARATION = 2.0
 SLOWEST_M_PER_S = 0.1
 TERMS = {t.name: t for t in EFFECT_TERMS if t.name != "friction_drift"}
 SHAPES = ("wall_ellipticity", "finite_contact_time")
-RESTITUTIONS = ("speed_dependent_restitution", "direction_dependent_restitution")
-SIMULATED = frozenset((*TERMS, "friction_drift", *SHAPES, *RESTITUTIONS))
+SIMULATED = frozenset((*TERMS, "friction_drift", *SHAPES, *RESTITUTION_EFFECTS))
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def rival_of(ladder: Ladder, causes: tuple[Cause, ...]) -> str | None:
     if not causes:
         return None
     named, first = {c.effect for c in causes}, causes[0]
-    for names in (TERMS, SHAPES, RESTITUTIONS):
+    for names in (TERMS, SHAPES, RESTITUTION_EFFECTS):
         if first.effect in names:
             ranked = [*first.rivals, *(g.term.name for g in sorted(ladder.flight_gains, key=lambda g: -g.held_out)), *names]
             return next((n for n in ranked if n in names and n not in named), None)

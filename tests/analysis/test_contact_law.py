@@ -32,7 +32,7 @@ def series(rng: np.random.Generator, count: int, scatter: float = 0.03, sd: floa
               "tangential_impulse": tangential, "angular": none, "normal_sd": full, "tangential_sd": full, "angular_sd": full, "spin": none,
               "run": none.astype(int), "time_s": none, "azimuth_rad": none, "host_angle_rad": none, "drive_rad": none, "drive_start_rad": none,
               "index": np.arange(count), "inertia_factor": 0.5}
-    return LawData(**{name: values[name] for name in LawData.__dataclass_fields__})
+    return LawData(**{name: values[name] for name in LawData.__dataclass_fields__ if name in values})
 
 
 def intervals(data: LawData):
