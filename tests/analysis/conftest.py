@@ -28,11 +28,15 @@ PROBE = """<script>addEventListener("load", () => {
   const seen = {
     pictures: [...document.images].map(i => [i.alt, i.naturalWidth, i.naturalHeight]),
     fetched: performance.getEntriesByType("resource").map(e => e.name).filter(n => !n.startsWith("data:")),
+    width: innerWidth,
     too_wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
   };
   const mark = document.createElement("pre"); mark.id = "probe"; mark.textContent = JSON.stringify(seen);
   document.body.append(mark); })</script></body>
   """
+# A window is never narrower than 500 px; a phone's width is that of a frame inside it.
+FRAME = """<!doctype html><iframe src="page.html" style="border:0;width:{width_px}px;height:900px"></iframe>
+<script>addEventListener("load", () => document.body.append(frames[0].document.getElementById("probe").cloneNode(true)))</script>"""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,7 @@ def browse(tmp_path):
 
     def look(page: str, width_px: int = 1100) -> Seen:
         (tmp_path / "page.html").write_text(page.replace("</body>", PROBE), encoding="utf-8")
+        (tmp_path / "frame.html").write_text(FRAME.format(width_px=width_px), encoding="utf-8")
         done = subprocess.run(
             [
                 CHROMIUM,
@@ -69,11 +74,11 @@ def browse(tmp_path):
                 "--no-first-run",
                 "--enable-logging=stderr",
                 f"--user-data-dir={tmp_path / 'profile'}",
-                f"--window-size={width_px},900",
+                f"--window-size={width_px + 50},950",
                 "--virtual-time-budget=10000",
                 "--dump-dom",
                 "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
-                f"http://127.0.0.1:{server.server_port}/page.html",
+                f"http://127.0.0.1:{server.server_port}/frame.html",
             ],
             capture_output=True,
             text=True,
@@ -83,6 +88,7 @@ def browse(tmp_path):
         found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
         assert found, "the page did not finish loading"
         seen = json.loads(html.unescape(found[1]))
+        assert seen["width"] == width_px
         console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
         return Seen(console, seen["fetched"], [tuple(p) for p in seen["pictures"]], seen["too_wide"])
 

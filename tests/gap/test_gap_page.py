@@ -64,7 +64,7 @@ def test_every_figure_is_there_and_the_page_is_light(page):
 
 
 def test_page_in_a_browser(page, browse):  # noqa: F811
-    seen = browse(page.render())
+    seen = browse(page.render(), 400)
     assert seen.console == [] and seen.fetched == []
     assert len(seen.pictures) == len(figures_of(page)) and all(w > 0 and h > 0 for _, w, h in seen.pictures)
     assert all(alt for alt, _, _ in seen.pictures) and seen.too_wide <= 0
