@@ -9,7 +9,7 @@ from numba import njit
 from analysis.blind.accelerations import derivative, host_pose
 from analysis.blind.contact import compliant_step, impact, spring_dashpot, wall_gap
 from analysis.blind.disk_friction import disk_friction_table
-from analysis.blind.plant_state import PlantParameters
+from analysis.blind.plant_state import Floats, PlantParameters
 
 STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
 
 
 @njit(cache=True)
-def _step(time, state, step, p, host, table):
+def _step(time: float, state: Floats, step: float, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     k1 = derivative(time, state, p, host, table)
     k2 = derivative(time + 0.5 * step, state + 0.5 * step * k1, p, host, table)
     k3 = derivative(time + 0.5 * step, state + 0.5 * step * k2, p, host, table)
@@ -39,7 +39,7 @@ def _step(time, state, step, p, host, table):
 
 
 @njit(cache=True)
-def _touch(time, state, p, host, table):
+def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> tuple[float, Floats]:
     """The first instant within the coming step at which the disk is past the wall: bisection on the step's
     length."""
     low, high = 0.0, STEP_S
@@ -53,7 +53,9 @@ def _touch(time, state, p, host, table):
 
 
 @njit(cache=True)
-def _run(duration_s, state, p, host, table, scatter):
+def _run(
+    duration_s: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, scatter: Floats
+) -> tuple[Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
     impacts, held = np.empty((4000, 3)), np.empty((400, 2))
     n, n_impact, n_held = 0, 0, 0

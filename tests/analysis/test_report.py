@@ -189,7 +189,7 @@ def test_figures_are_saved_too(tmp_path):
 
 def test_full_report_in_a_browser(full, browse):
     page = (full[0] / "report.html").read_text(encoding="utf-8")
-    for width_px in (1200, 500):
+    for width_px in (1200, 400):
         seen = browse(page, width_px)
         assert seen.console == []
         assert seen.fetched == []
