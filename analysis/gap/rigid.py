@@ -63,29 +63,33 @@ def _centre(values: Array) -> tuple[float, float]:
 
 
 def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Structure]:
-    """Markers whose place on the body differs between the halves of the runs, or in one run from the others."""
-    halves: list[list[tuple[Array, Array]]] = []
-    wholes: list[list[tuple[Array, Array]]] = []
+    """The marker whose place on the body differs most between the halves of the runs, or in one run from the others."""
+    changes, change_sds, places, place_sds = [], [], [], []
     for _, angle, world in residuals:
-        own = np.stack([np.cos(angle)[:, None] * world[..., 0] + np.sin(angle)[:, None] * world[..., 1],
-                        -np.sin(angle)[:, None] * world[..., 0] + np.cos(angle)[:, None] * world[..., 1]], -1)
-        middle = len(own) // 2
-        parts = [_centres(own[:middle]), _centres(own[middle:])]
-        halves.append([(parts[1][0] - parts[0][0], np.hypot(parts[0][1], parts[1][1]))])
-        wholes.append([_centres(own)])
-    change, change_sd = _mean([h[0][0] for h in halves], [h[0][1] for h in halves])
-    place, place_sd = np.array([w[0][0] for w in wholes]), np.array([w[0][1] for w in wholes])
-    apart = place - np.nanmedian(place, axis=0)
-    markers = series.recordings[0].bodies[body].markers
-    out = []
-    for m, marker in enumerate(markers):
-        found = [(float(np.abs(change[m, a])), float(change_sd[m, a]), "within the runs") for a in range(2)]
-        found += [(float(abs(apart[r, m, a])), float(place_sd[r, m, a]), "from run to run") for r in range(len(apart)) for a in range(2) if len(apart) > 2]
-        found = [f for f in found if np.isfinite(f[0]) and f[0] > LOOSE_M and f[0] > SURE_SD * f[1]]
-        if found:
-            size, sd, when = max(found)
-            out.append(Structure("measurement", "all", "x", f"marker {marker}, which moves on its body {when}", size / LOOSE_M, (size / sd) ** 2))
-    return sorted(out, key=lambda s: -s.strength)[:1]
+        c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        own = np.stack([c * world[..., 0] + s * world[..., 1], -s * world[..., 0] + c * world[..., 1]], -1)
+        (first, first_sd), (second, second_sd) = _centres(own[:len(own) // 2]), _centres(own[len(own) // 2:])
+        place, place_sd = _centres(own)
+        changes.append(second - first)
+        change_sds.append(np.hypot(first_sd, second_sd))
+        places.append(place)
+        place_sds.append(place_sd)
+    change, change_sd = _mean(changes, change_sds)
+    found = list(_surely_moved(np.abs(change)[None], change_sd[None], "within the runs"))
+    if len(places) > 2:
+        apart = np.abs(np.array(places) - np.nanmedian(places, axis=0))
+        found += _surely_moved(apart, np.array(place_sds), "from run to run")
+    if not found:
+        return []
+    size, sd, marker, when = max(found)
+    name = series.recordings[0].bodies[body].markers[marker]
+    return [Structure("measurement", "all", "x", f"marker {name}, which moves on its body {when}", size / LOOSE_M, (size / sd) ** 2)]
+
+
+def _surely_moved(size: Array, sd: Array, when: str) -> Iterator[tuple[float, float, int, str]]:
+    """Of sizes (runs, M, 2) with their sds those beyond placement and chance: size, sd, marker's number, and when it moved."""
+    for at in np.argwhere((size > LOOSE_M) & (size > SURE_SD * sd)):
+        yield float(size[tuple(at)]), float(sd[tuple(at)]), int(at[1]), when
 
 
 def _centres(own: Array) -> tuple[Array, Array]:

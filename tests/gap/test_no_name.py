@@ -7,7 +7,7 @@ import pytest
 
 from analysis.blind.plant import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.impact_stage import _regress
+from analysis.gap.robust_regression import regress
 from analysis.gap.unexplained import _left, _swallowed, noise_correlation
 from ovines.commands.diagnose import load
 from ovines.recording import read_series
@@ -53,10 +53,10 @@ def test_a_part_of_the_impacts_that_follows_another_law_is_seen():
     sense = np.where(np.arange(100) < 15, -1.0, 1.0)
     y = np.where(sense < 0, 1.2, 0.0) + 0.01 * rng.standard_normal(100)
     sd = np.full(100, 0.01)
-    gain, estimate, error, size, significance = _regress(np.column_stack([np.ones(100), sense]), y, sd)
+    gain, estimate, error, size, significance = regress(np.column_stack([np.ones(100), sense]), y, sd)
     assert gain > 15 * 24 and significance > 100
     assert estimate[0] == pytest.approx(-0.6, abs=5 * error[0]) and size == pytest.approx(0.6 * np.std(sense), rel=0.02)
-    gain, _, _, _, significance = _regress(np.column_stack([np.ones(100), rng.standard_normal(100)]), y, sd)
+    gain, _, _, _, significance = regress(np.column_stack([np.ones(100), rng.standard_normal(100)]), y, sd)
     assert gain < 15 and significance < 4
 
 
