@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ovines.camera import Camera
-from vision.centre import N_FIT, U, V
+from vision.centre import M11, N_FIT, OUTLIERS, S11, STRUCTURED, U, V
 from vision.circle_centre import on_plane
 from vision.detect import find_discs
 from vision.follow import empty_fits, follow, packed
@@ -20,6 +20,7 @@ _NEAR_M = 0.0004  # a single marker is believed this near to its prediction only
 _NEAR_RAD = 0.1
 _SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
 _LEARN_EVERY = 16
+_SIZED = 5  # frames with no other edge near, after which a marker's size counts as known
 _SETTLED = 30  # frames after which a body's own scatter sets the gate
 
 
@@ -65,6 +66,7 @@ class Eye:
         self.learned = np.zeros(n, int)
         self.starts, self.fits = empty_fits(n), empty_fits(n)
         self.xy, self.use = np.zeros((n, 2)), np.zeros(n, np.int64)
+        self.radius_m, self.seen_m, self.sized = np.zeros(n), np.zeros(n), np.zeros(n, int)
         self.n_seen, self.rms_m = np.zeros(bodies, np.int64), np.zeros(bodies)
         self.hold_shape = False
         self.expected, self.found = np.zeros((bodies, 3)), np.zeros((bodies, 3))
@@ -98,7 +100,8 @@ class Eye:
 
     def _follow(self, image: np.ndarray, active: np.ndarray) -> None:
         follow(image, self.packed, self.place_m, self.layout.first, active, self.found, self.gate_m(), self.starts,
-               self.hold_shape, self.fits, self.xy, self.use, self.n_seen, self.rms_m)
+               self.hold_shape, np.where(self.sized >= _SIZED, self.radius_m, 0.0), self.fits, self.xy, self.use, self.n_seen,
+               self.rms_m, self.seen_m)
 
     def good(self, body: int, frame: int) -> bool:
         """Whether what was found is the body, where it can be."""
@@ -178,10 +181,20 @@ class Eye:
                 self.velocity[body] = 0.0
         self.pose[body], self.last[body] = pose, frame
         use = self.use[part] > 0
-        self.starts[part][use] = self.fits[part][use]
+        self._remember(np.arange(part.start, part.stop)[use])
         enough = self.n_seen[body] >= min(3, part.stop - part.start)
         if enough and (self.seen_times[body] < 100 or frame % _LEARN_EVERY == 0):
             self._learn(body, part, use)
+
+    def _remember(self, markers: np.ndarray) -> None:
+        """How these markers look now; a shape through which other edges ran is not taken over from a marker of known size."""
+        held = markers[(self.sized[markers] >= _SIZED) & (self.fits[markers, OUTLIERS] >= STRUCTURED)]
+        shape = self.starts[held, M11:S11].copy()
+        self.starts[markers] = self.fits[markers]
+        self.starts[held, M11:S11] = shape
+        clear = markers[self.seen_m[markers] > 0]
+        self.sized[clear] += 1
+        self.radius_m[clear] += (self.seen_m[clear] - self.radius_m[clear]) / np.minimum(self.sized[clear], 50)
 
     def _learn(self, body: int, part: slice, use: np.ndarray) -> None:
         c, s = np.cos(self.pose[body, 2]), np.sin(self.pose[body, 2])

@@ -16,6 +16,7 @@ from ovines.camera import Camera
 from vision.centre import (
     CONTRAST,
     COVERAGE,
+    M11,
     MISFIT,
     N_FIT,
     NOISE,
@@ -30,6 +31,7 @@ from vision.centre import (
 from vision.centre_sectors import BY_SECTORS, fit_by_sectors
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
+_FAR_COVERED = 0.05  # the same where another edge runs through and the marker's size is known: a covered disc shrinks by and by
 _MAX_MISFIT = 0.15
 _STALE_SHAPE = 1.12  # edge residual over noise from which shape and blur of an earlier frame no longer serve
 
@@ -148,12 +150,12 @@ def _robust_pose(layout: Floats, xy: Floats, use: Ints, n: int, gate: float, pos
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _same_disc(start: Floats, fit: Floats) -> bool:
+def _same_disc(start: Floats, fit: Floats, sized: bool) -> bool:
     """Whether a fit is the disc it was started on: converged, as large, of the same polarity, its edge described."""
     if fit[OK] == 0.0 or fit[COVERAGE] < 0.9:
         return False
     change = ((start[2] * start[4] - start[3] ** 2) / (fit[2] * fit[4] - fit[3] ** 2)) ** 0.25
-    if abs(change - 1.0) > _FAR_RADIUS or fit[CONTRAST] * start[CONTRAST] < 0.0:
+    if abs(change - 1.0) > (_FAR_COVERED if sized and fit[OUTLIERS] >= STRUCTURED else _FAR_RADIUS) or fit[CONTRAST] * start[CONTRAST] < 0.0:
         return False
     if max(fit[S11], fit[S22]) > 3.0 * max(start[S11], start[S22]) + 3.0:
         return False  # a blur that jumps is a shadow's edge taken for the disc's
@@ -161,12 +163,15 @@ def _same_disc(start: Floats, fit: Floats) -> bool:
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
-def _find(image: NDArray[Any], start: Floats, hold_shape: bool, fit: Floats) -> bool:
-    """Fit the marker that looked like `start` from where fit (1, 20) puts it; whether it is there."""
+def _find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit: Floats) -> bool:
+    """Fit the marker that looked like `start` from where fit (1, 20) puts it; whether it is there.
+
+    `sized`: the start's shape is that of a marker whose size is known, and may be relied upon.
+    """
     u, v = fit[0, 0], fit[0, 1]
     if hold_shape and start[OUTLIERS] >= BY_SECTORS:  # last seen across an edge: the plain model fails there
         fit[0] = fit_by_sectors(image, fit[0], True)
-        if _same_disc(start, fit[0]):
+        if _same_disc(start, fit[0], sized):
             return True
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
@@ -178,10 +183,13 @@ def _find(image: NDArray[Any], start: Floats, hold_shape: bool, fit: Floats) -> 
         fit[:] = fit_discs(image, fit, 12, 0.001, False)
         held = False
     known = start[OK] > 0.0
-    if _same_disc(start, fit[0]):
+    if _same_disc(start, fit[0], sized):
         if fit[0, OUTLIERS] >= STRUCTURED:  # another edge runs through: the sectors without it may know better
-            again = fit_by_sectors(image, fit[0], False)
-            if _same_disc(start, again) and again[SD] < fit[0, SD]:
+            again = fit[0].copy()
+            if sized:
+                again[M11:S11] = start[M11:S11]
+            again = fit_by_sectors(image, again, sized)
+            if _same_disc(start, again, sized) and again[SD] < fit[0, SD]:
                 fit[0] = again
         return True
     if not held and known and fit[0, COVERAGE] > 0.9:
@@ -189,18 +197,26 @@ def _find(image: NDArray[Any], start: Floats, hold_shape: bool, fit: Floats) -> 
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
         fit[:] = fit_discs(image, fit, 12, 0.001, True)
-        if _same_disc(start, fit[0]):
+        if _same_disc(start, fit[0], sized):
             return True
     fit[0] = start
     fit[0, 0], fit[0, 1] = u, v
     fit[0] = fit_by_sectors(image, fit[0], known)
-    return _same_disc(start, fit[0])
+    return _same_disc(start, fit[0], sized)
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
+    """The ellipse in which a horizontal circle of `radius_m` is seen: row[M11:S11], from the derivatives that `_project` gave."""
+    a, b, c, d = at[2], at[3], at[4], at[5]
+    scale = 1.0 / ((a * d - b * c) * radius_m) ** 2
+    row[M11], row[M11 + 1], row[M11 + 2] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
 
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
 def follow(
     image: NDArray[Any], cam: Floats, layout: Floats, first: Ints, active: Ints, pose: Floats, gate_m: Floats, starts: Floats,
-    hold_shape: bool, fits: Floats, xy: Floats, use: Ints, n_seen: Ints, rms_m: Floats,
+    hold_shape: bool, radius_m: Floats, fits: Floats, xy: Floats, use: Ints, n_seen: Ints, rms_m: Floats, seen_m: Floats,
 ) -> None:  # fmt: skip
     """Look for every marker of the active bodies where `pose` puts it.
 
@@ -211,9 +227,11 @@ def follow(
     gate_m : (bodies,) how far a marker may lie from its place in the body
     hold_shape : keep each marker's shape and blur of the frame before, where they still serve
     starts : (n, 20) fit of each marker when last seen, for its shape, blur and levels (radius 0: never seen)
-    fits (n, 20), xy (n, 2) world [m] on z = marker height, use (n,) 0/1 accepted, n_seen (bodies,), rms_m (bodies,): out
+    radius_m : (n,) radius of each marker where it is known, else 0: its shape follows from it while other edges run through
+    fits (n, 20), xy (n, 2) world [m] on z = marker height, use (n,) 0/1 accepted, n_seen (bodies,), rms_m (bodies,), seen_m (n,)
+    radius of each marker [m], 0 where other edges run through: out
     """
-    at = np.empty(6)
+    at, start = np.empty(6), np.empty(N_FIT)
     for b in range(len(active)):
         if not active[b]:
             continue
@@ -228,13 +246,19 @@ def follow(
             _project(cam, x, y, layout[i, 2], at)
             if not (-5.0 < at[0] < image.shape[1] + 5.0 and -5.0 < at[1] < image.shape[0] + 5.0):
                 continue
-            fits[i] = starts[i]
+            start[:] = starts[i]
+            if radius_m[i] > 0.0 and start[OUTLIERS] >= STRUCTURED:
+                _circle_shape(at, radius_m[i], start)
+            fits[i] = start
             fits[i, 0], fits[i, 1] = at[0], at[1]
-            if not _find(image, starts[i], hold_shape, fits[i:i + 1]):
+            seen_m[i] = 0.0
+            if not _find(image, start, hold_shape, radius_m[i] > 0.0, fits[i:i + 1]):
                 continue
             use[i] = 1
             du, dv = fits[i, 0] - at[0], fits[i, 1] - at[1]
             det = at[2] * at[5] - at[3] * at[4]
+            if fits[i, OUTLIERS] < STRUCTURED:
+                seen_m[i] = (fits[i, 2] * fits[i, 4] - fits[i, 3] ** 2) ** -0.25 / math.sqrt(abs(det))
             xy[i, 0] = x + (at[5] * du - at[3] * dv) / det
             xy[i, 1] = y + (at[2] * dv - at[4] * du) / det
         found, rms = _robust_pose(layout[lo:hi], xy[lo:hi], use[lo:hi], hi - lo, gate_m[b], pose[b])

@@ -15,14 +15,14 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.centre import SD
 from vision.circle_centre import circle_centres, on_plane
 from vision.exposure import arc_shift, spins
 from vision.eye import Eye
 from vision.frames import open_sources, stream
+from vision.layouts import symmetry_notes
 from vision.named import check_names
 from vision.sync import find_dropped_frames, frame_times, renumbered
-from vision.tracker import Tracker
+from vision.tracker import KEPT, Tracker
 from vision.wall_table import expected_rims, instants, rims_at, wall_notes, wall_table
 
 
@@ -66,6 +66,7 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     sources, notes = open_sources(recording)
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
     tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes)
+    notes.extend(symmetry_notes(tracker.layout, names))
     rims = expected_rims(recording)
     rows: list[dict[str, Any]] = []
     chosen = instants(numbers) if rims else set()
@@ -91,8 +92,8 @@ def _table(tracker: Tracker, recording: Recording) -> tuple[pd.DataFrame, float]
     notes, markers = tracker.notes, np.array(tracker.layout.markers, object)
     tables = []
     for eye, kept in zip(tracker.eyes, tracker.kept, strict=True):
-        rows = np.concatenate(kept) if kept else np.empty((0, 21))
-        frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6:]
+        rows = np.concatenate(kept) if kept else np.empty((0, KEPT))
+        frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6:KEPT - 1]
         uv = np.empty((len(rows), 2))
         for chunk in np.array_split(np.arange(len(rows)), len(rows) // 100_000 + 1):
             if len(chunk):
@@ -102,7 +103,7 @@ def _table(tracker: Tracker, recording: Recording) -> tuple[pd.DataFrame, float]
             uv += _arc_px(tracker, eye, rows, uv, frame_times(recording, frames)[0], exposure_s)
         tables.append(pd.DataFrame({
             "camera": eye.camera.name, "frame": frames, "time_s": np.nan, "marker": markers[marker], "u_px": uv[:, 0],
-            "v_px": uv[:, 1], "sd_px": fits[:, SD]}))
+            "v_px": uv[:, 1], "sd_px": rows[:, KEPT - 1]}))
         for name in markers[np.bincount(marker, minlength=len(markers)) == 0]:
             notes.append(f"{eye.camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)

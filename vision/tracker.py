@@ -15,7 +15,7 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.centre import SD, U
+from vision.centre import S11, SD, U
 from vision.eye import Eye
 from vision.identity import match_in_both, wrapped
 from vision.layouts import host_radius, layout_of
@@ -23,6 +23,7 @@ from vision.named import adopt_names
 from vision.static_markers import name_ground
 
 _TRY_EVERY = 16  # a body long lost is searched for in every 16th frame
+KEPT = 12  # numbers kept of a marker in a frame: frame, marker, height, pose of its body, centre and shape, sd of the centre
 _GROUND_FRAMES = 20  # frames to wait for all ground markers to show in both cameras
 
 
@@ -215,7 +216,7 @@ class Tracker:
             marker = np.flatnonzero(eye.use)
             if len(marker):
                 kept.append(np.column_stack([np.full(len(marker), frame), marker, eye.place_m[marker, 2],
-                                             eye.found[self.body_of[marker]], eye.fits[marker, U:SD + 1]]))
+                                             eye.found[self.body_of[marker]], eye.fits[marker, U:S11], eye.fits[marker, SD]]))
 
     def centres_m(self, frame: int) -> dict[str, np.ndarray]:
         """Centre (x, y) of each body that both cameras saw in this frame, the mean of what they say."""
