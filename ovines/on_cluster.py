@@ -28,7 +28,7 @@ def run_on_cluster(
         from distributed.scheduler import KilledWorker
     except ImportError:
         raise InputError(
-            "--cluster without dask.distributed", "the optional extra 'cluster'", "pip install 'ovines[cluster]'"
+            "--cluster without dask.distributed", "the optional extra 'cluster'", "in the checkout: pip install -e '.[cluster]'"
         ) from None
     try:
         get_backend(parse_address(address)[0])  # before a client stands half made: it would complain when it goes

@@ -50,7 +50,7 @@ class NextTests:
         """The best setting, and how much better it is than today's."""
         (best, separation), today = self.separation_sd[0], dict(self.separation_sd).get(AS_RECORDED)
         told = (f"one recording of {self.duration_s:.1f} s tells {_plain(self.effect)} from {_plain(self.rival)}, its nearest rival, by "
-                f"{separation:.2g} standard deviations")
+                f"{f'{separation:.2g}' if separation < 100 else f'{separation:.0f}'} standard deviations")
         if separation < LEAST_SEPARATION:
             return f"No setting of the drive tells {_plain(self.effect)} from {_plain(self.rival)}: {separation:.1g} standard deviations at most in {self.duration_s:.1f} s."
         if best == AS_RECORDED:

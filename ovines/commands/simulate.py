@@ -138,7 +138,7 @@ def run_copies(scenario: Scenario, args: argparse.Namespace, out: Path, record: 
             from distributed import Client
         except ImportError:
             raise InputError("--cluster without dask.distributed", "the optional extra 'cluster'",
-                             "pip install 'ovines[cluster]'") from None  # fmt: skip
+                             "in the checkout: pip install -e '.[cluster]'") from None  # fmt: skip
         try:
             client = Client(args.cluster, timeout=10)
         except (OSError, ValueError) as error:

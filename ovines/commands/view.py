@@ -77,7 +77,7 @@ def _rerun() -> ModuleType:
         raise InputError(
             "the viewer is not installed (package rerun-sdk)",
             "the optional extra 'view'",
-            "pip install 'ovines[view]', or look at report.html and `ovines animate`",
+            "in the checkout: pip install -e '.[view]'; or look at report.html and `ovines animate`",
         ) from None
     return rerun
 

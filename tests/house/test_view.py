@@ -129,7 +129,7 @@ def test_without_the_extra_it_says_how_to_get_it(tmp_path):
     """In a Python in which rerun cannot be imported."""
     hide = "import sys; sys.modules['rerun'] = None; from ovines.__main__ import main; sys.exit(main(['view', '.']))"
     result = subprocess.run([sys.executable, "-c", hide], capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path)
-    assert result.returncode == 2 and "pip install 'ovines[view]'" in result.stderr and "Traceback" not in result.stderr
+    assert result.returncode == 2 and "pip install -e '.[view]'" in result.stderr and "Traceback" not in result.stderr
 
 
 def test_outlines_meet_the_markers_and_the_walls_touch():
