@@ -67,7 +67,7 @@ def gather(fits: FlightFits, columns: Sequence[int], correlation: float = 0.0, m
     parameters = fits.parameters.copy()
     for k in np.flatnonzero(good):
         f = fits.flights[k]
-        parameters[INDEX["impact_before_s"]] = _impact_before(fits, int(k))
+        parameters[INDEX["impact_before_s"]] = impact_before(fits, int(k))
         index = np.arange(f.first, f.last + 1)
         index = index[np.isfinite(run.xy_m[index, 0])]
         observed = np.column_stack([run.xy_m[index], run.angle_rad[index]])
@@ -80,7 +80,7 @@ def gather(fits: FlightFits, columns: Sequence[int], correlation: float = 0.0, m
     return Evidence(columns, total, score, float(sums[0]), int(sums[1]), int(good.sum()), int((~good).sum()), float(lag))
 
 
-def _impact_before(fits: FlightFits, k: int) -> float:
+def impact_before(fits: FlightFits, k: int) -> float:
     """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise."""
     started = k > 0 and fits.flights[k - 1].joined
     return float(fits.run.time_s[fits.flights[k].first]) if started else -1e6

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.evidence import impact_before
 from analysis.gap.figures import Panel
 from analysis.gap.flight_stage import FlightFit
 from analysis.gap.ladder import Ladder
@@ -41,6 +42,8 @@ VIEWS: dict[str, tuple[tuple[str, str], ...]] = {
     "friction that follows the sliding speed": (("along sliding", "sliding speed"), ("along sliding", "time in the run")),
     "friction that follows the direction of sliding": (("along sliding", "direction of sliding"), ("along sliding", "sliding speed")),
     "friction that follows the drive's phase": (("along sliding", "drive phase"), ("x", "drive phase")),
+    "friction that follows the time since the impact before": (("along sliding", "time since the impact before"), ("along sliding", "sliding speed")),
+    "pull near the wall": (("outwards", "radius"), ("swirl", "radius")),
     "drag against the Host": (("along sliding", "sliding speed"), ("along the path", "speed")),
     "force with the drive's phase": (("x", "drive phase"), ("y", "drive phase")),
 }
@@ -48,14 +51,15 @@ OTHERS = (("along sliding", "sliding speed"), ("along sliding", "time in the run
           ("across the path", "spin times speed"), ("spin", "spin of the disk"), ("x", "x in the room"), ("y", "y in the room"))
 UNITS = {"sliding speed": "m/s", "speed": "m/s", "time in the run": "s", "radius": "mm", "drive phase": "°", "spin of the disk": "rad/s",
          "spin times speed": "m/s²", "x in the room": "mm", "y in the room": "mm", "x in the Host": "mm", "y in the Host": "mm",
-         "direction of sliding": "°", "vertical acceleration of the Host": "m/s²", "run": "number", "rim over sliding speed": "1"}
+         "direction of sliding": "°", "vertical acceleration of the Host": "m/s²", "run": "number", "rim over sliding speed": "1",
+         "time since the impact before": "ms"}
 CIRCULAR = ("drive phase", "direction of sliding")
-QUICK = ("drive phase", "vertical acceleration of the Host")
+QUICK = ("drive phase", "vertical acceleration of the Host", "time since the impact before")
 
 
 def flight_views(name: str) -> tuple[tuple[str, str], ...]:
     """Components and covariates for a finding's name, then what a sceptic would look at besides; six at most."""
-    own = VIEWS.get(name, ())
+    own = VIEWS.get(name.removeprefix("something like "), ())
     return tuple(dict.fromkeys((*own, *OTHERS)))[:6]
 
 
@@ -94,8 +98,9 @@ def residual_frames(runs: tuple[Run, ...], fitted: FlightFit) -> pd.DataFrame:
             parts.append(np.column_stack([
                 np.full(len(i), number), np.full(len(i), k), data.time_s[i], data.xy_m[i, 0] - states[:, 0] - c * ox + s * oy,
                 data.xy_m[i, 1] - states[:, 1] - s * ox - c * oy, angle, states[:, [0, 1, 3, 4, 5]], place[i, :2], velocity[i, :2], lift[i],
-                data.host.omega_rad_per_s * data.time_s[i] + data.host.phase_rad, np.full(len(i), data.radius_m)]))
-    columns = ["run", "flight", "t", "rx", "ry", "ra", "x", "y", "vx", "vy", "omega", "hx", "hy", "hvx", "hvy", "lift", "phase", "radius"]
+                data.host.omega_rad_per_s * data.time_s[i] + data.host.phase_rad, np.full(len(i), data.radius_m),
+                data.time_s[i] - impact_before(fits, k)]))
+    columns = ["run", "flight", "t", "rx", "ry", "ra", "x", "y", "vx", "vy", "omega", "hx", "hy", "hvx", "hvy", "lift", "phase", "radius", "since"]
     return pd.DataFrame(np.vstack(parts) if parts else np.zeros((0, len(columns))), columns=columns)
 
 
@@ -150,4 +155,4 @@ def _components(mean: pd.DataFrame, ax: Array, ay: Array, spin: Array) -> pd.Dat
         "radius": 1e3 * radius, "drive phase": np.degrees(np.angle(np.exp(1j * mean["phase"].to_numpy()))), "spin of the disk": omega,
         "spin times speed": omega * speed, "x in the room": 1e3 * mean["x"].to_numpy(), "y in the room": 1e3 * mean["y"].to_numpy(),
         "x in the Host": 1e3 * relative[:, 0], "y in the Host": 1e3 * relative[:, 1], "direction of sliding": np.degrees(np.arctan2(*sliding.T[::-1])),
-        "vertical acceleration of the Host": mean["lift"].to_numpy(), "rim over sliding speed": np.abs(omega) * mean["radius"].to_numpy() / np.maximum(slip, 1e-3)})
+        "vertical acceleration of the Host": mean["lift"].to_numpy(), "time since the impact before": 1e3 * mean["since"].where(mean["since"] < 1e3).to_numpy(), "rim over sliding speed": np.abs(omega) * mean["radius"].to_numpy() / np.maximum(slip, 1e-3)})

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from analysis.contact_law import Law, LawData, fit_restitution, predicted_tangential
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.figures import Candidate, Panel
-from analysis.gap.impact_stage import PROBES, ImpactFit, best_speed_scale, covariates, restitution_design
+from analysis.gap.impact_stage import (
+    PROBES,
+    ImpactFit,
+    best_speed_scale,
+    covariates,
+    restitution_design,
+    since_before,
+)
 from analysis.gap.ladder import Ladder
 from analysis.wall import wall_design
 from analysis.wall_fit import DISTANCE_FLOOR_M
@@ -33,12 +40,12 @@ VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
 }
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
-GOES_WITH = {"the slip speed": "slip", "the direction of slip": "slip", "the spin": "spin before", "the sense of spin": "spin before",
+GOES_WITH = {"the time since the impact before": "time since the impact before", "the slip speed": "slip", "the direction of slip": "slip", "the spin": "spin before", "the sense of spin": "spin before",
              "the time in the run": "time in the run", "the run": "run", "the drive's phase": "drive phase",
              "twice the azimuth": "azimuth in the Host", "three times the azimuth": "azimuth in the Host", "the azimuth": "azimuth in the Host",
              "the recording's time at the drive's frequency": "clock of the drive", "the approach speed": "approach speed", "the approach speed in another way": "approach speed"}
 CIRCULAR = ("azimuth in the room", "azimuth in the Host", "azimuth in the disk", "drive phase", "clock of the drive")
-UNITS = {"approach speed": "m/s", "slip": "m/s", "spin before": "rad/s", "time in the run": "s", "run": "number"}
+UNITS = {"approach speed": "m/s", "slip": "m/s", "spin before": "rad/s", "time in the run": "s", "run": "number", "time since the impact before": "ms"}
 RESIDUALS = {"restitution": "restitution − model", "distance": "distance − wall (µm)", "tangential": "tangential excess (%)",
              "angular": "angular law (mm/s)"}
 
@@ -89,7 +96,8 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
               "clock of the drive": d.drive_rad - d.drive_start_rad}
     if name in angles:
         return np.asarray(DEGREES * np.angle(np.exp(1j * angles[name])), float)
-    plain: dict[str, Array] = {"approach speed": d.before, "slip": d.slip, "spin before": d.spin, "time in the run": d.time_s, "run": d.run.astype(float) + 1}
+    plain: dict[str, Array] = {"approach speed": d.before, "slip": d.slip, "spin before": d.spin, "time in the run": d.time_s, "run": d.run.astype(float) + 1,
+                               "time since the impact before": 1e3 * since_before(d)}
     return plain[name]
 
 

@@ -94,7 +94,7 @@ def covariates(data: LawData) -> dict[str, Array]:
     seen = data.azimuth_rad - data.host_angle_rad
     plain = {"slip speed": np.abs(data.slip), "slip direction": np.sign(data.slip), "spin": np.abs(data.spin) / 100,
              "sense of spin": data.spin / 100, "time in the run": data.time_s, "run": data.run.astype(float),
-             "memory of the impact before": np.exp(-_since_before(data) / MEMORY_S)}
+             "memory of the impact before": np.exp(-since_before(data) / MEMORY_S)}
     out = {name: _standardised(values) for name, values in plain.items()}
     # Seconds of the recording at the drive's frequency: what another machine in step with the drive would follow.
     clock = data.drive_rad - data.drive_start_rad
@@ -105,10 +105,10 @@ def covariates(data: LawData) -> dict[str, Array]:
     return out
 
 
-def _since_before(data: LawData) -> Array:
+def since_before(data: LawData) -> Array:
     """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
     order = np.lexsort((data.time_s, data.run))
-    since = np.full(len(data), 10.0)
+    since = np.full(len(data), np.inf)
     same = data.run[order][1:] == data.run[order][:-1]
     since[order[1:][same]] = np.diff(data.time_s[order])[same]
     return since

@@ -32,10 +32,11 @@ Array = NDArray[np.float64]
 class Ladder:
     """Everything the verdict, the figures and the predictions are made of.
 
-    ``centres``: wall, mass and marker as measured, placement or effect.
+    ``measured`` is the series as it came, ``series`` what the measurement's corrections made of it.  ``centres``: wall, mass and marker as measured, placement or effect.
     ``flight_gains`` are those before any effect was added, ``*_left`` those on the final fit.
     ``*_by_chance``: best gain in each of the series without effect that were drawn (:mod:`analysis.gap.null_gains`)."""
 
+    measured: Series
     series: Series
     measurement: MeasurementTests
     findings: tuple[Finding, ...]
@@ -83,7 +84,7 @@ def climb(series: Series, rng: np.random.Generator, withheld: frozenset[str] = f
                   if c.effect in withheld]
     causes = [_measured(f) for f in findings]
     causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
-    return Ladder(corrected, tests, tuple(findings), flights.nominal, flights.fitted, flights.gains, flights.left, flights.probes, impacts.nominal,
+    return Ladder(series, corrected, tests, tuple(findings), flights.nominal, flights.fitted, flights.gains, flights.left, flights.probes, impacts.nominal,
                   impacts.fitted, impacts.gains, {g.name: g for g in impacts.left}, impacts.probes, impacts.restitution_terms, impacts.ellipse, impacts.finite, tuple(offsets),
                   tuple(sorted(causes, key=lambda c: -c.strength)), tuple(sorted(structure, key=lambda s: -s.strength)), flights.by_chance, impacts.by_chance)
 

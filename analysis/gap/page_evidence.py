@@ -7,6 +7,7 @@ from analysis.gap.figures import residual_panels
 from analysis.gap.figures_flights import flight_panels
 from analysis.gap.figures_impacts import impact_panels, law_figure, overview_panels
 from analysis.gap.figures_measured import ground_figure, layout_figure, measured_figure
+from analysis.gap.figures_rigid import rigid_figure
 from analysis.gap.page_first_screen import REFITTED
 from analysis.gap.page_words import bare, plain
 from analysis.report.page import Page, Section
@@ -49,6 +50,8 @@ def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, 
     elif stage == "measurement":
         if "ground" in finding:
             _ground(section, diagnosis)
+        if "marker" in finding:
+            _rigid(section, diagnosis)
         measured(section, diagnosis)
     elif stage == "flight":
         flight_evidence(section, diagnosis, finding)
@@ -104,6 +107,15 @@ def _ground(section: Section, diagnosis: Diagnosis) -> None:
         return
     section.add_figure("gap-ground", figure, "What the ground markers do together; they stand still in the room, so a camera (or its mount) does this.",
                        "Common motion of the ground markers over time")
+
+
+def _rigid(section: Section, diagnosis: Diagnosis) -> None:
+    figure = rigid_figure(diagnosis.ladder)
+    if figure is None:
+        section.add_missing("markers against their bodies", "this entry has no points.")
+        return
+    section.add_figure("gap-rigid", figure, "Each marker's place on its body over the run, and the Host's markers along its velocity (first run): bodies are rigid, so all "
+                       "curves should be flat. A step is a marker that came loose, a slope with the velocity one that is read out at another time.", "Markers against their bodies")
 
 
 def measured(section: Section, diagnosis: Diagnosis) -> None:

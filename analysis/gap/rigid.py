@@ -28,14 +28,14 @@ def rigid_structure(series: Series) -> list[Structure]:
         return []
     out = []
     for body in ("host", "nes"):
-        residuals = list(_residuals(series, body))
+        residuals = list(marker_residuals(series, body))
         if residuals:
             out += _moved(residuals, series, body)
             out += _late(residuals, series) if body == "host" else []
     return out
 
 
-def _residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
+def marker_residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
     """Per run: its number, the body's angle (N,) and its markers against its pose (N, M, 2) in the room (m, NaN where unseen)."""
     assert series.points is not None and series.layouts is not None
     layout = series.layouts[body][:, :2]
@@ -47,6 +47,12 @@ def _residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
                            np.sin(angle)[:, None] * layout[:, 0] + np.cos(angle)[:, None] * layout[:, 1]], -1)
         place = table[[f"{body}_x_m", f"{body}_y_m"]].to_numpy(float)
         yield number, angle, cloud.position_m[..., :2] - place[:, None, :] - turned
+
+
+def on_body(angle: Array, world: Array) -> Array:
+    """Residuals (N, M, 2) in the body's frame, ``angle`` (N,) being the body's."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return np.stack([c * world[..., 0] + s * world[..., 1], -s * world[..., 0] + c * world[..., 1]], -1)
 
 
 def _centre(values: Array) -> tuple[float, float]:
@@ -66,8 +72,7 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
     """The marker whose place on the body differs most between the halves of the runs, or in one run from the others."""
     changes, change_sds, places, place_sds = [], [], [], []
     for _, angle, world in residuals:
-        c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-        own = np.stack([c * world[..., 0] + s * world[..., 1], -s * world[..., 0] + c * world[..., 1]], -1)
+        own = on_body(angle, world)
         (first, first_sd), (second, second_sd) = _centres(own[:len(own) // 2]), _centres(own[len(own) // 2:])
         place, place_sd = _centres(own)
         changes.append(second - first)

@@ -7,6 +7,7 @@ import pytest
 
 from analysis.blind.plant import make_series, write_series
 from analysis.gap.diagnose import diagnose
+from analysis.gap.page import gap_page
 from analysis.gap.robust_regression import regress
 from analysis.gap.unexplained import _left, _swallowed, noise_correlation
 from ovines.commands.diagnose import load
@@ -42,9 +43,13 @@ def diagnosed(folder, kind, size, noise, runs):
 @pytest.mark.parametrize(("kind", "size", "noise", "stage", "word"), [*CASES, *(pytest.param(*c, marks=pytest.mark.long) for c in MORE)])
 def test_a_cause_without_a_name_is_unknown_in_its_stage(tmp_path, kind, size, noise, stage, word):
     """Probes and floors were made with these kinds in view: a check against falling back, not a blind result."""
-    summary = diagnosed(tmp_path / "series", kind, size, noise, 8 if size < 1 else 12).summary
+    found = diagnosed(tmp_path / "series", kind, size, noise, 8 if size < 1 else 12)
+    summary = found.summary
     assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", stage, [])
     assert word in summary["goes_with"][0]["goes_with"]
+    evidence = next(s for s in gap_page(found, "a series").sections if s.anchor == "evidence")
+    expected = "gap-ground" if word == "ground" else {"measurement": "gap-rigid", "flight": "gap-flights", "impact": "gap-impacts"}[stage]
+    assert any(name.startswith(expected) for name in evidence.figures)
 
 
 def test_a_part_of_the_impacts_that_follows_another_law_is_seen():
