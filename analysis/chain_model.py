@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 RECORD = ("time", "normal_before", "normal_after", "tangential_before", "tangential_after", "spin_before", "spin_after", "azimuth")
 #: entries of ``rig``, after which the flight model's parameters follow as an array of their own
 RIG = ("radius", "centre_x", "centre_y", "disk_x", "disk_y", "ellipse_c", "ellipse_s", "wall_friction", "tangential_restitution",
-       "disk_radius", "inertia", "omega", "phase", "stop_speed")
+       "disk_radius", "inertia", "omega", "phase", "stop_speed", "delay")
 
 
 @compiled
@@ -42,7 +42,9 @@ def _host_place(t: float, harmonics: Array, omega: float, host: Array) -> None:
 
 @compiled
 def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float, host: Array, view: Array) -> None:
-    """view = gap beyond the wall (m, > 0: outside), normal and tangential speed of the contact point, azimuth, normal's direction."""
+    """view = gap beyond the wall (m, > 0: outside), normal and tangential speed of the contact point, azimuth, normal's direction.
+
+    A contact that lasts is an instant one that comes ``delay`` later, past the wall by as much as the disk approaches meanwhile."""
     _host_place(t, harmonics, rig[11], host)
     c, s = np.cos(host[3]), np.sin(host[3])
     cd, sd = np.cos(y[2]), np.sin(y[2])
@@ -57,8 +59,8 @@ def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float,
     px, py = cx + rig[9] * ex, cy + rig[9] * ey
     vx = y[3] - y[5] * (py - y[1]) - host[4] + host[7] * (py - host[1])
     vy = y[4] + y[5] * (px - y[0]) - host[5] - host[7] * (px - host[0])
-    view[0] = np.sqrt(rx * rx + ry * ry) - radius
     view[1] = vx * ex + vy * ey
+    view[0] = np.sqrt(rx * rx + ry * ry) - radius - rig[14] * max(view[1], 0.0)
     view[2] = -vx * ey + vy * ex
     view[3] = azimuth
     view[4] = normal

@@ -21,6 +21,8 @@ MOST_IMPACTS = 16
 # Restitution of slow impacts may differ from the mean of all (speed dependence): sd of a common shift.
 COMMON_SD = 0.05
 LEAST_SCATTER = 0.005
+# Of a contact that lasts, taken as an instant: the Host's acceleration meanwhile changes a slow impact's restitution by this much.
+LASTING_SCATTER = 0.05
 # Misfit per residual, its worst frames left out (wrong points), up to which a chain is believed.
 BELIEVED = 2.0
 WORST_SHARE = 0.06
@@ -59,12 +61,14 @@ class ChainFit:
         self.scale = max(rig.floor.scale, 1.0)
         self.sd = np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale
         self.rig = np.array([wall.contact_radius_m, *wall.centre_m, *wall.disk_m, *wall.ellipse, law.wall_friction, law.tangential_restitution,
-                             data.radius_m, data.inertia_factor, data.host.omega_rad_per_s, data.host.phase_rad, STOP_M_PER_S])
+                             data.radius_m, data.inertia_factor, data.host.omega_rad_per_s, data.host.phase_rad, STOP_M_PER_S,
+                             rig.wall.delay_s])
         self.mean = law.restitution
         rho = rig.floor.correlation
         self.inflation = (1 + rho) / (1 - rho)
         shift = max(2 * rig.wall.scatter_m, 1e-5)
-        self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / COMMON_SD], np.full(MOST_IMPACTS, 1 / max(law.scatter, LEAST_SCATTER))])
+        each = max(law.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
+        self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / COMMON_SD], np.full(MOST_IMPACTS, 1 / each)])
 
     def evaluate(self, theta: Array, count: int, times: Array | None = None, slopes: bool = True) -> _Evaluated:
         """Residuals of the first ``count`` frames (or records at other ``times``) for unknowns ``theta``."""

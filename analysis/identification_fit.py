@@ -51,7 +51,7 @@ HOST_ACCELERATION_M_PER_S2 = 90.0
 LASTING_WORDS = (
     "The disk goes on for {:.3f} ms past the wall at impacts: the contact lasts (finite_contact_time), which an instant law does not describe. "
     "Times are those of the first touch; restitution and the tangential values are those of the whole contact taken as an instant, the "
-    "Host's motion meanwhile included, and chatter is not followed."
+    "Host's motion meanwhile included; chatter is followed with such a contact."
 )
 # An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
 OFF_THE_LAW_SD = 5.0

@@ -26,7 +26,7 @@ UNKNOWN = Interval(np.nan, np.nan, np.nan, np.nan)
 # Errors of the parameters over the lens residual's relative size (LensResidual.relative): rms over fourteen blind series with one. The
 # wall friction compares speeds along the wall with speeds towards it, the tangential restitution speeds with the spin's.
 LENS_SHARE = {"restitution": 0.6, "wall_friction": 2.7, "tangential_restitution": 2.5, "floor_friction": 0.85, "contact_radius": 1.6,
-              "ellipse": 1.0, "scatter": 1.0, "slope": 0.3, "wall_centre": 0.35}
+              "ellipse": 1.0, "scatter": 1.0, "slope": 0.3, "wall_centre": 0.6}
 # What adapting the disk's radius to lengths that are off leaves of that error in the law.
 ADAPTED_SHARE = 0.03
 # Relative error of fast impacts' speeds that no covariance holds: blind series without any scatter showed 1e-4 to 7e-4 of it.

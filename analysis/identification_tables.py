@@ -30,14 +30,14 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merge
     """
     chosen = np.flatnonzero(merged.meetings & (rig.wall.impacts.meetings.run == run))
     floor = rig.balance.speed_floor_m_per_s
-    parts = [_met(rig, chosen, law)] + [_chained(chain, floor) for chain in merged.chains if chain.run == run]
+    parts = [_met(rig, chosen, law)] + [_chained(chain, floor, rig.wall.delay_s) for chain in merged.chains if chain.run == run]
     table = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True).sort_values("time_s", ignore_index=True)
     table.insert(0, "impact", np.arange(len(table)))
     return table
 
 
-def _chained(chain: Chain, speed_floor_m_per_s: float) -> pd.DataFrame:
-    table = pd.DataFrame({"time_s": chain.of("time"), "time_sd_s": chain.sd("time"), "azimuth_rad": chain.of("azimuth")})
+def _chained(chain: Chain, speed_floor_m_per_s: float, delay_s: float) -> pd.DataFrame:
+    table = pd.DataFrame({"time_s": chain.of("time") - delay_s, "time_sd_s": chain.sd("time"), "azimuth_rad": chain.of("azimuth")})
     for quantity, column in COLUMNS.items():
         known = quantity.endswith("before")
         table[column] = chain.of(quantity) if known else np.nan
