@@ -24,6 +24,8 @@ ANCHOR_FRAMES = 5
 ANCHOR_MISFIT = 4.0
 # Frames of a flight that a chain takes along at its start and at its end.
 FRAMES_BEFORE, FRAMES_AFTER = 24, 16
+# A chain is followed this long (chatter ends within it); longer stretches without a good flight cost minutes and fit nothing.
+LONGEST_CHAIN_S = 0.25
 # Frames added at a time, by the paths tried one after another; below this misfit no other path is tried.
 FRAMES_AT_ONCE = (3, 2, 5)
 WELL = 1.25
@@ -68,6 +70,9 @@ def _windows(rig: RigFit, number: int, resolved: NDArray[np.bool_]) -> Iterator[
 
 def _follow(rig: RigFit, fits: FlightFits, number: int, start: int | None, first: int, stop: int, following: int | None) -> Chain | None:
     data = fits.run
+    furthest = max(int(np.searchsorted(data.time_s, data.time_s[first] + LONGEST_CHAIN_S, side="right")) - 1, first + 8)
+    if stop > furthest:
+        stop, following = furthest, None
     last = stop if following is None else min(fits.flights[following].last, stop + FRAMES_AFTER)
     t0 = float(data.time_s[first])
     if start is None:
