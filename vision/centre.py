@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +30,7 @@ from vision.centre_equations import (
 )
 from vision.centre_solve import apply_step, believable, factor, solve, solve_odd
 from vision.centre_window import collect, recentre
+from vision.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ _STRUCTURE = 1.3  # residual over pixel noise from which the residual is no long
 _FIT_FREEDOM = 9.0  # unknowns that the edge pixels decide: position 2, shape 3, blur 3, contrast about 1
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _prepare(even: Array, odd: Array, n_even: int) -> bool:
     """Factor both matrices; False where they do not decide the unknowns."""
     for i in range(n_even):
@@ -58,7 +58,7 @@ def _prepare(even: Array, odd: Array, n_even: int) -> bool:
     return factor(even, n_even) and factor(odd, 6)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _clip(sums: Array, first: bool) -> tuple[float, float]:
     """Residual from which a pixel is held back, and the flat pixels' noise.
 
@@ -69,7 +69,7 @@ def _clip(sums: Array, first: bool) -> tuple[float, float]:
     return _HUBER * max(0.3, plateau if not first and edge < 2.0 * plateau else max(edge, plateau)), plateau
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_shift: float) -> None:
     """What the fit is worth: sd of the centre, noise, misfit, coverage, outliers."""
     inverse_trace = 0.0
@@ -99,7 +99,7 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
     p[OK] = 1.0 if abs(p[CONTRAST]) > 4.0 * noise else 0.0
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, even: Array, odd: Array,
              rhs: Array, sums: Array) -> None:
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
@@ -155,7 +155,7 @@ def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: f
     _judge(p, odd, sums, n_odd, gain, likely_shift)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tolerance_px: float = 0.001,
               hold_shape: bool = False) -> Array:
     """Fit every disc of `starts` in one picture.

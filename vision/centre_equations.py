@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,10 +42,10 @@ from vision.centre_window import (
     X,
     Y,
 )
+from vision.compiled import compiled, compiled_fast
 
 Array = NDArray[np.float64]
 
-FAST = {"reassoc", "contract", "arcp", "nsz"}  # not "nnan": comparisons with NaN must stay false
 _FARTHEST = 6.0  # sigmas; beyond, the step is 0 or 1
 # What `sums` counts: edge squares, edge pixels, pixels wanted, pixels inside the picture, clipped edge pixels, flat pixels
 # inside the disc and their squares, outside and their squares, neighbouring flat pixels and squares of their differences.
@@ -55,13 +54,13 @@ N_SUMS = 11
 _FIRST_MARGIN = 0.03  # of the contrast: how near to black and white counts as cut off while the noise is not yet known
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def light_ratio(p: Array) -> float:
     """Contrast over level: how much of the level's slope the contrast shares when the light alone varies."""
     return p[11] / max(p[8], 0.03 * abs(p[11]) + 1e-9)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+@compiled_fast
 def _plain(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, rows: Array, sums: Array) -> None:
     """Residuals (rows R), weights (W) and derivatives of the pixels away from the edge, which tell of levels and slopes only."""
     clip2 = clip * clip
@@ -90,7 +89,7 @@ def _plain(p: Array, ratio: float, clip: float, low: float, high: float, pixels:
     sums[N_IN], sums[IN2], sums[N_OUT], sums[OUT2], sums[N_PAIRS], sums[PAIRS2] = n_in, in2, n_out, out2, n_pairs, pairs2
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+@compiled_fast
 def _at_edge(p: Array, pixels: Array, n: int, rows: Array) -> None:
     """At edge pixels: the step (1 inside, 0 outside), its slope per px (SLOPE), normal (NX, NY), distance in sigmas (T), scales."""
     m11, m12, m22, s11, s12, s22 = p[2], p[3], p[4], p[5], p[6], p[7]
@@ -120,7 +119,7 @@ def _at_edge(p: Array, pixels: Array, n: int, rows: Array) -> None:
         rows[SLOPE, k] = bell * rows[PER_SIGMA, k]
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+@compiled_fast
 def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, free_shape: bool, rows: Array,
           sums: Array) -> None:
     """Residuals, weights and derivatives of edge pixels, from what `_at_edge` found."""
@@ -149,7 +148,7 @@ def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: 
     sums[EDGE2], sums[N_EDGE], sums[N_CLIPPED] = edge2, n_seen, n_clipped
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+@compiled_fast
 def _add(rows: Array, n: int, first: int, count: int, full: bool, matrix: Array, right: Array, at: int) -> None:
     """Add weighted products of `count` derivative rows, from row `first`, to a matrix' lower triangle and a right-hand side."""
     for i in range(count):
@@ -170,7 +169,7 @@ def _add(rows: Array, n: int, first: int, count: int, full: bool, matrix: Array,
                 matrix[i, j] += total
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=FAST)
+@compiled_fast
 def normal_equations(window: Window, p: Array, clip: float, full: bool, n_even: int, even: Array, odd: Array, rhs: Array,
                      sums: Array) -> None:
     """Accumulate the Gauss-Newton normal equations of `p` over the disc's window; residuals beyond `clip` are held back.

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.centre_solve import factor, solve
+from vision.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ BY_SECTORS = 2.0  # added to a fit's share of outliers: how this fit was made
 _N_SUMS = 11  # per sector: the six of the 3 x 3 normal matrix, the three right-hand sides, squares, pixels
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _gather(image: NDArray[Any], p: Array, n_sectors: int, sums: Array) -> float:
     """Normal equations of (level outside, level inside, contrast times offset) per sector; share of the edge in the picture."""
     sums[:] = 0.0
@@ -65,7 +65,7 @@ def _gather(image: NDArray[Any], p: Array, n_sectors: int, sums: Array) -> float
     return seen / max(wanted, 1)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _offsets(sums: Array, n_sectors: int, sign: float, found: Array) -> float:
     """Per sector: offset of the edge [px], its sd for unit noise, rms, both levels; NaN where there is no edge.  Median rms."""
     a, b, unit = np.empty((3, 3)), np.empty(3), np.empty(3)
@@ -90,7 +90,7 @@ def _offsets(sums: Array, n_sectors: int, sign: float, found: Array) -> float:
     return float(np.nanmedian(found[:n_sectors, 2]))
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _move(p: Array, n_sectors: int, found: Array, noise: float, n_free: int, weight: Array, step: Array, matrix: Array
           ) -> float:
     """Robust least squares of the offsets: shift (2), size and flattening (3); mean squared residual in sds, <0: none."""
@@ -133,7 +133,7 @@ def _move(p: Array, n_sectors: int, found: Array, noise: float, n_free: int, wei
     return squares / max(total - n_free, 1.0)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def fit_by_sectors(image: NDArray[Any], start: Array, hold_shape: bool) -> Array:
     """Fit one disc from a row of `centre.disc_start` or of an earlier fit; a row of the same columns, OK 0 where it fails.
 

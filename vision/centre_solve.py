@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from vision.compiled import compiled
 
 Array = NDArray[np.float64]
 MIN_BLUR_PX2 = 0.04  # below this the edge is thinner than a pixel and the model's gradient falls between pixels
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def factor(a: Array, n: int) -> bool:
     """Cholesky factor of the lower triangle, in place; False if not positive definite."""
     for i in range(n):
@@ -30,7 +31,7 @@ def factor(a: Array, n: int) -> bool:
     return True
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def solve(a: Array, b: Array, first: int, n: int) -> None:
     """Solve with the factor of `factor`; the solution replaces b[first:first + n]."""
     for i in range(n):
@@ -45,7 +46,7 @@ def solve(a: Array, b: Array, first: int, n: int) -> None:
         b[first + i] = s / a[i, i]
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def solve_odd(odd: Array, rhs: Array, n_odd: int) -> tuple[float, float]:
     """Solve for position and slopes; with `n_odd` 4 the contrast's own slope stays out of it.
 
@@ -72,7 +73,7 @@ def solve_odd(odd: Array, rhs: Array, n_odd: int) -> tuple[float, float]:
     return gain, math.hypot(free[0] - rhs[8], free[1] - rhs[9])
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def apply_step(p: Array, rhs: Array, r0: float) -> float:
     """Add the step `rhs`, held back where it leaves the model's linear range; length of the centre's step [px]."""
     length = math.sqrt(rhs[8] * rhs[8] + rhs[9] * rhs[9])
@@ -100,7 +101,7 @@ def apply_step(p: Array, rhs: Array, r0: float) -> float:
     return length
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def believable(p: Array, r0: float, start_u: float, start_v: float) -> bool:
     """False once the fit has left what it was started on."""
     det = p[2] * p[4] - p[3] * p[3]

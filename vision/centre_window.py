@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from vision.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ class Window(NamedTuple):
     white: float
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _reach(p: Array) -> tuple[float, float, float, float]:
     """Where the edge band begins and ends and the window ends, as x' M x, and the window's half width [px]."""
     half_trace = 0.5 * (p[2] + p[4])
@@ -55,7 +56,7 @@ def _reach(p: Array) -> tuple[float, float, float, float]:
     return max(1.0 - band / r_min, 0.0) ** 2, (1.0 + band / r_min) ** 2, (1.0 + ring / r_min) ** 2, r_max * (1.0 + ring / r_min)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _span(p: Array, q2: float, y: float) -> tuple[int, int]:
     """First and last column where x' M x < q2 along the row `y` px below the centre; none: first > last."""
     middle = -p[3] * y / p[2]
@@ -66,7 +67,7 @@ def _span(p: Array, q2: float, y: float) -> tuple[int, int]:
     return math.ceil(p[0] + middle - half), math.floor(p[0] + middle + half)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _take(image: NDArray[Any], row: int, first: int, last: int, p: Array, inside: float, pixels: Array, n: int) -> int:
     """Append the pixels first..last of a row that lie in the picture; how many the list now has."""
     first, last = max(first, 0), min(last, image.shape[1] - 1)
@@ -83,7 +84,7 @@ def _take(image: NDArray[Any], row: int, first: int, last: int, p: Array, inside
     return n
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def collect(image: NDArray[Any], p: Array) -> Window:
     """The window of the ellipse and blur `p`."""
     q_in2, q_edge2, q_out2, half_width = _reach(p)
@@ -114,7 +115,7 @@ def collect(image: NDArray[Any], p: Array) -> Window:
     return Window(edge, plain, n_edge, n_plain, n_wanted, np.empty((_N_WORK, max(n_edge, n_plain) + 1)), black, white)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _cut_off(edge: Array, n_edge: int, plain: Array, n_plain: int) -> tuple[float, float]:
     """Black and white, where the window touches them."""
     least, most = 1e9, -1e9
@@ -129,7 +130,7 @@ def _cut_off(edge: Array, n_edge: int, plain: Array, n_plain: int) -> tuple[floa
     return 0.0 if least == 0.0 else -1e12, white
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def recentre(window: Window, du: float, dv: float) -> None:
     """Count the pixels from a centre moved by (du, dv): for a small step the same pixels serve."""
     for k in range(window.n_edge):

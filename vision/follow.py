@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from vision.centre import (
     fit_discs,
 )
 from vision.centre_sectors import BY_SECTORS, fit_by_sectors
+from vision.compiled import compiled
 
 _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame that is no longer the same disc
 _FAR_COVERED = 0.05  # the same where another edge runs through and the marker's size is known: a covered disc shrinks by and by
@@ -46,7 +46,7 @@ def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
                            camera.distortion, window_offset_px]).astype(float)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _project(cam: Floats, x: float, y: float, z: float, out: Floats) -> None:
     """Window pixel of a world point and its derivative by x and y: out = u, v, du/dx, du/dy, dv/dx, dv/dy."""
     xc = cam[0] * x + cam[1] * y + cam[2] * z + cam[9]
@@ -72,7 +72,7 @@ def _project(cam: Floats, x: float, y: float, z: float, out: Floats) -> None:
         out[4 + i] = cam[15] * dbd
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _lay(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> None:
     """Least-squares pose (x, y, angle) over the markers in use; the angle is the one nearest to pose[2]."""
     ax = ay = bx = by = 0.0
@@ -102,7 +102,7 @@ def _lay(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> None:
     pose[1] = by - s * ax - c * ay
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _worst(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> tuple[int, float, float]:
     """Index and squared distance of the marker that fits the pose worst, and the sum of squares."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -118,7 +118,7 @@ def _worst(layout: Floats, xy: Floats, use: Ints, n: int, pose: Floats) -> tuple
     return worst, most, total
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _robust_pose(layout: Floats, xy: Floats, use: Ints, n: int, gate: float, pose: Floats) -> tuple[int, float]:
     """Lay the body through its markers and leave out those that do not fit; how many stay, and their rms [m]."""
     scratch = np.empty(3)
@@ -149,7 +149,7 @@ def _robust_pose(layout: Floats, xy: Floats, use: Ints, n: int, gate: float, pos
         use[drop] = 0
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _same_disc(start: Floats, fit: Floats, sized: bool) -> bool:
     """Whether a fit is the disc it was started on: converged, as large, of the same polarity, its edge described."""
     if fit[OK] == 0.0 or fit[COVERAGE] < 0.9:
@@ -162,7 +162,7 @@ def _same_disc(start: Floats, fit: Floats, sized: bool) -> bool:
     return fit[MISFIT] <= _MAX_MISFIT * abs(fit[CONTRAST]) + 2.0 * fit[NOISE] + 1.0
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit: Floats) -> bool:
     """Fit the marker that looked like `start` from where fit (1, 20) puts it; whether it is there.
 
@@ -205,7 +205,7 @@ def _find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit
     return _same_disc(start, fit[0], sized)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
     """The ellipse in which a horizontal circle of `radius_m` is seen: row[M11:S11], from the derivatives that `_project` gave."""
     a, b, c, d = at[2], at[3], at[4], at[5]
@@ -213,7 +213,7 @@ def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
     row[M11], row[M11 + 1], row[M11 + 2] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
 
 
-@numba.njit(nogil=True, cache=True, error_model="numpy")
+@compiled
 def follow(
     image: NDArray[Any], cam: Floats, layout: Floats, first: Ints, active: Ints, pose: Floats, gate_m: Floats, starts: Floats,
     hold_shape: bool, radius_m: Floats, fits: Floats, xy: Floats, use: Ints, n_seen: Ints, rms_m: Floats, seen_m: Floats,

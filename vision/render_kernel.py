@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vision.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ FAR_PX = 1e9
 TILE = 8
 
 
-@njit(cache=True)
+@compiled
 def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -> tuple[float, float, float]:
     """Signed distance (negative inside) to a polygon and the outward unit direction of its growth."""
     best, nx, ny, inside = 1e300, 1.0, 0.0, False
@@ -48,7 +49,7 @@ def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -
     return sign * distance, sign * nx / distance, sign * ny / distance
 
 
-@njit(cache=True)
+@compiled
 def _edge_px(layers: Array, k: int, vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
              pixel_x: float, pixel_y: float, blur_px: float) -> float:
     """Distance in pixels from a ray to layer k's edge, negative inside (scalar indexing: array views cost more than the sums)."""
@@ -78,7 +79,7 @@ def _edge_px(layers: Array, k: int, vertices: Array, origins: Array, turns: Arra
     return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
 
 
-@njit(cache=True)
+@compiled
 def _coverage(edge_px: float, blur_px: float) -> float:
     scaled = edge_px / blur_px
     if scaled > 6.0:
@@ -88,7 +89,7 @@ def _coverage(edge_px: float, blur_px: float) -> float:
     return 0.5 * math.erfc(scaled * 0.7071067811865476)
 
 
-@njit(cache=True)
+@compiled
 def _colour(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
             pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, opening: int) -> float:
     """Grey along one ray.  Outlines that coincide are not blended twice: what lies in the opening is painted apart and put under it
@@ -112,14 +113,14 @@ def _colour(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Ar
     return outer + open_share * (inner - outer)
 
 
-@njit(cache=True)
+@compiled
 def _place(k: int, samples: int) -> float:
     """Where sub-sample k of an even number lies in the pixel (-0.5..0.5): Gauss' two points in each of samples / 2 cells."""
     cell = k // 2 + 0.5 + (0.28867513459481287 if k % 2 else -0.28867513459481287)
     return 2.0 * cell / samples - 0.5
 
 
-@njit(cache=True)
+@compiled
 def _pixel(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, xn: float, yn: float,
            pixel_x: float, pixel_y: float, blur_px: float, background: float, edges: Array, opening: int, samples: int) -> float:
     """Mean over the pixel's area; one ray is enough where no edge is near."""
@@ -137,7 +138,7 @@ def _pixel(layers: Array, used: NDArray[np.int64], vertices: Array, origins: Arr
     return grey / (samples * samples)
 
 
-@njit(cache=True)
+@compiled
 def shade(xn: Array, yn: Array, pixel_x: float, pixel_y: float, first_column: int, first_row: int, layers: Array,
           bounds_px: NDArray[np.int64], vertices: Array, origins: Array, turns: Array, background: float,
           blur_px: float, samples: int) -> Array:

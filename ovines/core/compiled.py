@@ -37,14 +37,14 @@ def source_stamp(folder: Path = Path(__file__).parent) -> str:
 STAMP = source_stamp()
 
 
-def compiler(stamp: str) -> Callable[[Function], Function]:
-    """A decorator that compiles at the first call and keeps the code on disk under ``stamp``."""
+def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Function], Function]:
+    """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has it."""
 
     def decorate(function: Function) -> Function:
-        dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
+        dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is None or not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
-            return njit(nogil=True, error_model="numpy")(function)
+            return njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
         index._source_stamp = stamp
         return dispatcher
 

@@ -1,7 +1,14 @@
 """Compiled code on disk is tied to all sources of the core."""
 
+import re
+from pathlib import Path
+
+import pytest
+
 from ovines.core.compiled import STAMP, compiled, source_stamp
 from ovines.core.engine import run
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_stamp_changes_with_any_compiled_file(tmp_path):
@@ -18,3 +25,10 @@ def test_the_stamp_changes_with_any_compiled_file(tmp_path):
 def test_the_engine_is_kept_under_the_stamp():
     assert run._cache._cache_file._source_stamp == STAMP
     assert compiled(lambda x: x + 1)(2) == 3
+
+
+@pytest.mark.parametrize("package", ["ovines", "vision", "analysis"])
+def test_nothing_is_compiled_without_the_stamp(package):
+    """numba's own cache would run a changed callee's old code; the blind trial's plant stands apart and has no such callers outside its folder."""
+    bare = [path for path in (ROOT / package).rglob("*.py") if re.search(r"^@(numba\.)?njit", path.read_text(encoding="utf-8"), re.MULTILINE)]
+    assert [path for path in bare if path.parent.name != "blind"] == []
