@@ -65,7 +65,8 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
         names = check_names(names)
     sources, notes = open_sources(recording)
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
-    tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes)
+    tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes,
+                      len(numbers))
     notes.extend(symmetry_notes(tracker.layout, names))
     rims = expected_rims(recording)
     rows: list[dict[str, Any]] = []

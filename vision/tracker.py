@@ -24,20 +24,22 @@ from vision.static_markers import name_ground
 
 _TRY_EVERY = 16  # a body long lost is searched for in every 16th frame
 KEPT = 12  # numbers kept of a marker in a frame: frame, marker, height, pose of its body, centre and shape, sd of the centre
-_GROUND_FRAMES = 20  # frames to wait for all ground markers to show in both cameras
+_GROUND_FRAMES = 20  # frames in each of which all ground markers are looked for, then in every fourth
+_GROUND_PATIENCE = 160  # frames at most: two swings of a Host that covers one of them
 
 
 class Tracker:
     """Both cameras, frame by frame."""
 
-    def __init__(self, recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None, notes: list[str]) -> None:
+    def __init__(self, recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None, notes: list[str], frames: int) -> None:
+        """`frames`: how many are to come; a quarter of them may pass until all ground markers have shown at once."""
         self.layout = layout_of(recording, names)
         self.eyes = [Eye(camera, recording.camera(camera.name).window_offset_px, self.layout) for camera in cameras]
         self.notes, self.names = notes, names
         self.host_radius_m = host_radius(recording)
         self.kept: list[list[np.ndarray]] = [[] for _ in cameras]
         self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
-        self.tried_ground = 0
+        self.tried_ground, self.ground_until = 0, int(np.clip(frames // 4, _GROUND_FRAMES, _GROUND_PATIENCE))
         self._discs: dict[tuple[int, tuple[int, int, int, int] | None], np.ndarray] = {}
         self.first_frame = -1
         self.pool = ThreadPoolExecutor(1)
@@ -184,21 +186,22 @@ class Tracker:
     def _name_ground(self, body: int, frame: int, images: list[Any]) -> None:
         """Ground markers without a layout are what is left over, once the Host is known."""
         self.tried_ground += 1
-        if self.tried_ground > _GROUND_FRAMES:
+        last_try = self.tried_ground == self.ground_until
+        if self.tried_ground > self.ground_until or (self.tried_ground > _GROUND_FRAMES and self.tried_ground % 4 and not last_try):
             return
         discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
         part = self.layout.of(body)
-        last_try = self.tried_ground == _GROUND_FRAMES
         placed = name_ground(self.eyes, discs, frame, part.stop - part.start, self.host_radius_m, last_try)
         if placed is None:
             if last_try:
                 self.notes.append(f"no {self.layout.bodies[body]} markers found in both cameras in the first "
-                                  f"{_GROUND_FRAMES} frames; they have no tracks")
+                                  f"{self.ground_until} frames; they have no tracks")
             return
         positions, fits = placed
         if len(positions) < part.stop - part.start:
             self.notes.append(f"only {len(positions)} of {part.stop - part.start} {self.layout.bodies[body]} markers found; "
-                              f"{', '.join(self.layout.markers[part][len(positions):])} have no tracks")
+                              f"{', '.join(self.layout.markers[part][len(positions):])} have no tracks, and the others may bear their neighbours' "
+                              f"names: give [bodies.{self.layout.bodies[body]}] layout_m, or --names")
         for i, eye in enumerate(self.eyes):
             for k, position in enumerate(positions):
                 eye.place_m[part.start + k] = position

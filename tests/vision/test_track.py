@@ -170,6 +170,21 @@ def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
     assert own[own.frame > 37].error_px.notna().all()
 
 
+def test_ground_markers_wait_for_one_that_is_covered_at_first(tmp_path):
+    """Named clockwise from what is seen: with the first one covered, the second would be given its name."""
+    cameras, truth = film(tmp_path, 100, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 22, "VW1")])
+    both = compared(truth, track(read_recording(tmp_path), cameras).tracks)
+    ground = both[both.marker.isin(["G1", "G2", "G3"])]
+    assert ground.error_px.max() < 0.15  # no name of a neighbour
+    assert ground[ground.frame >= 28].error_px.notna().all() and ground[ground.frame < 20].error_px.isna().all()
+
+
+def test_ground_markers_that_never_show_together_are_named_with_a_warning(tmp_path):
+    cameras, _ = film(tmp_path, 30, np.random.default_rng(7), spin=100.0, hide=[("G1", 0, 30, "VW1")])
+    notes = track(read_recording(tmp_path), cameras).notes
+    assert any("only 2 of 3 ground markers" in note and "neighbours' names" in note for note in notes)
+
+
 def test_a_dropped_frame_is_found_and_told(tmp_path):
     cameras, truth = film(tmp_path, 24, np.random.default_rng(4), spin=100.0)
     (tmp_path / "VW2" / "f_0010.bmp").unlink()
