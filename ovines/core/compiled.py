@@ -37,6 +37,17 @@ def source_stamp(folder: Path = Path(__file__).parent) -> str:
 STAMP = source_stamp()
 
 
+def stamp_above(folder: Path) -> str:
+    """Hash of the core's stamp and of every file in a package's folder that imports its ``compiled``: for packages above the core."""
+    digest = hashlib.sha256(STAMP.encode())
+    marker = f"{folder.name}.compiled".encode()
+    for path in sorted(folder.glob("*.py")):
+        content = path.read_bytes()
+        if marker in content:
+            digest.update(path.name.encode() + b"\0" + content)
+    return digest.hexdigest()
+
+
 def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Function], Function]:
     """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has it."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ovines.core.compiled import STAMP, compiled, source_stamp
+from ovines.core.compiled import STAMP, compiled, source_stamp, stamp_above
 from ovines.core.engine import run
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +20,18 @@ def test_the_stamp_changes_with_any_compiled_file(tmp_path):
     assert source_stamp(tmp_path) == before  # nothing compiled in it
     (tmp_path / "dop853.py").write_text("y = 2\n")
     assert source_stamp(tmp_path) != before
+
+
+def test_a_package_above_has_a_stamp_of_its_own_compiled_files(tmp_path):
+    folder = tmp_path / "vision"
+    folder.mkdir()
+    (folder / "kernel.py").write_text("from vision.compiled import compiled\n")
+    (folder / "plain.py").write_text("z = 1\n")
+    before = stamp_above(folder)
+    (folder / "plain.py").write_text("z = 2\n")
+    assert stamp_above(folder) == before
+    (folder / "kernel.py").write_text("from vision.compiled import compiled  # changed\n")
+    assert stamp_above(folder) != before
 
 
 def test_the_engine_is_kept_under_the_stamp():
