@@ -75,7 +75,7 @@ def next_tests(ladder: Ladder, causes: tuple[Cause, ...]) -> NextTests | None:
     cause, data = causes[0], _typical(ladder).data
     duration = float(min(data.time_s[-1] - data.time_s[0], LONGEST_S))
     judge = _flight_separation if cause.stage == "flight" else _impact_separation
-    fits = [f for f in ladder.flight.fits if len(f.states)][:RECORDINGS]
+    fits = [f for f in ladder.flight.fits if len(f.states) and np.isfinite(f.states[0]).all()][:RECORDINGS]
     found = []
     for setting in SETTINGS if fits else ():
         if setting.launch is None and data.host.omega_rad_per_s == 0:
