@@ -61,7 +61,7 @@ def light_ratio(p: Array) -> float:
 
 
 @compiled_fast
-def _plain(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, rows: Array, sums: Array) -> None:
+def _plain(p: Array, ratio: float, clip: float, pixels: Array, n: int, rows: Array, sums: Array) -> None:
     """Residuals (rows R), weights (W) and derivatives of the pixels away from the edge, which tell of levels and slopes only."""
     clip2 = clip * clip
     n_in = in2 = n_out = out2 = n_pairs = pairs2 = 0.0
@@ -69,17 +69,16 @@ def _plain(p: Array, ratio: float, clip: float, low: float, high: float, pixels:
         x, y, inside = pixels[X, k], pixels[Y, k], pixels[INSIDE, k]
         light = p[9] * x + p[10] * y
         model = p[8] + light + inside * (p[11] + ratio * light + p[12] * x + p[13] * y)
-        seen = 1.0 if low <= model <= high else 0.0
         r = pixels[GREY, k] - model
         lit = 1.0 + ratio * inside
         rows[R, k] = r
         # A neighbour in the ring is no light: it shall not lean the level.
-        rows[W, k] = seen * min(1.0, clip2 / (r * r + 1e-9))
+        rows[W, k] = min(1.0, clip2 / (r * r + 1e-9))
         rows[STEP, k], rows[LIT_X, k], rows[LIT_Y, k], rows[STEP_X, k], rows[STEP_Y, k] = inside, lit * x, lit * y, inside * x, inside * y
-        square = seen * min(r * r, clip2)
-        n_in += seen * inside
+        square = min(r * r, clip2)
+        n_in += inside
         in2 += inside * square
-        n_out += seen * (1.0 - inside)
+        n_out += 1.0 - inside
         out2 += (1.0 - inside) * square
     for k in range(1, n):
         both = pixels[AGAIN, k] if rows[W, k] > 0.0 and rows[W, k - 1] > 0.0 else 0.0
@@ -175,7 +174,8 @@ def normal_equations(window: Window, p: Array, clip: float, full: bool, n_even: 
     """Accumulate the Gauss-Newton normal equations of `p` over the disc's window; residuals beyond `clip` are held back.
 
     `full` false leaves the right-hand sides only; `n_even` 2 holds shape and blur.  Where the window touches black or
-    white, pixels whose model comes within `clip` of it do not count: what they saw was cut off.
+    white, edge pixels whose model comes within `clip` of it do not count: what they saw was cut off.  The plain ones do: they hold the
+    level, and without them a small disc on a black ground loses it (real dot grid: 0.0104 px in place of 0.0061).
     even (8, 8), odd (6, 6) (lower triangles), rhs (14,), `sums` (N_SUMS,): out.
     """
     if full:
@@ -187,7 +187,7 @@ def normal_equations(window: Window, p: Array, clip: float, full: bool, n_even: 
     ratio = light_ratio(p)
     margin = min(clip, _FIRST_MARGIN * abs(p[11]))
     low, high = window.black + margin, window.white - margin
-    _plain(p, ratio, clip, low, high, window.plain, n_plain, rows, sums)
+    _plain(p, ratio, clip, window.plain, n_plain, rows, sums)
     rows[ONE, :n_plain] = 1.0
     _add(rows, n_plain, ONE, 2, full, even, rhs, 0)
     _add(rows, n_plain, LIT_X, 4, full, odd[2:, 2:], rhs, 10)
