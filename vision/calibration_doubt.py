@@ -167,10 +167,10 @@ def length_notes(points: pd.DataFrame, recording: Recording) -> list[str]:
         rows = points[points["marker"].isin(body.markers)]
         wide = rows.pivot(index="frame", columns="marker", values=["x_m", "y_m", "z_m"])
         seen = [marker for marker in body.markers if marker in set(rows["marker"])]
+        found_m = {marker: wide.xs(marker, axis=1, level="marker").to_numpy(float) for marker in seen}
         for i, first in enumerate(seen):
             for second in seen[i + 1:]:
-                apart = np.stack([wide[f"{axis}_m", first] - wide[f"{axis}_m", second] for axis in "xyz"], -1)
-                length = np.linalg.norm(apart.astype(float), axis=1)
+                length = np.linalg.norm(found_m[first] - found_m[second], axis=1)
                 if np.isfinite(length).any():
                     own.append(float(np.nanmedian(length)))
                     known.append(float(np.linalg.norm(place[first] - place[second])))
