@@ -34,7 +34,7 @@ class LawData:
 
     ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
     ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``strays``: share of the impacts that need not
-    follow the restitution (:data:`STRAY_SHARE`, none of a handful).
+    follow the restitution, at most (of a handful none need, see :func:`stray_share`).
     """
 
     before: Array
@@ -91,8 +91,7 @@ def law_data(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia
     m = impacts.meetings
     return LawData(v[:, 0], v[:, 1], v[:, 2], v @ normal, v @ tangential, v @ angular,
                    np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + speed_floor_m_per_s**2), sd(tangential), sd(angular), v[:, 4], m.run[at],
-                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], m.drive_start_rad[at], at, inertia_factor,
-                   stray_share(len(at)))
+                   v[:, 7], impacts.azimuth_rad[at], m.host[at, 3], m.drive_rad[at], m.drive_start_rad[at], at, inertia_factor)
 
 
 def _row(entries: dict[str, float]) -> Array:
@@ -172,7 +171,7 @@ def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple
     """As :func:`fit_restitution`, and the probability (K,) that each impact follows it."""
     x = np.ones((len(data), 1)) if design is None else design
     a, b2 = x * data.before[:, None], data.before**2
-    share, broad = data.strays, STRAY_SPREAD**2 * b2
+    share, broad = min(data.strays, stray_share(len(data))), STRAY_SPREAD**2 * b2
     square, own = 0.02**2, np.ones(len(data))
     value = np.inf
     for _ in range(60):

@@ -1,12 +1,12 @@
 """Forces on the plant's disk between contacts."""
 
 import numpy as np
-from numba import njit
 
-from analysis.blind.plant_state import Floats, PlantParameters
+from analysis.blind.compiled import Floats, compiled
+from analysis.blind.plant_state import PlantParameters
 
 
-@njit(cache=True)
+@compiled
 def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
     """Host position, velocity and acceleration (each: x, y, rotation, z) from its harmonics."""
     position, velocity, acceleration = np.zeros(4), np.zeros(4), np.zeros(4)
@@ -19,7 +19,7 @@ def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
     return position, velocity, acceleration
 
 
-@njit(cache=True)
+@compiled
 def floor_traction(
     slip_x: float, slip_y: float, spin: float, p: PlantParameters, table: Floats
 ) -> tuple[float, float, float]:
@@ -42,7 +42,7 @@ def floor_traction(
     return size * slip_x / speed, size * slip_y / speed, turn
 
 
-@njit(cache=True)
+@compiled
 def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
     """Forces that nobody would put into a model: x, y from the Host's centre."""
     radius = np.sqrt(x * x + y * y) + 1e-12
@@ -69,7 +69,7 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
         out[3] += push * b
 
 
-@njit(cache=True)
+@compiled
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)

@@ -2,13 +2,13 @@
 duration."""
 
 import numpy as np
-from numba import njit
 
 from analysis.blind.accelerations import derivative, host_pose
-from analysis.blind.plant_state import Floats, PlantParameters
+from analysis.blind.compiled import Floats, compiled
+from analysis.blind.plant_state import PlantParameters
 
 
-@njit(cache=True)
+@compiled
 def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
     position = host_pose(time, host)[0]
@@ -35,7 +35,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     return (reach - radius) / size, nx / size, ny / size
 
 
-@njit(cache=True)
+@compiled
 def _contact_velocity(
     time: float, state: Floats, p: PlantParameters, host: Floats, nx: float, ny: float
 ) -> tuple[float, float, float, float]:
@@ -51,7 +51,7 @@ def _contact_velocity(
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
 
-@njit(cache=True)
+@compiled
 def restitution_at(
     time: float, azimuth: float, approach: float, slip: float, spin: float, since_s: float, p: PlantParameters, scatter: float
 ) -> float:
@@ -73,7 +73,7 @@ def restitution_at(
     return min(max(value + p.restitution_scatter * scatter, 0.05), 0.98)
 
 
-@njit(cache=True)
+@compiled
 def impact(
     time: float, state: Floats, p: PlantParameters, host: Floats, scatter: float, bounce: float
 ) -> tuple[Floats, float, float]:
@@ -119,7 +119,7 @@ def impact(
     return new, approach, slip
 
 
-@njit(cache=True)
+@compiled
 def spring_dashpot(p: PlantParameters) -> tuple[float, float, float]:
     """Stiffness and damping of the normal, stiffness of the tangential spring, per unit mass.
 
@@ -133,7 +133,7 @@ def spring_dashpot(p: PlantParameters) -> tuple[float, float, float]:
     return natural**2, 2.0 * ratio * natural, p.contact_shear_share * natural**2
 
 
-@njit(cache=True)
+@compiled
 def compliant_step(
     time: float,
     state: Floats,
@@ -161,7 +161,7 @@ def compliant_step(
     return state
 
 
-@njit(cache=True)
+@compiled
 def _pushed(
     time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, spring: tuple[float, float, float]
 ) -> tuple[Floats, float]:

@@ -4,12 +4,12 @@ projection."""
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from analysis.blind.accelerations import derivative, host_pose
+from analysis.blind.compiled import Floats, compiled
 from analysis.blind.contact import compliant_step, impact, spring_dashpot, wall_gap
 from analysis.blind.disk_friction import disk_friction_table
-from analysis.blind.plant_state import Floats, PlantParameters
+from analysis.blind.plant_state import PlantParameters
 
 STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
@@ -28,7 +28,7 @@ class Motion(NamedTuple):
     held: np.ndarray
 
 
-@njit(cache=True)
+@compiled
 def _step(time: float, state: Floats, step: float, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     k1 = derivative(time, state, p, host, table)
     k2 = derivative(time + 0.5 * step, state + 0.5 * step * k1, p, host, table)
@@ -38,7 +38,7 @@ def _step(time: float, state: Floats, step: float, p: PlantParameters, host: Flo
     return new
 
 
-@njit(cache=True)
+@compiled
 def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> tuple[float, Floats]:
     """The first instant within the coming step at which the disk is past the wall: bisection on the step's
     length."""
@@ -52,7 +52,7 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
     return time + high, _step(time, state, high, p, host, table)
 
 
-@njit(cache=True)
+@compiled
 def _run(
     duration_s: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, scatter: Floats
 ) -> tuple[Floats, Floats, Floats]:

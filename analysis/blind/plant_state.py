@@ -2,11 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-Floats = npt.NDArray[np.float64]
-
 
 class PlantParameters(NamedTuple):
     """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's

@@ -91,13 +91,13 @@ def _of_impacts(impacts: ImpactFit, left: dict[str, ImpactGain]) -> dict[str, En
     spread = float(np.std(np.exp(-data.before / 1.2))) or 1.0
     worth = IMPACT_NEGLIGIBLE["restitution"]
     return {"direction_dependent_restitution": _entry("amplitude", float(np.sqrt(2) * worth), rules.SIGNIFICANCE * sd,
-                                                      _told(left.get("direction_dependent_restitution"), 1.0)),
+                                                      _told(left.get("direction_dependent_restitution"))),
             "speed_dependent_restitution": _entry("restitution_fast", worth / spread, rules.SIGNIFICANCE * sd / np.sqrt(2) / spread,
-                                                  _told(left.get("speed_dependent_restitution"), 1.0))}
+                                                  _told(left.get("speed_dependent_restitution")))}
 
 
-def _told(gain: ImpactGain | None, factor: float) -> tuple[float, float] | None:
-    return None if gain is None else (factor * float(np.linalg.norm(gain.estimate[:2])), factor * float(gain.sd[0]))
+def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
+    return None if gain is None else (float(np.linalg.norm(gain.estimate[:2])), float(gain.sd[0]))
 
 
 def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_seen: bool) -> dict[str, Entry]:
@@ -110,4 +110,4 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_seen: bool) -
     finite = left.get("finite_contact_time")
     return {"finite_contact_time": _entry("duration_s", rules.CONTACT_TIME_NEGLIGIBLE_S, noise_m / np.sqrt(2) / max(float(np.std(speed)), 1e-6) * per_slope,
                                           None if finite is None else (float(finite.estimate[-1]) * per_slope, float(finite.sd[-1]) * per_slope)),
-            "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"), 1.0))}
+            "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity")))}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from matplotlib.figure import Figure
+
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.figures import residual_panels
 from analysis.gap.figures_flights import flight_panels
@@ -100,42 +102,40 @@ def _slug(text: str) -> str:
     return "".join(c if c.isalnum() else "-" for c in text.lower()).strip("-") or "all"
 
 
-def _ground(section: Section, diagnosis: Diagnosis) -> None:
-    figure = ground_figure(diagnosis.ladder)
+def _shown(section: Section, name: str, figure: Figure | None, caption: str, alt: str, *, missing: str, because: str) -> None:
+    """A figure, or the sentence why there is none."""
     if figure is None:
-        section.add_missing("ground markers", "the recording has none, or this entry has no points.")
-        return
-    section.add_figure("gap-ground", figure, "What the ground markers do together; they stand still in the room, so a camera (or its mount) does this.",
-                       "Common motion of the ground markers over time")
+        section.add_missing(missing, because)
+    else:
+        section.add_figure(name, figure, caption, alt)
+
+
+def _ground(section: Section, diagnosis: Diagnosis) -> None:
+    _shown(section, "gap-ground", ground_figure(diagnosis.ladder),
+           "What the ground markers do together; they stand still in the room, so a camera (or its mount) does this.",
+           "Common motion of the ground markers over time", missing="ground markers", because="the recording has none, or this entry has no points.")
 
 
 def _rigid(section: Section, diagnosis: Diagnosis) -> None:
-    figure = rigid_figure(diagnosis.ladder)
-    if figure is None:
-        section.add_missing("markers against their bodies", "this entry has no points.")
-        return
-    section.add_figure("gap-rigid", figure, "Each marker's place on its body over the run, and the Host's markers along its velocity (first run): bodies are rigid, so all "
-                       "curves should be flat. A step is a marker that came loose, a slope with the velocity one that is read out at another time.", "Markers against their bodies")
+    _shown(section, "gap-rigid", rigid_figure(diagnosis.ladder),
+           "Each marker's place on its body over the run, and the Host's markers along its velocity (first run): bodies are rigid, so all "
+           "curves should be flat. A step is a marker that came loose, a slope with the velocity one that is read out at another time.",
+           "Markers against their bodies", missing="markers against their bodies", because="this entry has no points.")
 
 
 def measured(section: Section, diagnosis: Diagnosis) -> None:
     """Epipolar residual, heights, jitter and drive frequency, once."""
     if "gap-measured" in section.figures:
         return
-    figure = measured_figure(diagnosis.ladder)
-    if figure is None:
-        section.add_missing("residuals of the measurement", "they need two views, or a driven Host.")
-        return
-    section.add_figure("gap-measured", figure, "Residual between the two views against the speed across the epipolar line (a slope is a late clock), heights (a slope is a tilted "
-                       "plane), variance of the Host's residual against its speed squared (a slope is jitter), drive frequency asked over seen by run.",
-                       "Residuals of the measurement")
+    _shown(section, "gap-measured", measured_figure(diagnosis.ladder),
+           "Residual between the two views against the speed across the epipolar line (a slope is a late clock), heights (a slope is a tilted "
+           "plane), variance of the Host's residual against its speed squared (a slope is jitter), drive frequency asked over seen by run.",
+           "Residuals of the measurement", missing="residuals of the measurement", because="they need two views, or a driven Host.")
 
 
 def layout(section: Section, diagnosis: Diagnosis) -> None:
     """Markers against their design."""
-    figure = layout_figure(diagnosis.ladder)
-    if figure is None:
-        section.add_missing("markers against their layout", "this entry has no points, or recording.toml gives no layout_m.")
-        return
-    section.add_figure("gap-layout", figure, "Markers against their layout, errors magnified; markers glued within the grey circles are placement, not an effect. "
-                       "The NES is seen from the centre of mass that its flights show.", "Markers against their layout")
+    _shown(section, "gap-layout", layout_figure(diagnosis.ladder),
+           "Markers against their layout, errors magnified; markers glued within the grey circles are placement, not an effect. "
+           "The NES is seen from the centre of mass that its flights show.", "Markers against their layout",
+           missing="markers against their layout", because="this entry has no points, or recording.toml gives no layout_m.")

@@ -9,7 +9,7 @@ import numpy as np
 from ovines.core import parameters as P
 from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.collision import resolve
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.disk_step import flight_slopes, flight_step
 from ovines.core.extended import SHARP, sharpen, strike_extended
 from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
@@ -132,6 +132,17 @@ def can_rest(y: Floats, p: Floats, k: Ints) -> bool:
     return rest_speed(y, p) <= 1e-9 * p[P.REGULARISATION]
 
 
+@inlined
+def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies_on: bool, p: Floats, k: Ints) -> None:
+    """Strike once more in extended precision where the flight before was kept in it (``low``), else forget its low parts."""
+    if low[SHARP] > 0.0 and flies_on:
+        restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], p)
+        strike_extended(before, low, restitution, p, k)
+        y[: P.LOST_FRICTION], y[P.HOST :] = before[: P.LOST_FRICTION], before[P.HOST :]
+    else:
+        low[:] = 0.0
+
+
 @compiled
 def run(
     p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, y: Floats, sample_times: Floats,
@@ -185,12 +196,7 @@ def run(
         before[:] = y
         mode, duration, counted = resolve(t, y, wall, p, k, drive, table, polygon, work, record)
         t += duration
-        if low[SHARP] > 0.0 and counted and mode == P.FLIGHT:
-            restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], p)
-            strike_extended(before, low, restitution, p, k)
-            y[: P.LOST_FRICTION], y[P.HOST :] = before[: P.LOST_FRICTION], before[P.HOST :]
-        else:
-            low[:] = 0.0
+        carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
             if n_impacts < impacts.shape[0]:
                 impacts[n_impacts, :] = record
