@@ -180,9 +180,12 @@ TABLES: dict[str, Table] = {
             (
                 integer("impact", "number of the impact, from 0"), number("time_s", "instant of the contact"),
                 *(
-                    maybe(f"{simulated}{name}", f"{name.replace('_', ' ')}, {'simulated' if simulated else 'measured'}")
+                    maybe(f"{simulated}{name}", f"{meaning} after the impact, {'simulated' if simulated else 'measured'}")
                     for simulated in ("", "simulated_")
-                    for name in ("normal_speed_after_m_per_s", "tangential_speed_after_m_per_s", "spin_after_rad_per_s")
+                    for name, meaning in (
+                        ("normal_speed_after_m_per_s", "normal speed"), ("tangential_speed_after_m_per_s", "tangential speed"),
+                        ("spin_after_rad_per_s", "spin"),
+                    )
                 ),
             ),
             key=("impact",),
