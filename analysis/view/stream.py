@@ -14,7 +14,7 @@ import pandas as pd
 import rerun as rr
 from numpy.typing import NDArray
 
-from analysis.figures.style import BLACK, GREEN, GREY, HOST_COLOUR, MM, NES_COLOUR, ORANGE
+from analysis.figures.style import GREEN, GREY, HOST_COLOUR, MM, NES_COLOUR, ORANGE
 from analysis.view.outlines import body_lines, design_markers, placed, poses, seen_by, wall_gap_m
 from ovines.camera import Camera
 from ovines.recording import Recording
@@ -23,8 +23,11 @@ Array = NDArray[np.float64]
 Picture = tuple[int, Mapping[str, bytes]]
 HALF = 0.5
 COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN, "simulated": ORANGE}
+NAME_COLOURS = {"nes": "#8ecbff", "host": "#ffb48a", "ground": "#7fe3c0"}  # lighter: a name stands in its dot's colour on a grey box
+WIDTHS = {"simulated": 1.5}  # of a curve; a measured one shows on both sides of the simulated that covers it
 CURVES = {"x (mm)": ("x_m", MM), "y (mm)": ("y_m", MM), "angle (rad)": ("angle_rad", 1.0)}
-LINE_M, POINT_M = 2.5e-4, 7e-4
+WHITE = "#ffffff"  # the viewer is dark
+LINE_M, POINT_M = 2.5e-4, 1.2e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +164,7 @@ def _curves(stream: rr.RecordingStream, shown: Shown) -> None:
             curves["room to the wall (mm)"] = MM * gap
         for title, values in curves.items():
             path = "/" + curve_path(title) + "/" + name
-            stream.log(path, rr.SeriesLines(colors=_rgb(COLOURS[name]), names=name, widths=1.5), static=True)
+            stream.log(path, rr.SeriesLines(colors=_rgb(COLOURS[name]), names=name, widths=WIDTHS.get(name, 4.0)), static=True)
             stream.send_columns(path, times, rr.Scalars.columns(scalars=values))
 
 
@@ -176,7 +179,7 @@ def _impacts(stream: rr.RecordingStream, shown: Shown) -> None:
         return
     clock = shown.motion["time_s"].to_numpy(float)
     path = "/" + curve_path("room to the wall (mm)") + "/impacts"
-    stream.log(path, rr.SeriesPoints(colors=_rgb(BLACK), names="impacts", markers="cross", marker_sizes=5), static=True)
+    stream.log(path, rr.SeriesPoints(colors=_rgb(WHITE), names="impacts", markers="cross", marker_sizes=5), static=True)
     for one in shown.impacts.itertuples():
         stream.set_time("frame", sequence=int(shown.motion["frame"].iloc[min(np.searchsorted(clock, one.time_s), len(clock) - 1)]))
         stream.set_time("time", duration=float(one.time_s))
@@ -208,7 +211,7 @@ def _send_points(
     named = {"labels": rows["marker"].tolist()} if "marker" in rows else {}
     shown_frames, shown_times, sizes = _with_gaps(frames, times, counts, last)
     stream.send_columns(path, _times(shown_frames, shown_times), kind.columns(positions=places, **named).partition(sizes))
-    stream.log(path, kind.from_fields(colors=_rgb(COLOURS[body]), radii=radius, show_labels=bool(named)), static=True)
+    stream.log(path, kind.from_fields(colors=_rgb((NAME_COLOURS if named else COLOURS)[body]), radii=radius, show_labels=bool(named) and kind is rr.Points2D), static=True)
 
 
 def _send_lines(stream: rr.RecordingStream, path: str, frames: NDArray[np.int64], times: Array, lines: Sequence[Array], name: str, radius: float) -> None:
