@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,12 @@ WARP_DEGREE = 4
 WARP_POWERS = [(d - j, j) for d in range(1, WARP_DEGREE + 1) for j in range(d + 1)]
 ORIGIN = ["origin_x", "origin_y"]
 WARP = [f"warp_{axis}_{i}{j}" for axis in "xy" for i, j in WARP_POWERS]
+# Frames whose parabola is the first guess of a flight: friction turns within longer stretches.
+START_FRAMES = 12
+# A Host's overtone known to 0.2 um leaves the mean speed of a disk that slides to and fro open by 40 um/s, which no covariance of a flight
+# holds: over this time it stays near the cameras' noise, and impacts under a strong drive are closer.
+LONGEST_FLIGHT_S = 0.15
+FEWEST_IN_PIECE = 8
 #: every shared unknown, in the order of the columns of the evidence
 SHARED: list[str] = [*PARAMETERS, *ORIGIN, *WARP]
 
@@ -41,11 +47,13 @@ class RunData:
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Frames ``first..last`` of free flight; ``joined``: the next flight starts where this one ends, at an impact."""
+    """Frames ``first..last`` of free flight; ``joined``: the next flight starts where this one ends, at an impact; ``goes_on``: the next
+    is the same flight, cut for its length."""
 
     first: int
     last: int
     joined: bool
+    goes_on: bool = False
 
 
 def _arguments(run: RunData) -> tuple[Any, ...]:
@@ -92,6 +100,18 @@ def flights_from_segments(seen: NDArray[np.bool_], gaps: Sequence[int], contact:
         follows = joined and k + 1 < len(pieces)
         flights.append(Flight(first, last, follows))
     return flights
+
+
+def shortened(flights: Sequence[Flight], time_s: Array, seen: NDArray[np.bool_]) -> list[Flight]:
+    """``flights`` with those longer than :data:`LONGEST_FLIGHT_S` cut into equal pieces, each of which is fitted by itself."""
+    pieces: list[Flight] = []
+    for flight in flights:
+        frames = np.flatnonzero(seen[flight.first:flight.last + 1]) + flight.first
+        count = int(np.ceil((time_s[flight.last] - time_s[flight.first]) / LONGEST_FLIGHT_S))
+        parts = np.array_split(frames, max(min(count, len(frames) // FEWEST_IN_PIECE), 1))
+        pieces += [Flight(int(part[0]), int(part[-1]), False, goes_on=True) for part in parts[:-1]]
+        pieces.append(replace(flight, first=int(parts[-1][0]) if len(parts) > 1 else flight.first))
+    return pieces
 
 
 @compiled
@@ -205,9 +225,11 @@ def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shar
     for k, f in enumerate(flights):
         index = np.arange(f.first, f.last + 1)
         index = index[np.isfinite(run.xy_m[index, 0])]
-        reference[k] = 0.5 * (run.time_s[f.first] + run.time_s[f.last])
+        # From the first frame on: friction forgets what it has stopped, so that from behind a rest no path leads back.
+        reference[k] = run.time_s[f.first]
         if start is None:
-            start_state(run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, f.last, reference[k], states[k])
+            few = int(index[:START_FRAMES][-1])
+            start_state(run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, few, reference[k], states[k])
         else:
             states[k] = start.states[k]
         lens = warp_basis(run.xy_m[index], run.contact_radius_m)

@@ -61,7 +61,7 @@ def _windows(rig: RigFit, number: int, resolved: NDArray[np.bool_]) -> Iterator[
     if len(ahead) >= 2 and not any(a <= ahead[0] <= b for a, b in contact):
         yield None, int(ahead[0]), flights[anchors[0]].first, anchors[0]
     for k, following in zip(anchors, [*anchors[1:], None], strict=True):
-        if following == k + 1 and k in met:
+        if following == k + 1 and (k in met or flights[k].goes_on):
             continue
         stop = flights[following].first if following is not None else int(np.flatnonzero(seen)[-1])
         if stop > flights[k].last:

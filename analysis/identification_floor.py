@@ -84,7 +84,10 @@ def choose_floor(runs: Sequence[Run], effects: Sequence[str], angle: bool) -> tu
         added = _needed_term(floor, runs)
         if added is None:
             break
-        floor = fit_floor(runs, [*floor.names, *CANDIDATES[added]], floor.coupling, load, floor)
+        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], floor.coupling, load, floor)
+        if not _confirmed(richer, CANDIDATES[added]):
+            break
+        floor = richer
         notes.append(f"The flights need {added}, which [model] effects does not name; it was fitted along.")
     return list(runs), floor, notes
 
@@ -107,6 +110,14 @@ def _needed_term(floor: FloorFit, runs: Sequence[Run]) -> str | None:
     if best is None or gains[best] - gains[""] < ANOTHER_TERM * max(floor.scale, 1.0) ** 2:
         return None
     return best
+
+
+def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
+    """Whether fitted ``terms`` stand out of their covariance, in which the runs' disagreement is: what the model misses pulls each run its
+    own way."""
+    at = [floor.names.index(term) for term in terms]
+    value = floor.estimate[at]
+    return bool(value @ np.linalg.solve(floor.covariance[np.ix_(at, at)], value) > ANOTHER_LAW)
 
 
 def fit_floor(runs: Sequence[Run], names: Sequence[str], coupling: float, load: float = 0.0, start: FloorFit | None = None) -> FloorFit:

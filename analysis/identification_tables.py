@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -125,6 +127,7 @@ def flights_table(rig: RigFit, run: int, merged: Merged) -> pd.DataFrame:
         k, moment = int(meetings.flight[i]), float(meetings.time_s[i])
         spans[k] = (spans[k][0], moment, spans[k][2])
         spans[k + 1] = (moment, spans[k + 1][1], spans[k + 1][2])
+    spans = _whole(spans, [f.goes_on for f in fits.flights])
     spans += [(float(data.time_s[a]), float(data.time_s[b]), "contact") for a, b in segments.contact]
     for first, last in merged.chatter(run):
         spans = [piece for span in spans for piece in _without(span, first, last)] + [(first, last, "chatter")]
@@ -141,6 +144,20 @@ def flights_table(rig: RigFit, run: int, merged: Merged) -> pd.DataFrame:
     table = pd.DataFrame(rows, columns=["start_s", "end_s", "kind"])
     table.insert(0, "flight", np.arange(len(table)))
     return table
+
+
+def _whole(spans: Sequence[tuple[float, float, str]], goes_on: Sequence[bool]) -> list[tuple[float, float, str]]:
+    """The pieces of a long flight as one where they are of a kind, else end to end."""
+    whole: list[tuple[float, float, str]] = []
+    for k, (start, end, kind) in enumerate(spans):
+        if k > 0 and goes_on[k - 1]:
+            before = whole.pop()
+            if before[2] == kind:
+                start = before[0]
+            else:
+                whole.append((before[0], start, before[2]))
+        whole.append((start, end, kind))
+    return whole
 
 
 def _without(span: tuple[float, float, str], first: float, last: float) -> list[tuple[float, float, str]]:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights import Flight, RunData, flights_from_segments
+from analysis.flights import Flight, RunData, flights_from_segments, shortened
 from analysis.host_motion import fit_host_motion
 from analysis.segment import Segments, segment
 from ovines.errors import InputError
@@ -105,7 +105,8 @@ def cut(data: RunData, host_table: Array, frame: NDArray[np.int64], wall_m: Arra
         xy = data.xy_m.copy()
         xy[segments.smeared] = np.nan
         data = replace(data, xy_m=xy)
-    flights = flights_from_segments(np.isfinite(data.xy_m[:, 0]), segments.gaps.tolist(), segments.contact)
+    seen = np.isfinite(data.xy_m[:, 0])
+    flights = shortened(flights_from_segments(seen, segments.gaps.tolist(), segments.contact), data.time_s, seen)
     return Run(data, segments, tuple(flights), distance, host_table, frame)
 
 

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # Model error of a contact distance beyond the cameras' noise (flight model, lens residual), m.
 DISTANCE_FLOOR_M = 2e-6
+# Fewer runs do not show how much they scatter.
+FEWEST_RUNS = 5
 #: impacts slower than this tell little of the wall and less of the law
 SLOWEST_M_PER_S = 0.05
 
@@ -84,8 +86,22 @@ def fit_wall(meetings: Meetings, start: Wall, terms: Sequence[str], prior_sd: Ma
     scatter = 1.4826 * float(np.median(np.abs(residual[used]))) if used.any() else float("nan")
     sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
     chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, 25.0))) if used.any() else 0.0
+    wider = _between_runs(design * weight[:, None] ** 2 * residual[:, None], meetings.run, covariance)
     return WallFit(wall, impacts, residual, scatter, used, tuple(terms), np.concatenate([_vector(wall)[at], coefficients]),
-                   covariance, chi)
+                   covariance * np.outer(wider, wider), chi)
+
+
+def _between_runs(scores: Array, run: NDArray[np.int64], covariance: Array) -> Array:
+    """Factor (P,) >= 1 by which the runs disagree more than their impacts' noise lets them, from each impact's ``scores`` (K, P).
+
+    The impacts of a run share the Host's fitted motion and, in pairs, a flight: the sandwich estimator clustered by runs holds both (Liang
+    and Zeger 1986).  1 with fewer than :data:`FEWEST_RUNS`."""
+    runs = np.unique(run)
+    if len(runs) < FEWEST_RUNS:
+        return np.ones(len(covariance))
+    summed = np.array([scores[run == r].sum(0) for r in runs])
+    spread = covariance @ (summed.T @ summed) @ covariance * len(runs) / (len(runs) - 1)
+    return np.sqrt(np.maximum(np.diag(spread) / np.maximum(np.diag(covariance), 1e-300), 1.0))
 
 
 def _vector(wall: Wall) -> Array:
