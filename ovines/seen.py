@@ -14,6 +14,7 @@ from ovines.recording import Recording
 BODIES = {"nes": "NES", "host": "Host"}
 # A gap that is named: shorter ones are a marker hidden for a moment, and the tables have them.
 GAP_S = 0.02
+GAP_SHARE = 0.2  # as many frames without a place are named however short each gap is
 # A disk that moves less than this against its ring, or is seen in fewer frames, carries nothing to explain.
 STILL_M = 1e-4
 FEW_FRAMES = 10
@@ -55,16 +56,34 @@ def gaps(motion: pd.DataFrame, recording: Recording) -> list[str]:
         elif not seen.all():
             start, end = longest_gap(seen)
             times_s = motion["time_s"].to_numpy(float)
+            count = f"{title} not seen in {int((~seen).sum())} of {len(seen)} frames"
             if times_s[end - 1] - times_s[start] >= GAP_S:
-                notes.append(
-                    f"{title} not seen in {int((~seen).sum())} of {len(seen)} frames, longest from"
-                    f" {times_s[start]:.4g} s to {times_s[end - 1]:.4g} s; nothing stands in the tables there"
-                )
+                notes.append(f"{count}, longest from {times_s[start]:.4g} s to {times_s[end - 1]:.4g} s; nothing stands in the tables there")
+            elif np.mean(~seen) > GAP_SHARE:
+                notes.append(f"{count}, never more than {end - start} in a row; nothing stands in the tables there")
     outside = share_outside(motion, recording)
     if outside > 0.5:
         notes.append(f"NES outside the Host's wall in {100 * outside:.0f} % of the frames: check inner_radius_m and the calibration")
     if reach_m(motion) < STILL_M:
         notes.append("NES does not move against the Host: no impact, and no parameter of one")
+    return notes
+
+
+def track_notes(tracks: pd.DataFrame, points: pd.DataFrame, recording: Recording) -> list[str]:
+    """What of the tracks gives no motion: markers that no body has, and frames in which no marker has a point."""
+    notes = []
+    known = {marker for body in recording.bodies.values() for marker in body.markers}
+    if strangers := sorted(set(tracks["marker"]) - known):
+        named = ", ".join(strangers[:5]) + (f" and {len(strangers) - 5} more" if len(strangers) > 5 else "")
+        notes.append(f"tracks of {named} are not used: no [bodies] of recording.toml has such a marker")
+    times_s = tracks.groupby("frame")["time_s"].first()
+    with_point = np.asarray(times_s.index.isin(points["frame"].unique()))
+    start, end = longest_gap(with_point)
+    if end and times_s.iloc[end - 1] - times_s.iloc[start] >= GAP_S:
+        notes.append(
+            f"no point in {int((~with_point).sum())} of {len(with_point)} tracked frames, longest from {times_s.iloc[start]:.4g} s"
+            f" to {times_s.iloc[end - 1]:.4g} s: no marker was seen by two cameras there"
+        )
     return notes
 
 

@@ -13,7 +13,7 @@ from ovines.chain import CALIBRATION_PAGE
 from ovines.errors import InputError
 from ovines.first_frame_names import read_names
 from ovines.recording import Recording, read_trigger
-from ovines.seen import gaps, refuse_unseen
+from ovines.seen import gaps, refuse_unseen, track_notes
 from ovines.tables import checked, read_table
 from ovines.work import Work
 
@@ -56,6 +56,7 @@ def triangulate(work: Work) -> dict[str, Any]:
     cameras = read_calibration(work.path("calibration.json"))
     points = triangulate_tracks(tracks, cameras, work.recording.window_offset_px)
     refuse_foreign_tracks(tracks, points, cameras, work.recording.window_offset_px)
+    work.notes.extend(track_notes(tracks, points, work.recording))
     work.notes.extend(length_notes(points, work.recording))
     return {"points.parquet": points}
 
