@@ -45,7 +45,7 @@ def advise(names: Sequence[str], singles: Mapping[str, Single], sensor_size_px: 
         single, size = singles[name], sensor_size_px[name]
         count, share, tilt = len(single.views), coverage(single.views, size), tilts_deg(single)
         if count < FEW_VIEWS:
-            said.append(f"{name}: {count} usable views; take at least {FEW_VIEWS}, better 15 to 20.")
+            said.append(f"{name}: {count} usable intrinsic views; take at least {FEW_VIEWS}, better 15 to 20.")
         if share < LITTLE_COVERAGE:
             said.append(f"{name}: the board visited {share:.0%} of the sensor; move it to the corners, or use a larger board.")
         if np.percentile(tilt, 80) < FLAT_DEG:

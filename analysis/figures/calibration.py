@@ -27,10 +27,10 @@ def view_errors(views: pd.DataFrame) -> Figure:
 
 def reprojection(points: pd.DataFrame) -> Figure:
     """Reprojection error of the triangulated markers: over time, and its distribution by marker."""
-    figure, axes = new_figure(1, 2, height_in=2.6, width_ratios=(1.6, 1))
+    figure, axes = new_figure(1, 2, height_in=2.6, width_ratios=(1.6, 1), gap_in=(0.8, 0.6))
     by_frame = points.groupby("time_s")["reprojection_px"].median()
     axes[0, 0].plot(by_frame.index, by_frame.to_numpy(float), color=BLUE, lw=0.8)
-    label(axes[0, 0], "time (s)", "reprojection (px), median of markers")
+    label(axes[0, 0], "time (s)", "median reprojection (px)")
     axes[0, 0].set_ylim(bottom=0)
     markers = sorted(points["marker"].unique())
     for n, marker in enumerate(markers):
@@ -42,7 +42,7 @@ def reprojection(points: pd.DataFrame) -> Figure:
     axes[0, 1].set_xticks(
         range(len(markers)), markers, fontsize=7, rotation=90 if len(markers) > 8 else 0, parse_math=False
     )
-    label(axes[0, 1], y="px, 5 to 95 %")
+    label(axes[0, 1], "marker", "5 to 95 % (px)")
     limits = robust_limits(points["reprojection_px"], share=0.01)
     if limits:
         axes[0, 1].set_ylim(0, limits[1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
@@ -102,6 +102,9 @@ def ranking_figure(candidates: Sequence[Candidate], threshold: float, title: str
     ax.plot([], [], "s", color=BLUE, label="effect of the library", ms=5)
     ax.plot([], [], "s", color=GREY, label="probe", ms=5)
     ax.set_xscale("symlog", linthresh=max(threshold, 1.0))
+    decades = [10.0**k for k in range(1, 9) if 10.0**k >= threshold / 4]  # smaller ones would stand on each other
+    ax.xaxis.set_major_locator(FixedLocator([*(-one for one in decades), 0.0, *decades]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f}".replace("-", "−")))
     ax.set_yticks(range(len(rows)), [r.name for r in rows], fontsize=FONT_PT - 1.5, parse_math=False)
     ax.set_ylim(-0.7, len(rows) - 0.3)
     ax.grid(False, axis="y")

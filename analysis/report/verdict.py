@@ -92,8 +92,20 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
                 "launch the NES so that it "
                 "meets the wall steeply and obliquely, or analyse several recordings as a series."
             )
+    actions += _of_notes(results)
     answer = "Yes" if not unknown and status == "good" else "Yes, with gaps" if known else "Motion only"
     return status, answer, details, actions
+
+
+def _of_notes(results: Results) -> list[str]:
+    """What the identification noted beyond parameters that are not determined, which are said already."""
+    actions = []
+    for note in results.notes:
+        if "[model] effects does not name" in note:
+            actions.append(f"{note} Run `ovines diagnose` on the series: is it the cause of a gap?")
+        elif "determine" not in note:
+            actions.append(f"Before the parameters are used: {note}")
+    return actions
 
 
 def _how_good(results: Results) -> tuple[Status, str, list[str], list[str]]:

@@ -228,6 +228,18 @@ def test_missing_tables_are_named_gaps(tmp_path, chosen, answer):
     assert "Not here:" in page
 
 
+def test_what_the_identification_noted_is_something_to_do(tmp_path):
+    """A tilt that had to be fitted along is no reason to say that nothing has to be done."""
+    folder = write(tmp_path / "results", ALL)
+    notes = ["The flights need table_tilt, which [model] effects does not name; it was fitted along.", "The flights miss their frames by 2.2."]
+    write_table(tables()["identification"], "identification", folder / "identification.parquet", {"notes": notes})
+    page = write_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")
+    actions = page.split("What should I do?")[1].split("</ol>")[0]
+    assert "it was fitted along. Run `ovines diagnose` on the series" in actions
+    assert "Before the parameters are used: The flights miss their frames" in actions
+    assert "Nothing has to be done" not in page
+
+
 def test_no_impact_is_a_value(tmp_path):
     folder = write(tmp_path / "results", ALL)
     empty = tables()["impacts"].iloc[:0]

@@ -101,7 +101,7 @@ def test_tables_are_the_declared_ones():
     result = calibrate(setup.board, seen, SIZES, extrinsic)
     checked(result.views, "calibration_views")
     checked(result.parameters, "calibration_parameters")
-    assert any("6" in line and "views" in line for line in result.advice) or any("usable views" in line for line in result.advice)
+    assert any("6" in line and "views" in line for line in result.advice) or any("usable intrinsic views" in line for line in result.advice)
 
 
 def advice_on(change, seed=11):
@@ -142,7 +142,7 @@ def in_the_middle(k, turn, shift):
 
 
 @pytest.mark.parametrize(("change", "said"), [
-    (as_it_is, ["8 usable views; take at least 10"]), (small, ["markers below 20 px in 8 views", "come nearer"]),
+    (as_it_is, ["8 usable intrinsic views; take at least 10"]), (small, ["markers below 20 px in 8 views", "come nearer"]),
     (facing, ["tilt some views by 30 to 45", "take some nearer and some farther"]), (in_the_middle, ["of the sensor; move it to the corners"]),
 ])
 def test_advice_names_what_is_weak(change, said):
