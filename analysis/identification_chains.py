@@ -75,12 +75,12 @@ def accepted(rig: RigFit) -> NDArray[np.bool_]:
     return (off < WALL_TOLERANCE_M + 4 * impacts.sd("radius")) & (before > 0) & (change > 2 * impacts.sd("normal_before"))
 
 
-
 def merge(rig: RigFit, chains: list[Chain], meetings: NDArray[np.bool_]) -> Merged:
     """Chains and meetings told from each other.
 
     Where both show an impact and agree, the meeting stays (it needs no law); where a chain denies a meeting in its midst, the chain is
-    right: it explains all frames, the meeting was fitted to a hop with an impact inside.
+    right: it explains all frames, the meeting was fitted to a hop with an impact inside.  A meeting at a chain's first frame is where its
+    first flight begins: no chain from there on can show it.
     """
     kept = meetings.copy()
     found, others = [], rig.wall.impacts
@@ -98,7 +98,7 @@ def merge(rig: RigFit, chains: list[Chain], meetings: NDArray[np.bool_]) -> Merg
             j = int(np.argmin(near)) if len(near) else -1
             if j >= 0 and near[j] < max(AGREE_SD * np.hypot(sd[j], others.sd("time")[i]), AGREE_FRAMES * period) and near[j] < SAME_FRAMES * period:
                 show[j] = False
-            else:
+            elif others.of("time")[i] > data.time_s[chain.first] + 0.5 * period:
                 kept[i] = False
         taken += [(chain.run, float(t)) for t in time[show]]
         found.append(replace(chain, records=chain.records[show], covariance=chain.covariance[show], restitution_sd=chain.restitution_sd[show]))

@@ -163,11 +163,14 @@ def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
 
 
 def scatter_interval(data: LawData, restitution: float) -> Interval:
-    """Impact-to-impact scatter of the restitution; ``low`` 0 where none explains the impacts as well."""
+    """Impact-to-impact scatter of the restitution; ``low`` 0 where none explains the impacts as well.
+
+    By the likelihood restricted to what the restitution's own estimate leaves (Patterson and Thompson 1971): three impacts show two scatters."""
     residual, variance, size, strays = data.after - restitution * data.before, data.normal_sd**2, data.before, stray_share(len(data))
 
     def deviance(scatter: float) -> float:
-        return float(_deviance(scatter, residual, variance, size, strays))
+        restricted = np.log(np.sum(size**2 / (variance + (scatter * size) ** 2)))
+        return float(_deviance(scatter, residual, variance, size, strays) + restricted)
 
     best, least = minimum(lambda x: deviance(float(np.exp(x))), np.log(LEAST_SCATTER), np.log(0.5), 41)
     value, level = float(np.exp(best)), least + threshold(len(data), 1)

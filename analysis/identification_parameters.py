@@ -125,13 +125,12 @@ def _wall_rows(rig: RigFit) -> list[tuple[str, Interval]]:
     if not wall.used.any():
         return []
     radius = wall.wall.contact_radius_m
-    shared = {"radius": np.hypot(lens.radius_sd_m(wall.impacts, wall.used, radius),
-                                 np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * radius),
+    shared = {"radius": np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * radius,
               **dict.fromkeys(("ellipse_c", "ellipse_s"), LENS_SHARE["ellipse"] * lens.relative),
               # The Host's markers and the disk are seen through other regions of the lenses.
               **dict.fromkeys(("centre_x", "centre_y"), LENS_SHARE["wall_centre"] * lens.amplitude_m)}
-    return [(WALL_NAMES[term], normal_interval(wall.estimate[k], np.hypot(np.sqrt(wall.covariance[k, k]), shared.get(term, 0.0))))
-            for k, term in enumerate(wall.terms)]
+    sd = np.hypot(np.sqrt(np.diag(wall.covariance)), lens.wall_sd(wall))
+    return [(WALL_NAMES[term], normal_interval(wall.estimate[k], np.hypot(sd[k], shared.get(term, 0.0)))) for k, term in enumerate(wall.terms)]
 
 
 def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from analysis.evidence import Evidence, columns_of
 from analysis.flights import ORIGIN, SHARED, WARP, WARP_POWERS, FlightFits, warp_basis
-from analysis.impacts import Impacts
+from analysis.wall import WALL_TERMS, wall_design
+from analysis.wall_fit import DISTANCE_FLOOR_M, WallFit
 
 Array = NDArray[np.float64]
 
@@ -33,15 +34,19 @@ class LensResidual:
     relative: float
     covariance: Array
 
-    def radius_sd_m(self, impacts: Impacts, used: NDArray[np.bool_], contact_radius_m: float) -> float:
-        """What the terms' uncertainty adds to a radius that is the mean contact distance of the ``used`` impacts."""
+    def wall_sd(self, fit: WallFit) -> Array:
+        """What the terms' uncertainty adds to each term of a fitted wall (P,): it moves all impacts at a place alike, in every run."""
+        used, radius = fit.used, fit.wall.contact_radius_m
         if not used.any():
-            return 0.0
-        place = 0.5 * (impacts.meetings.state[used, :2] + impacts.meetings.state[used, 6:8])
-        basis = warp_basis(place, contact_radius_m)
-        azimuth = impacts.azimuth_rad[used]
-        slope = np.concatenate([(np.cos(azimuth)[:, None] * basis).mean(0), (np.sin(azimuth)[:, None] * basis).mean(0)])
-        return float(np.sqrt(slope @ self.covariance @ slope))
+            return np.zeros(len(fit.terms))
+        state, azimuth = fit.impacts.meetings.state[used], fit.impacts.azimuth_rad[used]
+        basis = warp_basis(0.5 * (state[:, :2] + state[:, 6:8]), radius)
+        moved_m = np.column_stack([np.cos(azimuth)[:, None] * basis, np.sin(azimuth)[:, None] * basis])
+        design = wall_design(azimuth, fit.impacts.meetings.host[used, 3], fit.impacts.body_rad[used], radius)
+        design = design[:, [WALL_TERMS.index(term) for term in fit.terms]]
+        weight = 1 / np.hypot(fit.impacts.sd("radius")[used], max(fit.scatter_m, DISTANCE_FLOOR_M))
+        slope = np.linalg.lstsq(design * weight[:, None], moved_m * weight[:, None], rcond=None)[0]
+        return np.sqrt(np.einsum("ij,jk,ik->i", slope, self.covariance, slope))
 
 
 def lens_residual(fits: Sequence[FlightFits], evidence: Sequence[Evidence], names: Sequence[str], prior_sd: dict[str, float],
