@@ -103,9 +103,10 @@ class PickWindow:
 
     def _leave(self) -> None:
         self.done = True
-        manager = self.figure.canvas.manager
-        if manager is not None:
-            manager.destroy()
+        if self.figure.canvas.manager is not None:
+            import matplotlib.pyplot as plt
+
+            plt.close(self.figure)  # pyplot must know: it would close the window once more when the program ends
 
     def draw(self) -> None:
         """Draw names, list and what to do next anew."""

@@ -197,6 +197,20 @@ def test_keys_and_buttons(first):
     assert window.done and not window.saved and naming.rows()
 
 
+def test_leaving_closes_the_window_for_pyplot_too(first):
+    """Otherwise pyplot closes it once more at the end of the program, and Tk answers with a traceback."""
+    import matplotlib.pyplot as plt
+
+    recording, cameras, offsets, images, discs, _ = first
+    figure = plt.figure("to be closed")
+    frames = [Frame(*one) for one in zip(cameras, offsets, images, map(centres, discs), strict=True)]
+    bodies = {marker: name for name, body in recording.bodies.items() for marker in body.markers}
+    window = PickWindow(figure, frames, Naming(CAMERAS, ["N1"], ()), bodies)
+    assert plt.fignum_exists("to be closed")
+    figure.canvas.callbacks.process("key_press_event", KeyEvent("key_press_event", figure.canvas, "escape"))
+    assert window.done and not window.saved and not plt.fignum_exists("to be closed")
+
+
 def test_a_click_far_from_any_disc_means_the_place_itself(first):
     window = window_of(first, ["N1"])
     Hand(window).click(window.pictures[0], 230.0, 200.0)
