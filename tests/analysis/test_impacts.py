@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,16 @@ def test_instants_to_a_hundredth_of_a_frame(pairs):
 def test_errors_are_as_large_as_the_covariance_says(pairs, name, column):
     z = np.concatenate([(impacts.of(name) - true[:, column]) / impacts.sd(name) for impacts, true in pairs])
     assert np.sqrt(np.mean(z**2)) < 1.5 and np.median(np.abs(z)) < 1.1
+
+
+@pytest.mark.parametrize("frames", [-5, 5])
+def test_flights_that_meet_far_from_their_gap_are_no_impact(frames):
+    """The same two flights, the gap between them said to be five frames earlier or later than where they meet."""
+    fit, _ = fitted(0)
+    first, second = fit.flights[:2]
+    moved = (replace(first, last=first.last + frames), replace(second, first=second.first + frames, joined=False))
+    assert meet([fit]).flight[0] == 0
+    assert len(meet([replace(fit, flights=moved)])) == 0
 
 
 def test_the_wall_is_where_the_flights_meet(pairs):
