@@ -83,6 +83,20 @@ def test_the_site_builds_and_asks_nobody(tmp_path):
         assert not re.search(r"url\([\"']?(https?:)?//|@import", sheet.read_text(encoding="utf-8")), sheet
 
 
+def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
+    """`ovines simulate --figures` draws those pictures that docs/validation.md shows, of the kept ones' size."""
+    from PIL import Image
+
+    from ovines.__main__ import main
+
+    assert main(["simulate", "--figures", str(tmp_path)]) == 0
+    shown = re.findall(r"!\[[^]]*\]\(figures/([^)]+)\)", (ROOT / "docs" / "validation.md").read_text(encoding="utf-8"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown)
+    for name in shown:
+        with Image.open(tmp_path / name) as made, Image.open(ROOT / "docs" / "figures" / name) as kept:
+            assert made.size == kept.size and len(made.convert("L").getcolors() or range(256)) > 20, name  # not blank
+
+
 @pytest.mark.long
 @pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample series")
 def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
