@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.compiled import compiled
+from vision.compiled import compiled, compiled_fast, inlined
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def _reach(p: Array) -> tuple[float, float, float, float]:
     return max(1.0 - band / r_min, 0.0) ** 2, (1.0 + band / r_min) ** 2, (1.0 + ring / r_min) ** 2, r_max * (1.0 + ring / r_min)
 
 
-@compiled
+@inlined
 def _span(p: Array, q2: float, y: float) -> tuple[int, int]:
     """First and last column where x' M x < q2 along the row `y` px below the centre; none: first > last."""
     middle = -p[3] * y / p[2]
@@ -67,21 +67,24 @@ def _span(p: Array, q2: float, y: float) -> tuple[int, int]:
     return math.ceil(p[0] + middle - half), math.floor(p[0] + middle + half)
 
 
-@compiled
+@inlined
 def _take(image: NDArray[Any], row: int, first: int, last: int, p: Array, inside: float, pixels: Array, n: int) -> int:
     """Append the pixels first..last of a row that lie in the picture; how many the list now has."""
     first, last = max(first, 0), min(last, image.shape[1] - 1)
-    y = row - p[1]
-    for col in range(first, last + 1):
-        pixels[X, n] = col - p[0]
-        pixels[Y, n] = y
-        pixels[GREY, n] = image[row, col]
-        pixels[AGAIN, n] = 1.0
-        pixels[INSIDE, n] = inside
-        n += 1
-    if last >= first:
-        pixels[AGAIN, n - 1 - last + first] = 0.0
-    return n
+    if last < first:
+        return n
+    left, below, line, at = first - p[0], row - p[1], image[row], np.uintp(n)
+    # Unsigned indices: none can be negative, and the loop needs no test of it.
+    source = np.uintp(first)
+    for k in range(last + 1 - first):
+        step = np.uintp(k)
+        pixels[X, at + step] = left + k
+        pixels[Y, at + step] = below
+        pixels[GREY, at + step] = line[source + step]
+        pixels[AGAIN, at + step] = 1.0
+        pixels[INSIDE, at + step] = inside
+    pixels[AGAIN, at] = 0.0
+    return n + last + 1 - first
 
 
 @compiled
@@ -115,14 +118,16 @@ def collect(image: NDArray[Any], p: Array) -> Window:
     return Window(edge, plain, n_edge, n_plain, n_wanted, np.empty((_N_WORK, max(n_edge, n_plain) + 1)), black, white)
 
 
-@compiled
+@compiled_fast
 def _cut_off(edge: Array, n_edge: int, plain: Array, n_plain: int) -> tuple[float, float]:
     """Black and white, where the window touches them."""
     least, most = 1e9, -1e9
     for k in range(n_edge):
-        least, most = min(least, edge[GREY, k]), max(most, edge[GREY, k])
+        grey = edge[GREY, k]
+        least, most = min(least, grey), max(most, grey)
     for k in range(n_plain):
-        least, most = min(least, plain[GREY, k]), max(most, plain[GREY, k])
+        grey = plain[GREY, k]
+        least, most = min(least, grey), max(most, grey)
     white = 1e12
     for full in _FULL:
         if most == full:

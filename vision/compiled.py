@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ovines.core.compiled import compiler, stamp_above
+from ovines.core.compiled import compiler, inlined, stamp_above
 
 # Sums may be reordered; not "nnan": comparisons with NaN must stay false.
 FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 compiled = compiler(stamp_above(Path(__file__).parent))
 compiled_fast = compiler(stamp_above(Path(__file__).parent), FAST)
+
+__all__ = ["compiled", "compiled_fast", "inlined"]

@@ -13,6 +13,7 @@ import numpy as np
 from vision.centre import (
     CONTRAST,
     COVERAGE,
+    LEVEL,
     MISFIT,
     N_FIT,
     NOISE,
@@ -30,26 +31,31 @@ from vision.centre_sectors import fit_by_sectors
 
 _LEVELS = 15
 _SMALLEST_PX, _LARGEST_PX = 2.5, 60.0
+_AS_LARGE = 1.35  # ratio of radii up to which a disc is as large as another
 _FLATTEST = 0.45  # axis ratio of a circle seen at 63 degrees
 _ROUND = 0.7  # axis ratio asked of a disc that only its sectors show
 _MAX_MISFIT = 0.12  # rms at the edge over contrast; sharp corners and open shapes have more
 
 
-def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = None,
-               radius_range_px: tuple[float, float] = (_SMALLEST_PX, _LARGEST_PX)) -> np.ndarray:
+def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = None, like: np.ndarray | None = None) -> np.ndarray:
     """Fits (n, 20), see `centre.fit_discs`, of everything disc-like in `image` or in region (u0, v0, u1, v1).
 
-    Pixels are those of the whole picture.  Sorted by |contrast|, strongest first.
+    Pixels are those of the whole picture.  Sorted by |contrast|, strongest first.  `like`: fits (m, 20) of discs as they looked before;
+    only discs about as large, of their polarity and brightness are found, at a third of the cost.
     """
     u0, v0, u1, v1 = region or (0, 0, image.shape[1], image.shape[0])
     u0, v0, u1, v1 = max(u0, 0), max(v0, 0), min(u1, image.shape[1]), min(v1, image.shape[0])
     if u1 - u0 < 8 or v1 - v0 < 8:
         return np.empty((0, N_FIT))
     part = image[v0:v1, u0:u1]
-    seeds = _seeds(part, radius_range_px)
+    grey, levels = _thresholds(part, like)
+    seeds = _seeds(grey, levels, _radius_range(like))
+    if like is not None:
+        seeds = seeds[np.isin(seeds[:, 4], np.sign(like[:, CONTRAST]))]
     level, contrast = _levels(part, seeds)
     # Noise makes round blobs too, as deep as itself: the search's blur leaves a third of it.
-    seen = np.abs(contrast) > max(5.0, 2.0 * _noise(part))
+    noise = _noise(part)
+    seen = np.abs(contrast) > max(5.0, 2.0 * noise)
     seeds, level, contrast = _merge(seeds[seen], level[seen], contrast[seen])
     if not len(seeds):
         return np.empty((0, N_FIT))
@@ -60,7 +66,7 @@ def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = Non
     doubtful = ~good | (fits[:, OUTLIERS] >= STRUCTURED)
     second = np.array([fit_by_sectors(image, start, False) for start in starts[doubtful]]).reshape(-1, N_FIT)
     # A sector has nothing to fit but a straight edge: where that leaves more than noise, the shape was another.
-    better = disc_like(second, _ROUND) & (second[:, NOISE] < 1.4 * _noise(part) + 0.7)
+    better = disc_like(second, _ROUND) & (second[:, NOISE] < 1.4 * noise + 0.7)
     better &= ~good[doubtful] | (second[:, SD] < fits[doubtful, SD])
     good[np.flatnonzero(doubtful)[better]] = False
     return marker_discs(_distinct(np.concatenate([fits[good], second[better]])))
@@ -85,15 +91,36 @@ def marker_discs(fits: np.ndarray) -> np.ndarray:
     return fits[~holds.any(1)]
 
 
-def _seeds(part: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray:
-    """(n, 5) u, v, radius, level index and polarity of round closed outlines at many grey levels."""
-    grey = part if part.dtype == np.uint8 else cv2.normalize(part, np.empty(0, np.uint8), 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+def _radius_range(like: np.ndarray | None) -> tuple[float, float]:
+    """Radii [px] to look for."""
+    if like is None:
+        return _SMALLEST_PX, _LARGEST_PX
+    radius = radius_px(like)
+    return float(radius.min() / _AS_LARGE), float(radius.max() * _AS_LARGE)
+
+
+def _thresholds(part: np.ndarray, like: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """The picture in 8 bit, a little blurred, and grey levels at which outlines are sought in it."""
+    scale, least = 1.0, 0.0
+    grey = part
+    if part.dtype != np.uint8:
+        least = float(part.min())
+        scale = 255.0 / max(float(part.max()) - least, 1.0)
+        grey = cv2.convertScaleAbs(part, alpha=scale, beta=-least * scale)
     grey = cv2.GaussianBlur(grey, (5, 5), 1.1)  # noise makes outlines by the thousand, and they cost
+    if like is not None:
+        middle = (like[:, LEVEL] + 0.5 * like[:, CONTRAST] - least) * scale
+        return grey, np.unique(np.quantile(middle, (0.0, 0.5, 1.0)).round())
     low, high = np.percentile(grey[::4, ::4], (0.2, 99.8)) if grey.size > 4000 else (grey.min(), grey.max())
     low, high = min(low, float(grey.min()) + 20), max(high, float(grey.max()) - 20)
+    return grey, np.linspace(low, high, _LEVELS + 2)[1:-1]
+
+
+def _seeds(grey: np.ndarray, levels: np.ndarray, radius_range_px: tuple[float, float]) -> np.ndarray:
+    """(n, 5) u, v, radius, level index and polarity of round closed outlines at the grey levels."""
     least, most = np.pi * radius_range_px[0] ** 2 * 0.5, np.pi * radius_range_px[1] ** 2
     found = []
-    for index, level in enumerate(np.linspace(low, high, _LEVELS + 2)[1:-1]):
+    for index, level in enumerate(levels):
         _, binary = cv2.threshold(grey, level, 255, cv2.THRESH_BINARY)
         contours, hierarchy = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         for contour, links in zip(contours, hierarchy[0] if hierarchy is not None else (), strict=True):

@@ -132,9 +132,12 @@ def _costs(poses: np.ndarray, seen: np.ndarray, layout: np.ndarray, tolerance: f
 def _settle(pose: np.ndarray, seen: np.ndarray, layout: np.ndarray, tolerance: float, prior: np.ndarray | None,
             prior_sd: tuple[float, float]) -> Match | None:
     marker = np.arange(len(layout))
+    before = None
     for _ in range(3):
         cost, disc = _costs(pose[None], seen, layout, tolerance)
-        found = disc[0] >= 0
+        if before is not None and np.array_equal(disc, before):
+            break
+        before, found = disc, disc[0] >= 0
         if found.sum() < 2 or len(set(disc[0][found])) < found.sum():
             return None
         pose = rigid_pose(layout[found], seen[disc[0][found], marker[found]])

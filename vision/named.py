@@ -42,8 +42,7 @@ def check_names(names: pd.DataFrame, where: str = "names") -> pd.DataFrame:
     return names.assign(u_px=places["u_px"], v_px=places["v_px"])
 
 
-def adopt_names(names: pd.DataFrame, eyes: Sequence[Eye], discs: Sequence[np.ndarray], images: Sequence[np.ndarray],
-                frame: int) -> list[str]:
+def adopt_names(names: pd.DataFrame, eyes: Sequence[Eye], discs: Sequence[np.ndarray], images: Sequence[np.ndarray]) -> list[str]:
     """Give each eye the named discs as its markers; a body without layout takes theirs.  Returns notes."""
     layout = eyes[0].layout
     strangers = sorted(set(names["marker"]) - set(layout.markers)) + sorted(set(names["camera"]) - {e.camera.name for e in eyes})
@@ -69,13 +68,9 @@ def adopt_names(names: pd.DataFrame, eyes: Sequence[Eye], discs: Sequence[np.nda
             if len(mine) < min(2, len(markers)):
                 continue
             seen = np.array([on_plane(eye.camera, own[m][None, [U, V]] + eye.offset, eye.place_m[m, 2])[0, :2] for m in mine])
-            pose = eye.found.copy()
-            pose[body] = rigid_pose(eye.place_m[mine, :2], seen) if len(mine) > 1 else [*seen[0] - eye.place_m[mine[0], :2], 0]
-            active = np.zeros(len(layout.bodies), np.int64)
-            active[body] = 1
-            eye.look(image, active, pose)
-            if eye.n_seen[body]:
-                eye.accept(body, frame)
+            pose = rigid_pose(eye.place_m[mine, :2], seen) if len(mine) > 1 else np.array([*seen[0] - eye.place_m[mine[0], :2], 0])
+            if eye.look_at(image, body, pose, 1):
+                eye.accept(body)
             else:
                 notes.append(f"{eye.camera.name}: the named {name} markers do not lie as the layout says; left to the search")
     return notes

@@ -52,7 +52,7 @@ def _claimed(eye: Eye, discs: np.ndarray) -> np.ndarray:
     own = eye.fits[eye.use > 0][:, [U, V]]
     if not len(own):
         return np.zeros(len(discs), bool)
-    return (np.hypot(discs[:, None, U] - own[:, 0], discs[:, None, V] - own[:, 1]) < 5.0).any(1)
+    return np.any(np.hypot(discs[:, None, U] - own[:, 0], discs[:, None, V] - own[:, 1]) < 5.0, axis=1)
 
 
 def _stereo(eyes: Sequence[Eye], free: Sequence[np.ndarray]) -> list[tuple[Any, ...]]:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ovines.camera import Camera, triangulate_points
+from ovines.camera import Camera, epipolar_residual_px
 from ovines.recording import Recording, read_trigger
 
 _SHIFTS = (-2, -1, 0, 1, 2)
@@ -95,28 +95,34 @@ def renumbered(tracks: pd.DataFrame, dropped: Sequence[DroppedFrames]) -> pd.Dat
 
 def _shift_costs(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mapping[str, Sequence[int]]
                  ) -> tuple[np.ndarray, np.ndarray]:
-    """(frames, shifts) half the sum of capped squared normalised residuals; frames without evidence are 0."""
-    views = []
-    for camera in cameras:
-        view = tracks.loc[tracks["camera"] == camera.name, ["frame", "marker", "u_px", "v_px"]].copy()
-        view[["u_px", "v_px"]] += np.asarray(offsets[camera.name], float)
-        views.append(view)
-    residuals = []
-    for shift in _SHIFTS:  # the second camera's frame f - shift is held against the first one's frame f
-        second = views[1].assign(frame=views[1]["frame"] + shift)
-        pairs = views[0].merge(second, on=["frame", "marker"], suffixes=("", "_2"))
-        ones = np.ones(len(pairs))
-        result = triangulate_points(cameras, [pairs[["u_px", "v_px"]], pairs[["u_px_2", "v_px_2"]]], [ones, ones])
-        residuals.append(pairs[["frame", "marker"]].assign(shift=shift, residual=result.epipolar_px))
-    table = pd.concat(residuals).pivot_table(index=["frame", "marker"], columns="shift", values="residual").dropna()
-    if not len(table):
+    """(frames, shifts) half the sum of capped squared normalised residuals; frames without evidence are left out."""
+    marker = pd.factorize(tracks["marker"])[0]
+    (frames, first), (others, second) = (_rays_by_frame(tracks, marker, camera, offsets[camera.name]) for camera in cameras)
+    if not len(frames) or not len(others):
         return np.empty((0, len(_SHIFTS))), np.empty(0, int)
-    usual = table[0].groupby("marker").transform("median")
-    off = table.sub(usual, axis=0)
-    spread = 1.4826 * off.abs().min(axis=1).groupby("marker").transform("median")
-    scaled = off.div(np.maximum(spread, _LEAST_SD_PX), axis=0)
-    cost = (0.5 * np.minimum(scaled**2, _CAP)).groupby("frame").mean()  # a body's markers err together: one vote
-    return 3.0 * cost.to_numpy(), cost.index.to_numpy()
+    residual = np.full((*first.shape[:2], len(_SHIFTS)), np.nan)
+    for k, shift in enumerate(_SHIFTS):  # the second camera's frame f - shift is held against the first one's frame f
+        at = np.searchsorted(others, frames - shift).clip(max=len(others) - 1)
+        meets = others[at] == frames - shift
+        residual[meets, :, k] = epipolar_residual_px(cameras, first[meets], second[at[meets]])
+    complete = np.all(np.isfinite(residual), axis=-1)
+    markers, told = np.any(complete, axis=0), np.any(complete, axis=1)
+    residual[~complete] = np.nan
+    off = residual[told][:, markers]
+    off -= np.nanmedian(off[..., _SHIFTS.index(0)], axis=0)[:, None]
+    spread = 1.4826 * np.nanmedian(np.abs(off).min(-1), axis=0)
+    off /= np.maximum(spread, _LEAST_SD_PX)[:, None]
+    cost = np.nanmean(0.5 * np.minimum(off**2, _CAP), axis=1) if told.any() else np.empty((0, len(_SHIFTS)))
+    return 3.0 * cost, frames[told]  # the mean: a body's markers err together, one vote
+
+
+def _rays_by_frame(tracks: pd.DataFrame, marker: np.ndarray, camera: Camera, offset_px: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Frame numbers (f,) of a camera and where it saw each marker (f, markers, 2), undistorted; NaN where it did not."""
+    own = (tracks["camera"] == camera.name).to_numpy()
+    frames, row = np.unique(tracks["frame"].to_numpy()[own], return_inverse=True)
+    seen = np.full((len(frames), marker.max(initial=-1) + 1, 2), np.nan)
+    seen[row, marker[own]] = camera.normalise(tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + np.asarray(offset_px, float))
+    return frames, seen
 
 
 def _first_after(cost: np.ndarray, frames: np.ndarray, switch: int, path: np.ndarray, second: bool) -> int:

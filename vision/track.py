@@ -21,8 +21,9 @@ from vision.eye import Eye
 from vision.frames import open_sources, stream
 from vision.layouts import symmetry_notes
 from vision.named import check_names
+from vision.sight import KEPT
 from vision.sync import find_dropped_frames, frame_times, renumbered
-from vision.tracker import KEPT, Tracker
+from vision.tracker import Tracker
 from vision.wall_table import expected_rims, instants, rims_at, wall_notes, wall_table
 
 
@@ -92,8 +93,8 @@ def _table(tracker: Tracker, recording: Recording) -> tuple[pd.DataFrame, float]
     """
     notes, markers = tracker.notes, np.array(tracker.layout.markers, object)
     tables = []
-    for eye, kept in zip(tracker.eyes, tracker.kept, strict=True):
-        rows = np.concatenate(kept) if kept else np.empty((0, KEPT))
+    for i, eye in enumerate(tracker.eyes):
+        rows = tracker.kept(i)
         frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6:KEPT - 1]
         uv = np.empty((len(rows), 2))
         for chunk in np.array_split(np.arange(len(rows)), len(rows) // 100_000 + 1):

@@ -15,15 +15,16 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.centre import S11, SD, U
 from vision.eye import Eye
-from vision.identity import match_in_both, wrapped
+from vision.follow import accept_steady, apart
+from vision.identity import match_in_both
 from vision.layouts import host_radius, layout_of
 from vision.named import adopt_names
+from vision.sight import KEPT, off_prediction, record
 from vision.static_markers import name_ground
 
 _TRY_EVERY = 16  # a body long lost is searched for in every 16th frame
-KEPT = 12  # numbers kept of a marker in a frame: frame, marker, height, pose of its body, centre and shape, sd of the centre
+_CHUNK = 4096  # rows kept in one piece
 _GROUND_FRAMES = 20  # frames in each of which all ground markers are looked for, then in every fourth
 _GROUND_PATIENCE = 160  # frames at most: two swings of a Host that covers one of them
 
@@ -37,12 +38,14 @@ class Tracker:
         self.eyes = [Eye(camera, recording.camera(camera.name).window_offset_px, self.layout) for camera in cameras]
         self.notes, self.names = notes, names
         self.host_radius_m = host_radius(recording)
-        self.kept: list[list[np.ndarray]] = [[] for _ in cameras]
+        room = max(_CHUNK, len(self.layout.markers))
+        self._chunks = [[np.empty((room, KEPT))] for _ in cameras]
+        self._filled = [[0] for _ in cameras]
         self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
         self.tried_ground, self.ground_until = 0, int(np.clip(frames // 4, _GROUND_FRAMES, _GROUND_PATIENCE))
-        self._discs: dict[tuple[int, tuple[int, int, int, int] | None], np.ndarray] = {}
-        self.first_frame = -1
-        self.pool = ThreadPoolExecutor(1)
+        self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
+        self.settled, self.first_frame = np.zeros(len(self.layout.bodies), np.int64), -1
+        self.pool = ThreadPoolExecutor(2)
 
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Follow all bodies into one more frame."""
@@ -52,12 +55,13 @@ class Tracker:
         if self.names is not None and frame == self.first_frame:
             self._take_names(frame, images)
             return
-        other = self.pool.submit(self._look, 1, frame, images[1])
-        self._look(0, frame, images[0])
+        known, eyes = layout.known.astype(np.int64), self.eyes
+        other = self.pool.submit(eyes[1].look_ahead, images[1], known, frame)
+        eyes[0].look_ahead(images[0], known, frame)
         other.result()
-        for body in range(len(layout.bodies)):
-            if layout.known[body]:
-                self._resolve(body, frame, images)
+        accept_steady(eyes[0].sight, eyes[1].sight, known, frame, self.settled)
+        for body in map(int, np.flatnonzero(known > self.settled)):
+            self._resolve(body, frame, images)
         unknown = np.flatnonzero(~layout.known)
         if len(unknown) and all(image is not None for image in images):
             self._name_ground(int(unknown[0]), frame, images)
@@ -68,35 +72,26 @@ class Tracker:
             raise InputError("the first frame is missing in one camera", "the first frame of both, where the markers are named",
                              "remove the first frame of the other camera as well, and name the markers in the next")
         discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
-        self.notes.extend(adopt_names(self.names, self.eyes, discs, images, frame))
+        for eye in self.eyes:
+            eye.frame = frame
+        self.notes.extend(adopt_names(self.names, self.eyes, discs, images))
         for body in np.flatnonzero(self.layout.known):
             if all(eye.last[body] != frame for eye in self.eyes):
                 self._resolve(int(body), frame, images)
         self._keep(frame)
 
-    def _look(self, i: int, frame: int, image: np.ndarray | None) -> None:
-        eye = self.eyes[i]
-        eye.predict(frame)
-        eye.use[:] = 0
-        eye.n_seen[:] = 0
-        if image is not None:
-            eye.look(image, (self.layout.known & (eye.last >= 0)).astype(np.int64))
-
     def _resolve(self, body: int, frame: int, images: list[np.ndarray | None]) -> None:
         eyes = self.eyes
         seeing = [i for i, image in enumerate(images) if image is not None]
-        good = [i for i in seeing if eyes[i].good(body, frame)]
-        if len(good) == 2 and self._disagree(body):
+        good = [i for i in seeing if eyes[i].good(body)]
+        if len(good) == 2 and apart(eyes[0].sight, eyes[1].sight, body):
             good = [min(good, key=lambda i: self._strain(i, body))]
-        # One or two markers of many fit anything (look-alikes a quarter turn on): look for the rest first.
-        part = self.layout.of(body)
-        weak = {i: eyes[i].snapshot(part, body) for i in good
-                if eyes[i].n_seen[body] < min(3, part.stop - part.start) and self._due(eyes[i], body, frame)}
+        part = self.layout.of(body)  # few markers may be any: look for the rest first
+        weak = {i: eyes[i].snapshot(part, body) for i in good if not eyes[i].sure(body) and self._due(eyes[i], body, frame)}
         good = [i for i in good if i not in weak]
         bad = [i for i in seeing if i not in good]
         for i in bad:
-            eyes[i].use[self.layout.of(body)] = 0
-            eyes[i].n_seen[body] = 0
+            eyes[i].forget(body)
         if bad and good:
             self._search_beside(body, frame, images, good[0], bad[0], good)
         elif bad:
@@ -107,32 +102,30 @@ class Tracker:
                 if eyes[i].near(body):
                     good.append(i)
                 else:
-                    eyes[i].use[part] = 0
-                    eyes[i].n_seen[body] = 0
+                    eyes[i].forget(body)
         for i in good:
-            eyes[i].accept(body, frame)
-
-    def _disagree(self, body: int) -> bool:
-        first, second = (eye.found[body] for eye in self.eyes)
-        return bool(np.hypot(*(first[:2] - second[:2])) > 0.015) or abs(wrapped(first[2] - second[2])) > 0.35
+            eyes[i].accept(body)
 
     def _strain(self, i: int, body: int) -> float:
         """How hard it is to believe what a camera found: misfit, and distance from the prediction."""
         eye = self.eyes[i]
-        off = np.hypot(*(eye.found[body, :2] - eye.expected[body, :2])) / 0.003
-        return (eye.rms_m[body] / eye.gate_m()[body] + off + abs(wrapped(eye.found[body, 2] - eye.expected[body, 2])) / 0.3
-                - eye.n_seen[body])
+        off, turned = off_prediction(eye.sight, body)
+        return eye.rms_m[body] / eye.gate_m(body) + off / 0.003 + turned / 0.3 - eye.n_seen[body]
 
     def _due(self, eye: Eye, body: int, frame: int) -> bool:
         """Whether a lost body is worth a search now: at once, then from time to time."""
-        return min(eye.lost(body, frame), frame - self.first_frame) < 8 or frame % _TRY_EVERY == 0
+        return min(eye.lost(body), frame - self.first_frame) < 8 or frame % _TRY_EVERY == 0
 
     def _search_beside(self, body: int, frame: int, images: list[Any], seen_by: int, i: int, good: list[int]) -> None:
-        """One camera has the body: look near that pose in the other."""
+        """One camera has the body: look at that pose in the other, then near it."""
         eye = self.eyes[i]
         if not self._due(eye, body, frame):
             return
         prior = self.eyes[seen_by].found[body].copy()
+        part = self.layout.of(body)
+        if eye.look_at(images[i], body, prior, max(2, part.stop - part.start)):
+            good.append(i)
+            return
         region = eye.box(eye.body_points(body, prior), 60.0)
         discs = self._discs_in(i, images[i], region)
         matches = eye.matches(discs, body, prior, (0.005, 0.1))
@@ -141,21 +134,26 @@ class Tracker:
             good.append(i)
 
     def _search(self, body: int, frame: int, images: list[Any], bad: list[int], good: list[int]) -> None:
+        """Look for a body where it may have jumped to: for discs that look as its markers did, for any disc, further away."""
         eyes = self.eyes
         if not any(self._due(eyes[i], body, frame) for i in bad):
             return
+        near = {i: eyes[i].lost(body) < 4 for i in bad}
+        n_markers = self.layout.of(body).stop - self.layout.of(body).start
         discs: dict[int, np.ndarray] = {}
-        for wide in (False, True):
-            found = []
-            for i in bad:
-                lost = eyes[i].lost(body, frame)
-                near = lost < 4
-                if wide or near:
-                    region = self._region(eyes[i], body, frame, wide)
-                    discs[i] = self._discs_in(i, images[i], region)
-                prior = eyes[i].expected[body] if near else None
-                found.append(eyes[i].matches(discs.get(i, np.empty((0, 20))), body, prior, (0.006 * (1 + lost), 0.35)))
-            both = match_in_both(found, self.layout.of(body).stop - self.layout.of(body).start)
+        for how in ("as before", "near", "wide"):
+            if how == "as before" and not all(near.values()):
+                continue
+            jobs = {i: self.pool.submit(self._discs_in, i, images[i], self._region(eyes[i], body, frame, how == "wide"),
+                                        body if how == "as before" else None) for i in bad if near[i] or how == "wide"}
+            discs.update({i: job.result() for i, job in jobs.items()})
+            found = [eyes[i].matches(discs.get(i, np.empty((0, 20))), body, eyes[i].expected[body] if near[i] else None,
+                                     (0.006 * (1 + eyes[i].lost(body)), 0.35)) for i in bad]
+            if how == "as before":  # a hurried look may name a body only if it sees the whole of it
+                found = [[match for match in own if match.n_found == n_markers] for own in found]
+                if not all(found):
+                    continue
+            both = match_in_both(found, n_markers)
             for i, match in zip(bad, both, strict=True):
                 if match is not None and eyes[i].adopt(images[i], body, match, discs[i]):
                     good.append(i)
@@ -164,23 +162,23 @@ class Tracker:
 
     def _region(self, eye: Eye, body: int, frame: int, wide: bool) -> tuple[int, int, int, int] | None:
         """Where to search: about the prediction, then inside the Host (for the NES), then everywhere."""
-        lost = eye.lost(body, frame)
+        lost = eye.lost(body)
         if not wide:
             return eye.box(eye.body_points(body, eye.expected[body]), 45.0 + 30.0 * lost)
         name = self.layout.bodies[body]
         if name == "nes" and "host" in self.layout.bodies:
             host = self.layout.bodies.index("host")
-            if eye.lost(host, frame) <= 1 and self.host_radius_m:
+            if eye.lost(host) <= 1 and self.host_radius_m:
                 turn = np.linspace(0, 2 * np.pi, 16)
                 circle = eye.found[host, :2] + self.host_radius_m * np.column_stack([np.cos(turn), np.sin(turn)])
                 height = self.layout.position_m[self.layout.of(body), 2].mean()
                 return eye.box(np.column_stack([circle, np.full(16, height)]), 20.0)
         return None
 
-    def _discs_in(self, i: int, image: np.ndarray, region: tuple[int, int, int, int] | None) -> np.ndarray:
-        key = (i, region)
+    def _discs_in(self, i: int, image: np.ndarray, region: tuple[int, int, int, int] | None, like: int | None = None) -> np.ndarray:
+        key = (i, region, like)
         if key not in self._discs:
-            self._discs[key] = self.eyes[i].discs(image, region)
+            self._discs[key] = self.eyes[i].discs(image, region, like)
         return self._discs[key]
 
     def _name_ground(self, body: int, frame: int, images: list[Any]) -> None:
@@ -206,20 +204,21 @@ class Tracker:
             for k, position in enumerate(positions):
                 eye.place_m[part.start + k] = position
                 eye.starts[part.start + k] = fits[i][k]
-            active = np.zeros(len(self.layout.bodies), np.int64)
-            active[body] = 1
-            eye.expected[body] = eye.found[body] = 0.0
-            eye.look(images[i], active)
-            if eye.n_seen[body]:
-                eye.accept(body, frame)
+            eye.expected[body] = 0.0
+            if eye.look_at(images[i], body, np.zeros(3), 1):
+                eye.accept(body)
         self.layout.known[body] = True
 
     def _keep(self, frame: int) -> None:
-        for eye, kept in zip(self.eyes, self.kept, strict=True):
-            marker = np.flatnonzero(eye.use)
-            if len(marker):
-                kept.append(np.column_stack([np.full(len(marker), frame), marker, eye.place_m[marker, 2],
-                                             eye.found[self.body_of[marker]], eye.fits[marker, U:S11], eye.fits[marker, SD]]))
+        for eye, chunks, filled in zip(self.eyes, self._chunks, self._filled, strict=True):
+            if len(chunks[-1]) - filled[-1] < len(self.layout.markers):
+                chunks.append(np.empty_like(chunks[0]))
+                filled.append(0)
+            filled[-1] = record(eye.sight, frame, chunks[-1], filled[-1])
+
+    def kept(self, i: int) -> np.ndarray:
+        """Every marker that camera `i` saw, (rows, KEPT) in the order of frames."""
+        return np.concatenate([chunk[:n] for chunk, n in zip(self._chunks[i], self._filled[i], strict=True)])
 
     def centres_m(self, frame: int) -> dict[str, np.ndarray]:
         """Centre (x, y) of each body that both cameras saw in this frame, the mean of what they say."""

@@ -19,6 +19,7 @@ from ovines.camera import Camera
 _STEP_PX = 0.5  # sampling of a profile
 _SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels
+_SEARCH_SPACING_PX = 6.0  # the same while the radius is only searched for
 _GATES_PX = (10.0, 5.0, 3.0, 2.0, 2.0, 2.0)
 _LEAST_POINTS = 40
 
@@ -89,11 +90,11 @@ class _Picture:
     def __init__(self, image: np.ndarray, camera: Camera, offset: tuple[int, int]) -> None:
         self.image, self.camera, self.offset = image, camera, np.asarray(offset, float)
 
-    def curve(self, circle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def curve(self, circle: np.ndarray, spacing_px: float = _SPACING_PX) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Window pixels (n, 2), unit normals (n, 2) outward, and the shift along the normal per x, y, z, R (n, 4)."""
         coarse = self._at(circle, np.linspace(0, 2 * np.pi, 90, endpoint=False))[0]
         length = np.hypot(*np.diff(coarse, axis=0, append=coarse[:1]).T).sum()
-        turn = np.linspace(0, 2 * np.pi, int(np.clip(length / _SPACING_PX, 60, 1500)), endpoint=False)
+        turn = np.linspace(0, 2 * np.pi, int(np.clip(length / spacing_px, 60, 1500)), endpoint=False)
         uv, jacobian = self._at(circle, turn)
         radial = np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
         tangent = np.einsum("nij,nj->ni", jacobian, np.stack([-np.sin(turn), np.cos(turn), 0 * turn], -1))
@@ -165,7 +166,7 @@ def _strongest_radius(seen: Sequence[_Picture], circle: np.ndarray, search: floa
         trial = np.array([*circle[:3], radius])
         share = []
         for picture in seen:
-            uv, normal, _ = picture.curve(trial)
+            uv, normal, _ = picture.curve(trial, _SEARCH_SPACING_PX)
             _, slope = picture.derivatives(uv, normal, 1.0)
             size = np.nan_to_num(np.abs(slope)).max(1)
             share.append(np.mean(np.minimum(size, 12.0)))

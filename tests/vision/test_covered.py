@@ -7,6 +7,7 @@ from ovines.camera import Camera
 from vision.centre import M11, OK, OUTLIERS, S11, STRUCTURED, disc_start, radius_px
 from vision.eye import Eye, Layout
 from vision.follow import _circle_shape
+from vision.sight import _remember
 
 
 def leaning_camera():
@@ -24,14 +25,14 @@ def eye_after(clear_frames):
     clear[OK] = covered[OK] = 1
     covered[OUTLIERS] = STRUCTURED + 0.1
     for fit, radius_m in [(clear, 0.002)] * clear_frames + [(covered, 0.0)]:
-        eye.fits[0], eye.seen_m[0] = fit, radius_m
-        eye._remember(np.array([0]))
+        eye.fits[0], eye.sight.seen_m[0] = fit, radius_m
+        _remember(eye.sight, 0)
     return eye
 
 
 def test_a_known_size_is_kept_while_covered():
     eye = eye_after(5)
-    assert radius_px(eye.starts[0]) == pytest.approx(10) and eye.radius_m[0] == pytest.approx(0.002)
+    assert radius_px(eye.starts[0]) == pytest.approx(10) and eye.sight.radius_m[0] == pytest.approx(0.002)
     assert eye.starts[0, 0] == 101 and eye.starts[0, OUTLIERS] > STRUCTURED  # place and state are those of the covered frame
 
 

@@ -51,3 +51,21 @@ def test_a_region_gives_whole_picture_pixels_and_only_what_is_inside():
     found = find_discs(picture, (350, 50, 460, 160))
     assert len(found) == 1 and abs(found[0, 0] - 400) < 0.1
     assert len(find_discs(picture, (600, 0, 700, 50))) == 0
+
+
+def test_a_search_for_discs_as_seen_before_finds_those_only():
+    discs = [(80, 60, 9, 200), (200, 70, 9, 210), (140, 140, 9, 190), (260, 150, 20, 205), (60, 160, 9, 10)]
+    picture = scene([("disc", *disc) for disc in discs], noise=2)
+    everything = find_discs(picture)
+    known = everything[np.hypot(everything[:, 0] - 80, everything[:, 1] - 60) < 2]
+    again = find_discs(picture, like=known)
+    assert len(everything) == 5 and len(known) == 1
+    assert sorted(again[:, 0].round(-1)) == [80, 140, 200]  # neither the larger one nor the dark one
+    for fit in again:  # to the same place as the full search
+        assert np.hypot(everything[:, 0] - fit[0], everything[:, 1] - fit[1]).min() < 0.01
+
+
+def test_discs_as_seen_before_are_found_in_16_bit():
+    picture = scene([("disc", 80, 60, 9, 200), ("disc", 200, 90, 9, 190)], noise=2).astype(np.uint16) * 200 + 900
+    everything = find_discs(picture)
+    assert len(find_discs(picture, like=everything[:1])) == len(everything) == 2

@@ -1,0 +1,174 @@
+"""What one camera holds of the bodies from frame to frame, as arrays that compiled code changes in place: prediction, belief, memory."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.centre import M11, OUTLIERS, S11, SD, STRUCTURED, U
+from vision.compiled import compiled
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+JUMP_M, JUMP_RAD = 0.006, 0.8  # a body does not move further from its prediction, impacts included
+NEAR_M, NEAR_RAD = 0.0004, 0.1  # a single marker is believed this near to its prediction only
+SIZED = 5  # frames with no other edge near, after which a marker's size counts as known
+_SETTLED = 30  # frames after which a body's own scatter sets the gate
+_LEARN_EVERY = 16
+KEPT = 12  # numbers kept of a marker in a frame: frame, marker, height, pose of its body, centre and shape, sd of the centre
+
+
+class Sight(NamedTuple):
+    """Poses are (x, y, angle) of each body on its plane.  (b, ...): one per body, (n, ...): one per marker.
+
+    ``cam``: `flat_pose.packed`; ``place_m`` (n, 3) markers in their bodies' frames, as this camera sees them; ``first`` (b + 1,) first
+    marker of each body; ``tolerance_m`` (b,); ``pose``, ``velocity`` per frame, ``expected``, ``found`` (b, 3); ``last`` (b,) frame
+    last seen; ``seen_times``, ``scatter_m``, ``n_seen``, ``rms_m`` (b,); ``starts``, ``fits`` (n, 20) when last seen, and now;
+    ``xy`` (n, 2) world; ``use`` (n,) 0/1; ``radius_m``, ``seen_m`` (n,) known and now; ``sized``, ``learned`` (n,) how often.
+    """
+
+    cam: Floats
+    place_m: Floats
+    first: Ints
+    tolerance_m: Floats
+    pose: Floats
+    velocity: Floats
+    expected: Floats
+    found: Floats
+    last: Ints
+    seen_times: Ints
+    scatter_m: Floats
+    n_seen: Ints
+    rms_m: Floats
+    starts: Floats
+    fits: Floats
+    xy: Floats
+    use: Ints
+    radius_m: Floats
+    seen_m: Floats
+    sized: Ints
+    learned: Ints
+
+
+@compiled
+def gate_m(sight: Sight, body: int) -> float:
+    """How far a marker may lie from its place in the body."""
+    widest = sight.tolerance_m[body]
+    return min(max(5.0 * sight.scatter_m[body], 6e-5), widest) if sight.seen_times[body] > _SETTLED else widest
+
+
+@compiled
+def lost(sight: Sight, body: int, frame: int) -> int:
+    """Frames since the body was last seen, 0 when it was seen in the frame before."""
+    return min(frame - sight.last[body] - 1, 10**6)
+
+
+@compiled
+def predict(sight: Sight, frame: int) -> None:
+    """Expect every body where its last motion carries it; nothing is seen yet."""
+    sight.use[:] = 0
+    sight.n_seen[:] = 0
+    for b in range(len(sight.last)):
+        ahead = max(min(frame - sight.last[b], 4), 0)
+        for k in range(3):
+            sight.expected[b, k] = sight.pose[b, k] + sight.velocity[b, k] * ahead
+
+
+@compiled
+def off_prediction(sight: Sight, body: int) -> tuple[float, float]:
+    """How far the body was found from where it was expected: metres, and radians without whole turns."""
+    x, y = sight.found[body, 0] - sight.expected[body, 0], sight.found[body, 1] - sight.expected[body, 1]
+    turn = sight.found[body, 2] - sight.expected[body, 2]
+    return math.hypot(x, y), abs(turn - 2.0 * math.pi * round(turn / (2.0 * math.pi)))
+
+
+@compiled
+def good(sight: Sight, body: int, frame: int) -> bool:
+    """Whether what was found is the body, where it can be."""
+    off, turned = off_prediction(sight, body)
+    away = lost(sight, body, frame)
+    if sight.n_seen[body] >= 2:
+        return away > 3 or (off < JUMP_M * (1 + away) and turned < JUMP_RAD)
+    return sight.n_seen[body] == 1 and off < NEAR_M and away < 5
+
+
+@compiled
+def near(sight: Sight, body: int) -> bool:
+    """Whether the body is where its last motion carries it, so that few markers suffice to name them."""
+    off, turned = off_prediction(sight, body)
+    return off < NEAR_M and turned < NEAR_RAD
+
+
+@compiled
+def sure(sight: Sight, body: int) -> bool:
+    """Whether the markers seen say which is which: one or two of many fit anything (look-alikes a quarter turn on).
+
+    Two suffice of a body that hardly moves from frame to frame and is where it was expected.
+    """
+    if sight.n_seen[body] >= min(3, sight.first[body + 1] - sight.first[body]):
+        return True
+    speed = math.hypot(sight.velocity[body, 0], sight.velocity[body, 1])
+    return sight.n_seen[body] == 2 and speed < NEAR_M and abs(sight.velocity[body, 2]) < NEAR_RAD and near(sight, body)
+
+
+@compiled
+def accept(sight: Sight, body: int, frame: int) -> None:
+    """Make what was found the body's state, and learn how this camera sees its layout."""
+    gap = frame - sight.last[body]
+    for k in range(3):
+        if sight.n_seen[body] >= 2:
+            sight.velocity[body, k] = (sight.found[body, k] - sight.pose[body, k]) / gap if 0 < gap <= 3 else 0.0
+        sight.pose[body, k] = sight.found[body, k]
+    sight.last[body] = frame
+    for i in range(sight.first[body], sight.first[body + 1]):
+        if sight.use[i]:
+            _remember(sight, i)
+    enough = sight.n_seen[body] >= min(3, sight.first[body + 1] - sight.first[body])
+    if enough and (sight.seen_times[body] < 100 or frame % _LEARN_EVERY == 0):
+        _learn(sight, body)
+
+
+@compiled
+def _remember(sight: Sight, i: int) -> None:
+    """How a marker looks now; a shape through which other edges ran is not taken over from a marker of known size."""
+    held = sight.sized[i] >= SIZED and sight.fits[i, OUTLIERS] >= STRUCTURED
+    for k in range(sight.starts.shape[1]):
+        if not (held and M11 <= k < S11):
+            sight.starts[i, k] = sight.fits[i, k]
+    if sight.seen_m[i] > 0.0:
+        sight.sized[i] += 1
+        sight.radius_m[i] += (sight.seen_m[i] - sight.radius_m[i]) / min(sight.sized[i], 50)
+
+
+@compiled
+def _learn(sight: Sight, body: int) -> None:
+    """Each marker's place in the body, as a slowing mean; the scatter about them."""
+    c, s = math.cos(sight.pose[body, 2]), math.sin(sight.pose[body, 2])
+    for i in range(sight.first[body], sight.first[body + 1]):
+        if sight.use[i]:
+            x, y = sight.xy[i, 0] - sight.pose[body, 0], sight.xy[i, 1] - sight.pose[body, 1]
+            gain = 1.0 / min(sight.learned[i] + 2, 200)
+            sight.place_m[i, 0] += gain * (c * x + s * y - sight.place_m[i, 0])
+            sight.place_m[i, 1] += gain * (c * y - s * x - sight.place_m[i, 1])
+            sight.learned[i] += 1
+    sight.seen_times[body] += 1
+    sight.scatter_m[body] += (sight.rms_m[body] - sight.scatter_m[body]) / min(sight.seen_times[body], 50)
+
+
+@compiled
+def record(sight: Sight, frame: int, rows: Floats, n: int) -> int:
+    """Append the markers seen to `rows` (enough, KEPT), of which `n` are filled; how many are now."""
+    for b in range(len(sight.last)):
+        for i in range(sight.first[b], sight.first[b + 1]):
+            if sight.use[i]:
+                row, fit = rows[n], sight.fits[i]
+                row[0], row[1], row[2] = frame, i, sight.place_m[i, 2]
+                row[3:6] = sight.found[b]
+                row[6:11] = fit[U:S11]
+                row[11] = fit[SD]
+                n += 1
+    return n
