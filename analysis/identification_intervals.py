@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.compiled import compiled
-from analysis.contact_law import LEAST_SCATTER, STRAY_SPREAD, LawData, stray_share
+from analysis.contact_law import LEAST_SCATTER, STRAY_SPREAD, LawData, predicted_tangential, stray_share
 
 Array = NDArray[np.float64]
 LEVEL = 0.90
@@ -192,6 +192,17 @@ def normal_interval(value: float, sd: float) -> Interval:
     return Interval(float(value), float(sd), float(value - NORMAL_90 * sd), float(value + NORMAL_90 * sd))
 
 
+def _tangential_threshold(data: LawData, friction: float, beta: float) -> float:
+    """:func:`threshold` as far as the errors' size is read off the impacts; 2.71 as far as it is the measurement's, which is known."""
+    left = data.tangential_impulse - predicted_tangential(data, friction, beta)
+    variance, size, strays = data.tangential_sd**2, data.normal_impulse, stray_share(len(data))
+    scatters = np.concatenate([[0.0], np.geomspace(LEAST_SCATTER, 0.5, 40)])
+    scatter = scatters[int(np.argmin([_deviance(float(s), left, variance, size, strays) for s in scatters]))]
+    own = (scatter * size) ** 2
+    unknown = float(np.mean(own / (variance + own)))
+    return unknown * threshold(len(data), 2) + (1 - unknown) * NORMAL_90**2
+
+
 def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[Interval, Interval]:
     """Wall friction and tangential restitution, each profiled over the other.
 
@@ -200,7 +211,7 @@ def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[I
     """
     cost = tangential_deviance(data)
     least = cost(friction, beta)
-    level = least + threshold(len(data), 2)
+    level = least + _tangential_threshold(data, friction, beta)
     width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
     share = 1 + 1 / data.inertia_factor
     width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.slip**2), 1e-9)) + 5e-4

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 UNKNOWN_SPEED_M_PER_S = 10.0
 # Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
 REST_M_PER_S = 5e-3
+#: what stands in the table for every impact whatever its regime, each with its sd
+EVERY = ("effective_tangential_restitution", "impulse_ratio", "spin_imbalance_m_per_s")
 COLUMNS = {"normal_before": "normal_speed_before_m_per_s", "normal_after": "normal_speed_after_m_per_s",
            "tangential_before": "tangential_speed_before_m_per_s", "tangential_after": "tangential_speed_after_m_per_s"}
 
@@ -27,7 +29,8 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merge
     """Table ``impacts`` of one run: the meetings of two flights, and the impacts of its chains.
 
     ``regime`` is what the law of all impacts says of this one; the parameter that it informs stands in its row with the sd of this
-    impact alone, the other is null.  An impact of a chain has time, place and what came before it; what came after it was predicted,
+    impact alone, the other is null; the impulse ratio and the effective tangential restitution (-v_t'/v_t) stand in every row, and how far
+    spin and tangential impulse disagree.  An impact of a chain has time, place and what came before it; what came after it was predicted,
     not measured on its own: null.  Without an angle everything tangential is null.
     """
     chosen = np.flatnonzero(merged.meetings & (rig.wall.impacts.meetings.run == run))
@@ -45,8 +48,8 @@ def _chained(chain: Chain, speed_floor_m_per_s: float, delay_s: float) -> pd.Dat
         table[column] = chain.of(quantity) if known else np.nan
         table[column.replace("_m_per_s", "_sd_m_per_s")] = np.hypot(chain.sd(quantity), speed_floor_m_per_s) if known else np.nan
     table["spin_before_rad_per_s"], table["spin_after_rad_per_s"] = chain.of("spin_before"), np.nan
-    for name in ("restitution", "restitution_sd", "tangential_restitution", "tangential_restitution_sd", "wall_friction", "wall_friction_sd"):
-        table[name] = np.nan
+    unknown = [column for name in ("restitution", "tangential_restitution", "wall_friction", *EVERY) for column in (name, _sd_name(name))]
+    table[unknown] = np.nan
     table["regime"] = pd.Series([None] * len(table), dtype=object)
     return table
 
@@ -83,8 +86,24 @@ def _met(rig: RigFit, chosen: NDArray[np.int64], law: dict[str, Interval]) -> pd
     for name, values, sd, kind in (("tangential_restitution", beta, beta_sd, "stick"), ("wall_friction", friction, friction_sd, "slide")):
         table[name] = np.where(regime == kind, values, np.nan)
         table[f"{name}_sd"] = np.where(regime == kind, sd, np.nan)
+    turned, turned_sd = _imbalance(rig, value, covariance, floor)
+    for name, values, sd in zip(EVERY, (beta, friction, turned), (beta_sd, friction_sd, turned_sd), strict=True):
+        table[name], table[_sd_name(name)] = np.where(angle, values, np.nan), np.where(angle, np.abs(sd), np.nan)
     table["regime"] = pd.Series(list(regime), dtype=object)
     return table
+
+
+def _sd_name(column: str) -> str:
+    """Name of the column with a quantity's sd: its unit stays last."""
+    return f"{column.removesuffix('_m_per_s')}_sd{'_m_per_s' if column.endswith('_m_per_s') else ''}"
+
+
+def _imbalance(rig: RigFit, value: Array, covariance: Array, floor: Array | float) -> tuple[Array, Array]:
+    """q R d(omega) less the tangential impulse per mass of each impact (m/s), and its sd: 0 whatever the contact law."""
+    q, radius = rig.data.inertia_factor, rig.runs[0].data.radius_m
+    row = {"spin_after": q * radius, "spin_before": -q * radius, "tangential_after": -1 / (1 + 1 / q), "tangential_before": 1 / (1 + 1 / q)}
+    return (np.sum([value[:, QUANTITIES.index(name)] * factor for name, factor in row.items()], axis=0),
+            _sd_of(covariance, {name: np.full(len(value), factor) for name, factor in row.items()}, np.full(len(value), floor)))
 
 
 def _regime(slip: Array, normal_impulse: Array, share: float, rig: RigFit, law: dict[str, Interval]) -> NDArray[np.object_]:

@@ -9,11 +9,18 @@ from analysis.figures.error_map import error_maps, regimes
 from analysis.figures.impacts import impact_detection, restitution_by_both
 from analysis.figures.trajectory import column
 from analysis.report.differences import compare_methods, in_words
-from analysis.report.numbers import MISSING, value_with_sd, with_unit
+from analysis.report.numbers import MISSING, value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page, Section
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows
 from analysis.report.results import Results
 from analysis.thesis_parameters import usable
+
+# Columns of the table of impacts with their sd and factor: what is measured of every impact, whatever its regime.
+OF_EVERY_IMPACT = (
+    ("effective_tangential_restitution", "effective_tangential_restitution_sd", 1.0),
+    ("impulse_ratio", "impulse_ratio_sd", 1.0),
+    ("spin_imbalance_m_per_s", "spin_imbalance_sd_m_per_s", 1e3),
+)
 
 
 def add_parameters(page: Page, results: Results) -> None:
@@ -131,7 +138,9 @@ def add_impacts(page: Page, results: Results) -> None:
         "Counterpart of Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines "
         "are over impacts above 0.3 m/s, "
         "those of the flight model over the same impacts as far as both found them; * marks what is left "
-        "out.",
+        "out. Effective β is −v_t⁺/v_t⁻, the impulse ratio that of the tangential to the normal impulse, and "
+        "spin off what the change of spin tells more than the tangential impulse (per mass): 0 for every "
+        "contact law; the sd of the last digits in parentheses.",
         (),
     )
 
@@ -139,7 +148,7 @@ def add_impacts(page: Page, results: Results) -> None:
 def _table_16(
     impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    columns = ("time (ms)", "normal speed (m/s)", "regime", "ε, flight model", "ε, straight lines")
+    columns = ("time (ms)", "normal speed (m/s)", "regime", "ε, flight model", "ε, straight lines", "effective β", "impulse ratio", "spin off (mm/s)")
     rows: list[tuple[str, ...]] = []
     chosen = usable(thesis)
     chosen_numbers = set(chosen["impact"].astype(int))
@@ -163,6 +172,7 @@ def _table_16(
                 MISSING
                 if other is None
                 else with_unit(other["restitution"], digits=2) + ("" if line in chosen_numbers else " *"),
+                *(_with_sd(mine, *names) for names in OF_EVERY_IMPACT),
             )
         )
     same = [partner[n] for n in sorted(chosen_numbers) if n in partner]
@@ -180,9 +190,17 @@ def _table_16(
                     else MISSING
                     for v in (ours_eps, theirs_eps)
                 ),
+                *("" for _ in OF_EVERY_IMPACT),
             )
         )
     return columns, rows
+
+
+def _with_sd(impact: pd.Series | None, name: str, sd_name: str, scale: float) -> str:
+    """A column of an impact with its sd; missing where the impact or the column is."""
+    if impact is None or not np.isfinite(impact.get(name, np.nan)):
+        return MISSING
+    return value_with_digits(scale * impact[name], scale * impact[sd_name])
 
 
 def _join(items: list[str]) -> str:

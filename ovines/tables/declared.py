@@ -56,6 +56,12 @@ def _impact_columns() -> tuple[Column, ...]:
         optional("tangential_restitution_sd", "standard deviation of tangential_restitution"),
         maybe("wall_friction", "informed by a sliding impact only"),
         optional("wall_friction_sd", "standard deviation of wall_friction"),
+        optional("effective_tangential_restitution", "tangential speed after / before, reversed; of every impact"),
+        optional("effective_tangential_restitution_sd", "standard deviation of effective_tangential_restitution"),
+        optional("impulse_ratio", "tangential over normal impulse, against the slip; of every impact"),
+        optional("impulse_ratio_sd", "standard deviation of impulse_ratio"),
+        optional("spin_imbalance_m_per_s", "impulse per mass that the spin's change tells, less the tangential one; 0 for every law"),
+        optional("spin_imbalance_sd_m_per_s", "standard deviation of spin_imbalance_m_per_s"),
         text("regime", 'which of the last two the impact informs: "stick" or "slide"', nullable=True),
     )
 
