@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple, replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from analysis.evidence import columns_of, gather, solve
 from analysis.flight_model import INDEX, PARAMETERS, fly
-from analysis.flights import WARP, Flight, RunData, fit_flights
+from analysis.flights import LONGEST_FLIGHT_S, WARP, Flight, RunData, fit_flights, shortened
 from analysis.host_motion import HostMotion
 
 SD, SD_ANGLE = 1.2e-5, 2e-3
@@ -103,3 +106,31 @@ def test_friction_that_turns_is_integrated_through():
         fly(start, 0.0, np.linspace(0, 0.8, frames), TRUE, *ARGUMENTS, states)
         ends.append(states[-1, :2])
     assert np.all(np.abs(ends[0] - ends[1]) < 2e-7)
+
+
+def test_a_disk_that_comes_to_rest_tells_its_start_and_the_friction():
+    """Friction 0.25 stops 0.3 m/s and 20 rad/s within 0.15 s; the other half second lies still."""
+    still = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
+    start, times, states = np.array([0.01, 0.0, 0.1, 0.3, -0.1, 20.0]), np.arange(400) / 800, np.empty((400, 6))
+    fly(start, 0.0, times, TRUE, np.zeros((4, 1)), 0.0, *ARGUMENTS[2:], states)
+    assert np.abs(states[200, 3:]).max() < 1e-3
+    run = replace(run_of(times, states, np.random.default_rng(4)), host=still)
+    fit = fit_flights(run, [Flight(0, 399, False)], TRUE, SHARED)
+    assert fit.misfit[0] / fit.freedom[0] < 1.2
+    got, covariance = fit.propagate(0, times[:1])
+    assert np.all(np.abs(got[0] - start) < 4 * np.sqrt(np.diag(covariance[0])))
+    assert np.sqrt(covariance[0, 3, 3]) < 5e-3
+
+
+def test_long_flights_are_cut_and_short_ones_are_not():
+    times, seen = np.arange(800) / 800, np.ones(800, bool)
+    seen[300:305] = False
+    whole = [Flight(0, 79, True), Flight(80, 679, True), Flight(680, 799, False)]
+    pieces = shortened(whole, times, seen)
+    assert [astuple(pieces[0]), astuple(pieces[-1])] == [(0, 79, True, False), (680, 799, False, False)]
+    middle = pieces[1:-1]
+    assert (middle[0].first, middle[-1].last, middle[-1].joined) == (80, 679, True)
+    assert [p.goes_on for p in middle] == [True] * (len(middle) - 1) + [False]
+    # Equal in seen frames: the piece with the gap is longer by it.
+    assert all(times[p.last] - times[p.first] <= LONGEST_FLIGHT_S + 5 / 800 for p in middle)
+    assert all(b.first > a.last for a, b in pairwise(middle))

@@ -107,6 +107,15 @@ def test_each_impact_informs_one_of_two(driven):
     assert impacts.loc[~stick & ~slide, "restitution"].isna().all()
 
 
+def test_each_impact_says_its_impulse_ratio_and_whether_spin_and_impulse_agree(driven):
+    measured = driven[2].impacts.dropna(subset="impulse_ratio")
+    assert len(measured) > 5 and (measured["impulse_ratio"] <= TRUTH["wall_friction"] + 4 * measured["impulse_ratio_sd"]).all()
+    slides = measured["regime"] == "slide"
+    np.testing.assert_allclose(measured["impulse_ratio"][slides], measured["wall_friction"][slides])
+    np.testing.assert_allclose(measured["effective_tangential_restitution"][~slides], measured["tangential_restitution"][~slides])
+    assert (np.abs(measured["spin_imbalance_m_per_s"]) < 5 * measured["spin_imbalance_sd_m_per_s"]).all()
+
+
 def test_the_whole_run_is_accounted_for(driven):
     motion, _, found = driven
     flights = found.flights
