@@ -148,9 +148,12 @@ def _flight_evidence(state: Array, t0: float, time: Array, index: NDArray[np.int
     local = np.ascontiguousarray(flat[:, :STATES])
     outer = np.ascontiguousarray(flat[:, STATES:])
     normal = local.T @ local
+    size = np.empty(STATES)
     for a in range(STATES):
         normal[a, a] += 1e-10 * normal[a, a] + 1e-12
-    inverse = np.linalg.inv(normal)
+        size[a] = np.sqrt(normal[a, a])
+    # Unit diagonal first: an angle that nobody saw has twenty orders of magnitude less information than a place.
+    inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
     cross = local.T @ outer
     projected = local.T @ r
     total += outer.T @ outer - cross.T @ (inverse @ cross)
