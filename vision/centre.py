@@ -26,6 +26,8 @@ from vision.centre_equations import (
     N_WANTED,
     OUT2,
     PAIRS2,
+    SLOPE2,
+    SLOPE2_EDGE2,
     normal_equations,
 )
 from vision.centre_solve import apply_step, believable, factor, solve, solve_odd
@@ -85,6 +87,8 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
     n_plateau = sums[N_IN] + sums[N_OUT]
     plateau = math.sqrt((sums[IN2] + sums[OUT2]) / max(n_plateau - 6.0, 1.0)) if n_plateau > 20 else edge
     noise = math.sqrt((sums[N_EDGE] * edge**2 + n_plateau * plateau**2) / (sums[N_EDGE] + n_plateau))
+    # Photons make bright pixels noisier than dark ones: what counts is the noise where the edge is steep.
+    noise = max(noise, edge * math.sqrt(sums[SLOPE2_EDGE2] * sums[N_EDGE] / max(sums[SLOPE2] * sums[EDGE2], 1e-12)))
     # Neighbouring pixels differ by noise only; what the model misses (a shadow's edge, glare) they share, and it
     # does not average out (power: by films with shadow bands, glare and a textured floor).
     white = math.sqrt(0.5 * sums[PAIRS2] / max(sums[N_PAIRS], 1.0)) if sums[N_PAIRS] > 30 else noise

@@ -48,9 +48,10 @@ Array = NDArray[np.float64]
 
 _FARTHEST = 6.0  # sigmas; beyond, the step is 0 or 1
 # What `sums` counts: edge squares, edge pixels, pixels wanted, pixels inside the picture, clipped edge pixels, flat pixels
-# inside the disc and their squares, outside and their squares, neighbouring flat pixels and squares of their differences.
-EDGE2, N_EDGE, N_WANTED, N_SEEN, N_CLIPPED, N_IN, IN2, N_OUT, OUT2, N_PAIRS, PAIRS2 = range(11)
-N_SUMS = 11
+# inside the disc and their squares, outside and their squares, neighbouring flat pixels and squares of their differences, squared
+# slopes of the edge pixels, and those times their residuals' squares.
+EDGE2, N_EDGE, N_WANTED, N_SEEN, N_CLIPPED, N_IN, IN2, N_OUT, OUT2, N_PAIRS, PAIRS2, SLOPE2, SLOPE2_EDGE2 = range(13)
+N_SUMS = 13
 _FIRST_MARGIN = 0.03  # of the contrast: how near to black and white counts as cut off while the noise is not yet known
 
 
@@ -122,7 +123,7 @@ def _at_edge(p: Array, pixels: Array, n: int, rows: Array) -> None:
 def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: Array, n: int, free_shape: bool, rows: Array,
           sums: Array) -> None:
     """Residuals, weights and derivatives of edge pixels, from what `_at_edge` found."""
-    edge2 = n_seen = n_clipped = 0.0
+    edge2 = n_seen = n_clipped = slope2 = told2 = 0.0
     for k in range(n):
         x, y, step = pixels[X, k], pixels[Y, k], rows[STEP, k]
         light = p[9] * x + p[10] * y
@@ -131,10 +132,13 @@ def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: 
         seen = 1.0 if low <= model <= high else 0.0
         r = pixels[GREY, k] - model
         held = clip / max(abs(r), clip)
-        edge2 += seen * min(r * r, clip * clip)
+        square = min(r * r, clip * clip)
+        edge2 += seen * square
         n_seen += seen
         n_clipped += seen if held < 1.0 else 0.0
         g, lit = rows[SLOPE, k] * contrast, 1.0 + ratio * step
+        slope2 += seen * g * g
+        told2 += seen * g * g * square
         rows[R, k], rows[W, k], rows[SLOPE, k] = r, seen * held, g
         rows[GX, k], rows[GY, k] = g * rows[NX, k], g * rows[NY, k]
         rows[LIT_X, k], rows[LIT_Y, k], rows[STEP_X, k], rows[STEP_Y, k] = lit * x, lit * y, step * x, step * y
@@ -144,7 +148,7 @@ def _edge(p: Array, ratio: float, clip: float, low: float, high: float, pixels: 
             gm, gs = -0.5 * rows[SLOPE, k] * rows[PER_PX, k], 0.5 * rows[SLOPE, k] * rows[T, k] * rows[PER_SIGMA, k]
             rows[SHAPE, k], rows[SHAPE + 1, k], rows[SHAPE + 2, k] = gm * x * x, 2.0 * gm * x * y, gm * y * y
             rows[SHAPE + 3, k], rows[SHAPE + 4, k], rows[SHAPE + 5, k] = gs * nx * nx, 2.0 * gs * nx * ny, gs * ny * ny
-    sums[EDGE2], sums[N_EDGE], sums[N_CLIPPED] = edge2, n_seen, n_clipped
+    sums[EDGE2], sums[N_EDGE], sums[N_CLIPPED], sums[SLOPE2], sums[SLOPE2_EDGE2] = edge2, n_seen, n_clipped, slope2, told2
 
 
 @compiled_fast

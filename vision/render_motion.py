@@ -13,6 +13,7 @@ from vision.render_scene import Pose
 # and only in the one sub-step in which an impact falls.
 SAMPLE_RATE_HZ = 40_000.0
 WALL_M, NES_M = 0.05, 0.01
+LEAD_S = 1e-3
 
 
 def thesis_run(duration_s: float) -> SimulationResult:
@@ -26,12 +27,15 @@ def thesis_run(duration_s: float) -> SimulationResult:
 
 
 def bouncing(duration_s: float, centre_m: tuple[float, float] = (0.02, -0.028)) -> Callable[[float], Mapping[str, Pose]]:
-    """Poses over time, Host swinging about ``centre_m``; times outside the run take its first or last pose."""
+    """Poses over time, Host swinging about ``centre_m``; times outside the run take its first or last pose.
+
+    Time 0 is LEAD_S into the run: the first frame's exposure begins before it.
+    """
     result = thesis_run(duration_s + 0.01)
     time_s, motion = result.time_s, result.motion
 
     def at(t: float) -> Mapping[str, Pose]:
-        x, y, angle, host_x, host_y = (float(np.interp(t, time_s, motion[key]))
+        x, y, angle, host_x, host_y = (float(np.interp(t + LEAD_S, time_s, motion[key]))
                                        for key in ("nes_x_m", "nes_y_m", "nes_angle_rad", "host_x_m", "host_y_m"))
         return {"host": Pose(centre_m[0] + host_x, centre_m[1] + host_y), "nes": Pose(centre_m[0] + x, centre_m[1] + y, 0.0, angle)}
 
