@@ -174,7 +174,7 @@ def length_notes(points: pd.DataFrame, recording: Recording) -> list[str]:
                 if np.isfinite(length).any():
                     own.append(float(np.nanmedian(length)))
                     known.append(float(np.linalg.norm(place[first] - place[second])))
-    if len(own) < 3:
+    if len(own) < 3 or not any(own):  # all markers on one spot: the next stage says so
         return []
     lengths, true = np.array(own), np.array(known)
     factor = float(lengths @ true / (lengths @ lengths))

@@ -69,7 +69,7 @@ def write_tracks(path: Path, frame: pd.DataFrame) -> None:
 QUICK = {
     "no angle", "two markers of the NES", "one camera", "all lost for 100 ms", "one frame", "only unknown markers", "duplicate frames", "negative times",
     "repeated times", "NaN", "infinite", "no impacts, at rest", "NES never seen", "times backwards", "black", "the same noise in every frame",
-    "wrong size", "no marker of the Host", "markers far off", "sd of zero",
+    "wrong size", "no marker of the Host", "markers far off", "markers on one spot", "sd of zero",
 }  # fmt: skip
 # what each command needs after `ovines run RECORDING --out OUT`, tried whether that came through or not
 AFTER = {
