@@ -143,10 +143,14 @@ def _flight_evidence(state: Array, t0: float, time: Array, index: NDArray[np.int
                 residual[i, m] = (residual[i, m] - rho * residual[i - 1, m]) * scale
                 for j in range(width):
                     rows[i, m, j] = (rows[i, m, j] - rho * rows[i - 1, m, j]) * scale
-    flat = rows.reshape(n * 3, width)
-    r = residual.reshape(n * 3)
-    local = np.ascontiguousarray(flat[:, :STATES])
-    outer = np.ascontiguousarray(flat[:, STATES:])
+    _without_states(rows.reshape(n * 3, width), residual.reshape(n * 3), total, score, sums)
+
+
+@compiled
+def _without_states(rows: Array, residual: Array, total: Array, score: Array, sums: Array) -> None:
+    """Add what whitened ``rows`` (3 n, STATES + shared) tell of the shared unknowns once the flight's own state is solved for."""
+    local = np.ascontiguousarray(rows[:, :STATES])
+    outer = np.ascontiguousarray(rows[:, STATES:])
     normal = local.T @ local
     size = np.empty(STATES)
     for a in range(STATES):
@@ -155,11 +159,11 @@ def _flight_evidence(state: Array, t0: float, time: Array, index: NDArray[np.int
     # Unit diagonal first: an angle that nobody saw has twenty orders of magnitude less information than a place.
     inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
     cross = local.T @ outer
-    projected = local.T @ r
+    projected = local.T @ residual
     total += outer.T @ outer - cross.T @ (inverse @ cross)
-    score += outer.T @ r - cross.T @ (inverse @ projected)
-    sums[0] += np.dot(r, r) - np.dot(projected, inverse @ projected)
-    sums[1] += 3 * n - STATES
+    score += outer.T @ residual - cross.T @ (inverse @ projected)
+    sums[0] += np.dot(residual, residual) - np.dot(projected, inverse @ projected)
+    sums[1] += len(residual) - STATES
 
 
 def columns_of(names: Sequence[str]) -> list[int]:

@@ -23,7 +23,7 @@ _APART_M, _APART_RAD = 0.015, 0.35  # two cameras that differ by more do not see
 
 @compiled
 def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
-    """The ellipse in which a horizontal circle of `radius_m` is seen: row[M11:S11], from the derivatives that `_project` gave."""
+    """The ellipse in which a horizontal circle of `radius_m` is seen: row[M11:S11], from the derivatives that `project` gave."""
     a, b, c, d = at[2], at[3], at[4], at[5]
     scale = 1.0 / ((a * d - b * c) * radius_m) ** 2
     row[M11], row[M11 + 1], row[M11 + 2] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ovines.core.compiled import compiler, stamp_above
 
-# Defined here so that the plant's state, whose order of fields is compiled in, belongs to the stamp.
 Floats = npt.NDArray[np.float64]
 
-compiled = compiler(stamp_above(Path(__file__).parent))
+# The order of the fields of the plant's parameters is compiled in.
+compiled = compiler(stamp_above(Path(__file__).parent, ("plant_state.py",)))

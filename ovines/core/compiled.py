@@ -37,13 +37,16 @@ def source_stamp(folder: Path = Path(__file__).parent) -> str:
 STAMP = source_stamp()
 
 
-def stamp_above(folder: Path) -> str:
-    """Hash of the core's stamp and of every file in a package's folder that imports its ``compiled``: for packages above the core."""
+def stamp_above(folder: Path, constants: tuple[str, ...] = ()) -> str:
+    """Hash of the core's stamp and of every file in a package's folder that imports its ``compiled``: for packages above the core.
+
+    ``constants``: files that compile nothing themselves and whose content is compiled in, as :data:`CONSTANTS` are in the core.
+    """
     digest = hashlib.sha256(STAMP.encode())
     marker = f"{folder.name}.compiled".encode()
     for path in sorted(folder.glob("*.py")):
         content = path.read_bytes()
-        if marker in content:
+        if path.name in constants or marker in content:
             digest.update(path.name.encode() + b"\0" + content)
     return digest.hexdigest()
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.blind.dynamics import _run
 from ovines.core.compiled import STAMP, compiled, source_stamp, stamp_above
 from ovines.core.engine import run
 
@@ -32,6 +33,19 @@ def test_a_package_above_has_a_stamp_of_its_own_compiled_files(tmp_path):
     assert stamp_above(folder) == before
     (folder / "kernel.py").write_text("from vision.compiled import compiled  # changed\n")
     assert stamp_above(folder) != before
+
+
+def test_a_file_whose_fields_are_compiled_in_belongs_to_the_stamp(tmp_path):
+    state = tmp_path / "state.py"
+    state.write_text("class P(NamedTuple):\n    a: float\n    b: float\n")
+    before, without = stamp_above(tmp_path, ("state.py",)), stamp_above(tmp_path)
+    state.write_text("class P(NamedTuple):\n    b: float\n    a: float\n")
+    assert stamp_above(tmp_path, ("state.py",)) != before and stamp_above(tmp_path) == without
+
+
+def test_the_plant_is_kept_under_a_stamp_that_knows_its_parameters():
+    folder = ROOT / "analysis" / "blind"
+    assert _run._cache._cache_file._source_stamp == stamp_above(folder, ("plant_state.py",)) != stamp_above(folder)
 
 
 def test_the_engine_is_kept_under_the_stamp():
