@@ -41,7 +41,7 @@ def find_discs(image: np.ndarray, region: tuple[int, int, int, int] | None = Non
     """Fits (n, 20), see `centre.fit_discs`, of everything disc-like in `image` or in region (u0, v0, u1, v1).
 
     Pixels are those of the whole picture.  Sorted by |contrast|, strongest first.  `like`: fits (m, 20) of discs as they looked before;
-    only discs about as large, of their polarity and brightness are found, at a third of the cost.
+    only discs about as large, of their polarity and brightness are found, at a fifth of the cost (1.5 for 8.3 ms in 150 x 150 px with five discs).
     """
     u0, v0, u1, v1 = region or (0, 0, image.shape[1], image.shape[0])
     u0, v0, u1, v1 = max(u0, 0), max(v0, 0), min(u1, image.shape[1]), min(v1, image.shape[0])

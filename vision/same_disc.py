@@ -31,7 +31,7 @@ _FAR_RADIUS = 0.13  # relative change of a marker's radius from frame to frame t
 _FAR_COVERED = 0.05  # the same where another edge runs through and the marker's size is known: a covered disc shrinks by and by
 _MAX_MISFIT = 0.15
 _ALL_BUT = 0.05  # share of sectors left out that may be chance
-_ITERATIONS = 8  # a start from the frame before takes three to five
+_ITERATIONS = 8  # more help no disc that is there: with 12 a film's tracks were the same to 7e-5 px in the mean
 _STALE_SHAPE = 1.12  # edge residual over noise from which shape and blur of an earlier frame no longer serve
 
 

@@ -107,13 +107,15 @@ def _shift_costs(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mappi
         residual[meets, :, k] = epipolar_residual_px(cameras, first[meets], second[at[meets]])
     complete = np.all(np.isfinite(residual), axis=-1)
     markers, told = np.any(complete, axis=0), np.any(complete, axis=1)
+    if not told.any():
+        return np.empty((0, len(_SHIFTS))), np.empty(0, int)
     residual[~complete] = np.nan
     off = residual[told][:, markers]
     off -= np.nanmedian(off[..., _SHIFTS.index(0)], axis=0)[:, None]
     spread = 1.4826 * np.nanmedian(np.abs(off).min(-1), axis=0)
     off /= np.maximum(spread, _LEAST_SD_PX)[:, None]
-    cost = np.nanmean(0.5 * np.minimum(off**2, _CAP), axis=1) if told.any() else np.empty((0, len(_SHIFTS)))
-    return 3.0 * cost, frames[told]  # the mean: a body's markers err together, one vote
+    cost = np.nanmean(0.5 * np.minimum(off**2, _CAP), axis=1)  # the mean: a body's markers err together, one vote
+    return 3.0 * cost, frames[told]
 
 
 def _rays_by_frame(tracks: pd.DataFrame, marker: np.ndarray, camera: Camera, offset_px: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
