@@ -116,10 +116,12 @@ def board_poses(setup: Setup, camera: int, count: int, rng: np.random.Generator)
 
 
 def render_recording(folder: Path, setup: Setup, motion: Motion, frames: int, rng: np.random.Generator, views: int = 12,
-                     suffix: str = ".png", name: str = "rendered", board_suffix: str = ".png") -> pd.DataFrame:
+                     suffix: str = ".png", name: str = "rendered", board_suffix: str = ".png", *,
+                     looks: Callable[[str, int], Look] | None = None, clock_s: float = 0.0) -> pd.DataFrame:
     """Write the recording into ``folder`` and give its truth: one row per camera, frame and marker.
 
-    ``motion(time_s)`` gives the bodies' poses in the world.  Motion blur is the mean over the exposure in steps
+    ``motion(time_s)`` gives the bodies' poses in the world; the second camera sees them ``clock_s`` later, and its truth is what it saw.
+    ``looks(camera, frame)``: light that changes, in place of the setup's.  Motion blur is the mean over the exposure in steps
     below one blur width.  Files: ``recording.toml``, ``CAMERA/frame_NNNNN``, ``calibration/``, ``truth.parquet``,
     ``true_calibration.json``.
     """
@@ -131,12 +133,13 @@ def render_recording(folder: Path, setup: Setup, motion: Motion, frames: int, rn
     windows = [View(camera, offset, setup.window_size_px) for camera, offset in zip(setup.cameras, setup.window_offset_px, strict=True)]
     for frame in range(frames):
         time_s = frame / setup.frame_rate_hz
-        for view in windows:
-            steps = _steps(view, setup, motion, time_s)
-            poses = [motion(time_s + part * setup.exposure_s) for part in (np.arange(steps) + 0.5) / steps - 0.5]
-            image, truth = render_frame(view, setup.rig, poses, setup.look, rng)
-            cv2.imwrite(str(folder / view.camera.name / f"frame_{frame:05d}{suffix}"), image, PNG)
-            here = motion(time_s)
+        for c, view in enumerate(windows):
+            seen_s = time_s + c * clock_s
+            steps = _steps(view, setup, motion, seen_s)
+            poses = [motion(seen_s + part * setup.exposure_s) for part in (np.arange(steps) + 0.5) / steps - 0.5]
+            image, truth = render_frame(view, setup.rig, poses, setup.look if looks is None else looks(view.camera.name, frame), rng)
+            _write(folder / view.camera.name / f"frame_{frame:05d}{suffix}", image)
+            here = motion(seen_s)
             truths.append(truth.assign(camera=view.camera.name, frame=frame, time_s=time_s, **{
                 f"{body}_{key}": getattr(here[body], key) for body in ("host", "nes") for key in ("x_m", "y_m", "angle_rad")}))
     truth = pd.concat(truths, ignore_index=True)
@@ -172,7 +175,7 @@ def _write_views(folder: Path, setup: Setup, c: int, views: int, rng: np.random.
 
 
 def _write(path: Path, image: NDArray[np.uint8]) -> None:
-    cv2.imwrite(str(path), image, PNG if path.suffix == ".png" else [cv2.IMWRITE_JPEG_QUALITY, 93])
+    cv2.imwrite(str(path), image, {".png": PNG, ".jpg": [cv2.IMWRITE_JPEG_QUALITY, 93]}.get(path.suffix, []))
 
 
 def _toml(setup: Setup, name: str, suffix: str, board_suffix: str) -> str:

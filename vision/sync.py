@@ -1,7 +1,8 @@
-"""Frames and instants: times of the frames, and frames that one camera dropped.
+"""Frames that one camera dropped.
 
 A dropped frame leaves no hole in a folder of pictures; every later picture of that camera simply belongs to a later
-instant.  The epipolar residual tells: two pictures of different instants do not meet in space where things move.
+instant.  What two pictures of different instants show does not meet in space where things move: across the epipolar lines
+(the residual that needs nothing but the calibration), and along them, where the markers' heights are known.
 """
 
 from __future__ import annotations
@@ -11,15 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from ovines.camera import Camera, epipolar_residual_px
-from ovines.recording import Recording, read_trigger
+from vision.circle_centre import on_plane
 
-_SHIFTS = (-2, -1, 0, 1, 2)
+_REACH = 3  # frames that one camera may lack more than the other; more where their numbers of pictures say so
+_FARTHEST = 24
 _SWITCH = 30.0  # log-likelihood that a step from one shift to another must win: dropped frames are rare
 _CAP = 25.0  # squared sigmas at which one residual stops counting: a bad point is no evidence
 _LEAST_SD_PX = 0.15  # calibration and perspective leave this much in a residual, however sharp the centres
+_WEIGHTS = (3.0, 1.5)  # of the mean over the markers, across and along the epipolar lines: height that varies is in the second
+_WHOLE = 0.25  # a shift from the first frame on is one of whole frames if it leaves this share of what its neighbours leave
+_ROUNDS = 5
+_ABOUT = 6  # frames on each side of a change among which the dropped one is looked for
 
 
 @dataclass(frozen=True)
@@ -30,122 +35,150 @@ class DroppedFrames:
     from_frame: int
     n: int
     gain: float  # log-likelihood won by saying so
+    why: str = "from there on its pictures meet the other camera's {n} later (epipolar residual)"
 
     def __str__(self) -> str:
         return (f"{self.camera} dropped {self.n} frame{'s' if self.n > 1 else ''} before its frame {self.from_frame}: "
-                f"from there on its pictures meet the other camera's {self.n} later (epipolar residual)")
+                + self.why.format(n=self.n))
 
 
-def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, list[str]]:
-    """Times [s] of frame numbers (n,) and notes; a missing trigger is interpolated between its neighbours.
+@dataclass(frozen=True, eq=False)
+class _Evidence:
+    """How far the cameras miss each other under every shift between them.
 
-    Trigger pulses that the card missed leave the frames there: their times follow from the pulses about them
-    (or, beyond the last one, from the median period).
+    ``frames`` (f,): the first camera's; ``shifts`` (s,): the second camera's frame f - shift is held against the first one's
+    frame f; ``off_px`` (f, m, 2, s): markers across and along the epipolar lines, NaN where one of the two did not see them.
     """
-    frames = np.asarray(frames)
-    trigger = recording.settings.time.trigger
-    if not trigger:
-        return recording.times_s(frames), []
-    numbers, times_s = read_trigger(recording.path(trigger))
-    absent = ~np.isin(frames, numbers)
-    times = np.interp(frames, numbers, times_s)
-    if len(numbers) > 1:
-        period = float(np.median(np.diff(times_s) / np.diff(numbers)))
-        times = np.where(frames < numbers[0], times_s[0] + (frames - numbers[0]) * period, times)
-        times = np.where(frames > numbers[-1], times_s[-1] + (frames - numbers[-1]) * period, times)
-    elif absent.any():
-        return recording.times_s(frames), []
-    if not absent.any():
-        return times, []
-    first = ", ".join(str(n) for n in frames[absent][:5])
-    more = ", ..." if absent.sum() > 5 else ""
-    note = (f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
-            "pulses about them")
-    return times, [note]
+
+    frames: np.ndarray
+    shifts: np.ndarray
+    off_px: np.ndarray
 
 
-def find_dropped_frames(tracks: pd.DataFrame, cameras: Sequence[Camera],
-                        window_offset_px: Mapping[str, Sequence[int]]) -> list[DroppedFrames]:
-    """Frames that one of the two cameras dropped, from the epipolar residuals of what moves.
+def find_dropped_frames(tracks: pd.DataFrame, cameras: Sequence[Camera], window_offset_px: Mapping[str, Sequence[int]],
+                        height_m: Mapping[str, float] | None = None) -> list[DroppedFrames]:
+    """Frames that one of the two cameras dropped, from how what moves is missed by the other's picture.
 
-    For every shift of -2..2 frames between the cameras each frame has a likelihood; the most likely sequence of shifts
-    that changes rarely (Viterbi) is taken.  A shift from the beginning on is no dropped frame and not told.
+    Every shift between the cameras has a likelihood in each frame; the most likely sequence of shifts that changes rarely
+    (Viterbi) is taken.  `height_m`: of each marker over the sliding plane; without it only what moves across the epipolar
+    lines is evidence.  A shift from the first frame on is told where it is one of whole frames, a camera that started late; a clock
+    that is late by part of a frame is not.
     """
-    cost, frames = _shift_costs(tracks, cameras, window_offset_px)
-    if len(frames) < 10:
+    evidence = _evidence(tracks, cameras, window_offset_px, height_m or {})
+    if len(evidence.frames) < 10:
         return []
-    path, gain = _rare_changes(cost)
-    found = []
-    for k in map(int, np.flatnonzero(np.diff(path))):
-        change = _SHIFTS[path[k + 1]] - _SHIFTS[path[k]]
-        camera = cameras[1] if change > 0 else cameras[0]
-        found.append(DroppedFrames(camera.name, _first_after(cost, frames, k + 1, path, change > 0), abs(change), gain))
-    return found
+    still = int(np.flatnonzero(evidence.shifts == 0)[0])
+    cost = _cost(evidence, *_constant_scale(evidence))
+    path, gain = _rare_changes(cost, still)
+    for _ in range(_ROUNDS):  # what is normal is known once the shifts are
+        middle, spread = _scale(_along(evidence.off_px, path))
+        cost = _cost(evidence, middle[..., None], spread)
+        before = path
+        path, gain = _rare_changes(cost, still)
+        if np.array_equal(path, before):
+            break
+    return _told(evidence, cost, path, still, gain, [camera.name for camera in cameras])
 
 
 def renumbered(tracks: pd.DataFrame, dropped: Sequence[DroppedFrames]) -> pd.DataFrame:
     """Tracks with the frames after each drop given their true numbers; times are left to the caller."""
     tracks = tracks.copy()
-    own_number = tracks["frame"].to_numpy(copy=True)
-    for drop in dropped:
-        after = (tracks["camera"] == drop.camera).to_numpy() & (own_number >= drop.from_frame)
-        tracks.loc[after, "frame"] += drop.n
+    for camera in {drop.camera for drop in dropped}:
+        own = (tracks["camera"] == camera).to_numpy()
+        tracks.loc[own, "frame"] = true_numbers(tracks.loc[own, "frame"].to_numpy(), dropped, camera)
     return tracks
 
 
-def _shift_costs(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mapping[str, Sequence[int]]
-                 ) -> tuple[np.ndarray, np.ndarray]:
-    """(frames, shifts) half the sum of capped squared normalised residuals; frames without evidence are left out."""
-    marker = pd.factorize(tracks["marker"])[0]
-    (frames, first), (others, second) = (_rays_by_frame(tracks, marker, camera, offsets[camera.name]) for camera in cameras)
-    if not len(frames) or not len(others):
-        return np.empty((0, len(_SHIFTS))), np.empty(0, int)
-    residual = np.full((*first.shape[:2], len(_SHIFTS)), np.nan)
-    for k, shift in enumerate(_SHIFTS):  # the second camera's frame f - shift is held against the first one's frame f
+def true_numbers(own_numbers: np.ndarray, dropped: Sequence[DroppedFrames], camera: str) -> np.ndarray:
+    """Instants (n,) that a camera's own frame numbers (n,) show."""
+    numbers = np.asarray(own_numbers)
+    return numbers + sum((drop.n * (numbers >= drop.from_frame) for drop in dropped if drop.camera == camera), np.zeros_like(numbers))
+
+
+def _evidence(tracks: pd.DataFrame, cameras: Sequence[Camera], offsets: Mapping[str, Sequence[int]],
+              height_m: Mapping[str, float]) -> _Evidence:
+    marker, names = pd.factorize(tracks["marker"])
+    heights = np.array([height_m.get(name, np.nan) for name in names])
+    views = [_by_frame(tracks, marker, heights, camera, offsets[camera.name]) for camera in cameras]
+    counts = [len(view[0]) for view in views]
+    reach = min(max(_REACH, abs(counts[0] - counts[1]) + 1), _FARTHEST)
+    shifts = np.arange(-reach, reach + 1)
+    frames, others = views[0][0], views[1][0]
+    off = np.full((len(frames), len(heights), 2, len(shifts)), np.nan)
+    if not min(counts):
+        return _Evidence(frames[:0], shifts, off[:0])
+    axis, px_per_m = _baseline(cameras)
+    for k, shift in enumerate(shifts):
         at = np.searchsorted(others, frames - shift).clip(max=len(others) - 1)
         meets = others[at] == frames - shift
-        residual[meets, :, k] = epipolar_residual_px(cameras, first[meets], second[at[meets]])
-    complete = np.all(np.isfinite(residual), axis=-1)
-    markers, told = np.any(complete, axis=0), np.any(complete, axis=1)
-    if not told.any():
-        return np.empty((0, len(_SHIFTS))), np.empty(0, int)
-    residual[~complete] = np.nan
-    off = residual[told][:, markers]
-    off -= np.nanmedian(off[..., _SHIFTS.index(0)], axis=0)[:, None]
-    spread = 1.4826 * np.nanmedian(np.abs(off).min(-1), axis=0)
-    off /= np.maximum(spread, _LEAST_SD_PX)[:, None]
-    cost = np.nanmean(0.5 * np.minimum(off**2, _CAP), axis=1)  # the mean: a body's markers err together, one vote
-    return 3.0 * cost, frames[told]
+        off[meets, :, 0, k] = epipolar_residual_px(cameras, views[0][1][meets], views[1][1][at[meets]])
+        off[meets, :, 1, k] = (views[0][2][meets] - views[1][2][at[meets]]) @ axis * px_per_m
+    told = np.isfinite(off[:, :, 0]).any((1, 2))
+    markers = np.isfinite(off[:, :, 0]).any((0, 2))
+    return _Evidence(frames[told], shifts, off[told][:, markers])
 
 
-def _rays_by_frame(tracks: pd.DataFrame, marker: np.ndarray, camera: Camera, offset_px: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Frame numbers (f,) of a camera and where it saw each marker (f, markers, 2), undistorted; NaN where it did not."""
+def _by_frame(tracks: pd.DataFrame, marker: np.ndarray, heights: np.ndarray, camera: Camera, offset_px: Sequence[int]
+              ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frame numbers (f,) of a camera, where it saw each marker (f, m, 2), undistorted, and on the marker's plane [m]; NaN where it did not."""
     own = (tracks["camera"] == camera.name).to_numpy()
     frames, row = np.unique(tracks["frame"].to_numpy()[own], return_inverse=True)
-    seen = np.full((len(frames), marker.max(initial=-1) + 1, 2), np.nan)
-    seen[row, marker[own]] = camera.normalise(tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + np.asarray(offset_px, float))
-    return frames, seen
+    sensor = tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + np.asarray(offset_px, float)
+    seen, placed = (np.full((len(frames), len(heights), 2), np.nan) for _ in range(2))
+    seen[row, marker[own]] = camera.normalise(sensor)
+    placed[row, marker[own]] = on_plane(camera, sensor, heights[marker[own]])[:, :2]
+    return frames, seen, placed
 
 
-def _first_after(cost: np.ndarray, frames: np.ndarray, switch: int, path: np.ndarray, second: bool) -> int:
-    """Number, in the dropping camera's own count, of its first frame after the drop.
-
-    Around the drop the path is undecided (the dropped instant has no partner); each of the camera's own frames
-    is asked whether it meets the other camera better before or after.
-    """
-    row = {int(frame): i for i, frame in enumerate(frames)}
-    own = [_SHIFTS[path[i]] if second else 0 for i in (switch - 1, switch)]
-    about = range(int(frames[switch]) - own[1] - 6, int(frames[switch]) - own[1] + 7)
-    prefers = [cost[row[n + own[1]], path[switch]] - cost[row[n + own[0]], path[switch - 1]]
-               if n + own[0] in row and n + own[1] in row else 0.0 for n in about]
-    after = np.append(np.cumsum(prefers[::-1])[::-1], 0.0)
-    return about.start + int(np.argmin(after))
+def _baseline(cameras: Sequence[Camera]) -> tuple[np.ndarray, float]:
+    """Direction on the plane from one camera to the other, and pixels per metre there."""
+    apart = (cameras[1].centre_m - cameras[0].centre_m)[:2]
+    focal = float(np.sqrt(cameras[0].matrix[0, 0] * cameras[0].matrix[1, 1]))
+    return apart / max(float(np.hypot(*apart)), 1e-9), focal / abs(float(cameras[0].centre_m[2]))
 
 
-def _rare_changes(cost: np.ndarray) -> tuple[np.ndarray, float]:
-    """Cheapest sequence of columns with a price on changing; and what it saves against never changing."""
+def _median(values: np.ndarray) -> np.ndarray:
+    """Median over the first axis, NaN left out and where there is nothing else."""
+    empty = ~np.isfinite(values).any(0)
+    found = np.nanmedian(np.where(empty, 0.0, values), axis=0)
+    return np.asarray(np.where(empty, np.nan, found))
+
+
+def _scale(off_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What is normal of residuals (f, ...): their median and robust spread."""
+    middle = _median(off_px)
+    return middle, 1.4826 * _median(np.abs(off_px - middle))
+
+
+def _constant_scale(evidence: _Evidence) -> tuple[np.ndarray, np.ndarray]:
+    """Of each marker: median of its residual under each constant shift (m, 2, s), and the spread (m, 2) under that which leaves least."""
+    middle, spread = _scale(evidence.off_px)
+    return middle, np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=-1)
+
+
+def _along(off_px: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """(f, m, 2) of (f, m, 2, s): under each frame's own shift."""
+    return np.take_along_axis(off_px, path[:, None, None, None], axis=-1)[..., 0]
+
+
+def _cost(evidence: _Evidence, middle: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """(f, s) half the sum of capped squared normalised residuals; a shift under which nothing can be compared costs what the best one does."""
+    sd = np.maximum(np.where(np.isfinite(spread), spread, np.inf), _LEAST_SD_PX)
+    square = np.minimum(((evidence.off_px - middle) / sd[..., None]) ** 2, _CAP)
+    seen = np.isfinite(square)
+    count = seen.sum(1)
+    mean = np.where(seen, square, 0.0).sum(1) / np.maximum(count, 1)  # a body's markers err together: one vote
+    told = count > 0
+    least = np.where(told, mean, np.inf).min(-1, keepdims=True)
+    mean = np.where(told, mean, np.where(np.isfinite(least), np.maximum(least, 1.0), 0.0))
+    return np.asarray(sum(0.5 * weight * mean[:, part] for part, weight in enumerate(_WEIGHTS)))
+
+
+def _rare_changes(cost: np.ndarray, first: int) -> tuple[np.ndarray, float]:
+    """Cheapest sequence of columns with a price on changing, and one on not beginning with `first`; what it saves against staying there."""
     n, k = cost.shape
     total, back = cost[0].copy(), np.zeros((n, k), int)
+    total[np.arange(k) != first] += 0.9 * _SWITCH  # less than a change one frame later
     for i in range(1, n):
         change = int(np.argmin(total))
         stay = total <= total[change] + _SWITCH
@@ -155,4 +188,45 @@ def _rare_changes(cost: np.ndarray) -> tuple[np.ndarray, float]:
     path[-1] = int(np.argmin(total))
     for i in range(n - 1, 0, -1):
         path[i - 1] = back[i, path[i]]
-    return path, float(cost.sum(0).min() - total.min())
+    return path, float(cost[:, first].sum() - total.min())
+
+
+def _whole_frames(evidence: _Evidence, path: np.ndarray) -> bool:
+    """Whether the first shift leaves next to nothing of what its neighbours leave; a clock that is late by part of a frame does not."""
+    start, k = path == path[0], int(path[0])
+    near = [other for other in (k - 1, k, k + 1) if 0 <= other < len(evidence.shifts)]
+    off = evidence.off_px[start][..., near]
+    square, seen = (off - _median(off)) ** 2, np.isfinite(off)
+    left = np.sqrt(np.where(seen, square, 0.0).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1))
+    own, beside = left[:, near.index(k)], np.delete(left, near.index(k), axis=1).min(1)
+    return bool(np.any((own < _WHOLE * beside) & (beside > 4 * _LEAST_SD_PX)))
+
+
+def _told(evidence: _Evidence, cost: np.ndarray, path: np.ndarray, still: int, gain: float, names: Sequence[str]) -> list[DroppedFrames]:
+    found = []
+    if path[0] != still and _whole_frames(evidence, path):
+        n = int(evidence.shifts[path[0]])
+        found.append(DroppedFrames(names[1] if n > 0 else names[0], 0, abs(n), gain))
+    for k in map(int, np.flatnonzero(np.diff(path))):
+        change = int(evidence.shifts[path[k + 1]] - evidence.shifts[path[k]])
+        found.append(DroppedFrames(names[1] if change > 0 else names[0], _first_after(evidence, cost, k + 1, path, change > 0), abs(change), gain))
+    return found
+
+
+def _first_after(evidence: _Evidence, cost: np.ndarray, switch: int, path: np.ndarray, second: bool) -> int:
+    """Number, in the dropping camera's own count, of its first frame after the drop.
+
+    Around the drop the path is undecided (the dropped instant has no partner); each of the camera's own frames
+    is asked whether it meets the other camera better before or after.
+    """
+    frames = evidence.frames
+    row = {int(frame): i for i, frame in enumerate(frames)}
+    own = [int(evidence.shifts[path[i]]) if second else 0 for i in (switch - 1, switch)]
+    others = np.flatnonzero(np.diff(path)) + 1
+    back, ahead = (min((abs(int(k)) // 2 for k in others - switch if k * sign > 0), default=_ABOUT) for sign in (-1, 1))
+    here = int(frames[switch]) - own[1]
+    about = range(max(here - min(back, _ABOUT), 0), here + min(ahead, _ABOUT) + 1)
+    prefers = [cost[row[n + own[1]], path[switch]] - cost[row[n + own[0]], path[switch - 1]]
+               if n + own[0] in row and n + own[1] in row else 0.0 for n in about]
+    after = np.append(np.cumsum(prefers[::-1])[::-1], 0.0)
+    return about.start + int(np.argmin(after))

@@ -7,6 +7,7 @@ The three bodies are followed as rigid bodies in both cameras at once (`vision.t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,13 +17,15 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.circle_centre import circle_centres, on_plane
+from vision.common_gaps import as_dropped, find_common_gaps
 from vision.exposure import arc_shift, spins
 from vision.eye import Eye
-from vision.frames import open_sources, stream
+from vision.frame_times import frame_times
+from vision.frames import Source, open_sources, stream
 from vision.layouts import symmetry_notes
 from vision.named import check_names
 from vision.sight import KEPT
-from vision.sync import find_dropped_frames, frame_times, renumbered
+from vision.sync import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.tracker import Tracker
 from vision.wall_table import expected_rims, instants, rims_at, wall_notes, wall_table
 
@@ -65,9 +68,32 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     if names is not None:
         names = check_names(names)
     sources, notes = open_sources(recording)
+    followed = [by_name[camera.name] for camera in recording.cameras]
+    own_notes = list(notes)
+    tracker, rows = _follow(recording, followed, sources, names, own_notes, progress)
+    tracks = _table(tracker, recording)
+    dropped = _dropped(tracks, tracker, recording)
+    told = [f"{drop}; its later frames are renumbered" for drop in dropped]
+    again = dropped and names is None and all(source.video is None for source in sources)
+    if again:  # with equal numbers for equal instants no body seems to be in two places, and the walls are seen
+        sources = [_moved(source, dropped) for source in sources]
+        own_notes = list(notes)
+        tracker, rows = _follow(recording, followed, sources, names, own_notes, progress)
+        tracks = _table(tracker, recording)
+    elif dropped:
+        until = min(drop.from_frame for drop in dropped)
+        tracks, rows = _timed(renumbered(tracks, dropped), recording), [row for row in rows if row["frame"] < until]
+    rims = expected_rims(recording)
+    walls = wall_table(rows, *_instants(tracks))
+    time_notes = frame_times(recording, np.unique(tracks["frame"]))[1]
+    return Tracks(tracks, own_notes + told + time_notes + wall_notes(walls, rims), walls)
+
+
+def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Source], names: pd.DataFrame | None, notes: list[str],
+            progress: Callable[[int, int], None] | None) -> tuple[Tracker, list[dict[str, Any]]]:
+    """All bodies through all frames, and the walls' rows at some instants; `notes` are added to."""
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
-    tracker = Tracker(recording, [by_name[camera.name] for camera in recording.cameras], names, notes,
-                      len(numbers))
+    tracker = Tracker(recording, cameras, names, notes, len(numbers))
     notes.extend(symmetry_notes(tracker.layout, names))
     rims = expected_rims(recording)
     rows: list[dict[str, Any]] = []
@@ -81,16 +107,37 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
         if progress:
             progress(done, len(numbers))
     tracker.pool.shutdown()
-    tracks, in_step_until = _table(tracker, recording)
-    walls = wall_table([row for row in rows if row["frame"] < in_step_until], *_instants(tracks))
-    return Tracks(tracks, notes + wall_notes(walls, rims), walls)
+    return tracker, rows
 
 
-def _table(tracker: Tracker, recording: Recording) -> tuple[pd.DataFrame, float]:
-    """The table, perspective and arc corrected, sorted by camera, frame and marker's place in recording.toml.
+def _dropped(tracks: pd.DataFrame, tracker: Tracker, recording: Recording) -> list[DroppedFrames]:
+    """Frames dropped by one camera, and by both at once, all in the cameras' own numbers."""
+    cameras, layout, offsets = [eye.camera for eye in tracker.eyes], tracker.layout, recording.window_offset_px
+    heights = dict(zip(layout.markers, layout.position_m[:, 2], strict=True))
+    dropped = find_dropped_frames(tracks, cameras, offsets, heights)
+    if "host" not in layout.bodies or not layout.known[layout.bodies.index("host")]:
+        return dropped
+    gaps = find_common_gaps(_timed(renumbered(tracks, dropped), recording), cameras, offsets, heights,
+                            layout.markers[layout.of(layout.bodies.index("host"))])
+    return dropped + as_dropped(gaps, dropped, tracks)
 
-    And the first frame number that one camera dropped (infinity: none): up to it equal numbers are equal instants.
-    """
+
+def _moved(source: Source, dropped: Sequence[DroppedFrames]) -> Source:
+    """The camera's pictures under the numbers of the instants that they show."""
+    own = sorted(source.files)
+    return replace(source, files=dict(zip(true_numbers(np.array(own), dropped, source.camera.name).tolist(),
+                                          (source.files[number] for number in own), strict=True)))
+
+
+def _timed(tracks: pd.DataFrame, recording: Recording) -> pd.DataFrame:
+    """With the times of its frame numbers."""
+    frames, place = np.unique(tracks["frame"], return_inverse=True)
+    tracks["time_s"] = frame_times(recording, frames)[0][place]
+    return tracks
+
+
+def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
+    """The table, perspective and arc corrected, sorted by camera, frame and marker's place in recording.toml."""
     notes, markers = tracker.notes, np.array(tracker.layout.markers, object)
     tables = []
     for i, eye in enumerate(tracker.eyes):
@@ -113,14 +160,7 @@ def _table(tracker: Tracker, recording: Recording) -> tuple[pd.DataFrame, float]
         raise InputError("no marker was found in any frame of either camera",
                          "round markers laid out as layout_m says, in focus, in both windows",
                          "check layout_m, the calibration and window_offset_px, or give --names first_frame.csv")
-    dropped = find_dropped_frames(tracks, [eye.camera for eye in tracker.eyes], recording.window_offset_px)
-    notes.extend(f"{drop}; its later frames are renumbered" for drop in dropped)
-    tracks = renumbered(tracks, dropped)
-    frames, place = np.unique(tracks["frame"], return_inverse=True)
-    times, time_notes = frame_times(recording, frames)
-    tracks["time_s"] = times[place]
-    notes.extend(time_notes)
-    return tracks, min((drop.from_frame for drop in dropped), default=np.inf)
+    return _timed(tracks, recording)
 
 
 def _arc_px(tracker: Tracker, eye: Eye, rows: np.ndarray, uv: np.ndarray, times_s: np.ndarray, exposure_s: float) -> np.ndarray:

@@ -84,6 +84,13 @@ def wall_table(rows: Sequence[dict[str, Any]], frames: NDArray[Any], times_s: ND
     return table[table["time_s"].notna()].reset_index(drop=True)
 
 
+def scatter_of(own: pd.DataFrame) -> tuple[float, float]:
+    """Radius [m] of one body over the instants, and its sd without the calibration's own."""
+    radius = float(own["radius_m"].median())
+    scatter = 1.4826 * float((own["radius_m"] - radius).abs().median()) / np.sqrt(len(own))
+    return radius, max(scatter, float(own["radius_sd_m"].median()) / np.sqrt(len(own)))
+
+
 def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> list[str]:
     """One line per body: radius with its scatter over the instants, and how far the centre lies from the markers'."""
     notes = []
@@ -91,9 +98,7 @@ def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> lis
         own = walls[walls["body"] == body]
         if len(own) < 3:
             continue
-        radius = own["radius_m"].median()
-        scatter = 1.4826 * (own["radius_m"] - radius).abs().median() / np.sqrt(len(own))
-        sd = max(scatter, float(own["radius_sd_m"].median()) / np.sqrt(len(own)))
+        radius, sd = scatter_of(own)
         off = np.median(own[["x_m", "y_m"]].to_numpy() - own[["marker_x_m", "marker_y_m"]].to_numpy(), axis=0)
         notes.append(f"{'inner wall of the Host' if body == 'host' else 'rim of the NES'} from images at {len(own)} instants: "
                      f"radius {1e3 * radius:.3f} mm, sd {1e6 * sd:.1f} um without the calibration's own "

@@ -1,0 +1,40 @@
+"""When a frame was taken: the acquisition card's trigger times, with what the card missed filled in."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovines.recording import Recording, read_trigger
+
+
+def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, list[str]]:
+    """Times [s] of frame numbers (n,) and notes; a missing trigger is interpolated between its neighbours.
+
+    Trigger pulses that the card missed leave the frames there: their times follow from the pulses about them
+    (or, beyond the last one, from the median period).
+    """
+    frames = np.asarray(frames)
+    trigger = recording.settings.time.trigger
+    if not trigger:
+        return recording.times_s(frames), []
+    numbers, times_s = read_trigger(recording.path(trigger))
+    absent = ~np.isin(frames, numbers)
+    times = np.interp(frames, numbers, times_s)
+    if len(numbers) > 1:
+        period = float(np.median(np.diff(times_s) / np.diff(numbers)))
+        times = np.where(frames < numbers[0], times_s[0] + (frames - numbers[0]) * period, times)
+        times = np.where(frames > numbers[-1], times_s[-1] + (frames - numbers[-1]) * period, times)
+    elif absent.any():
+        return recording.times_s(frames), []
+    notes = []
+    if len(frames) and numbers[-1] > frames.max():
+        notes.append(f"{trigger} goes on for {int(np.sum(numbers > frames.max()))} frames after the last picture (frame {frames.max()}): cameras stopped "
+                     "earlier, or dropped frames that nothing in the pictures tells of")
+    if not absent.any():
+        return times, notes
+    first = ", ".join(str(n) for n in frames[absent][:5])
+    more = ", ..." if absent.sum() > 5 else ""
+    notes.append(f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
+                 "pulses about them")
+    return times, notes
