@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import glob
 import math
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -122,7 +123,7 @@ class Recording:
             return [exact]
         absolute = Path(pattern).is_absolute()
         found = glob.glob(pattern if absolute else str(Path(glob.escape(str(self.folder)), pattern)))
-        return sorted((Path(name) for name in found if Path(name).is_file()), key=_natural)
+        return [Path(name) for name in sorted(filter(os.path.isfile, found), key=_natural)]
 
     def entry(self) -> str:
         """Where the recording enters the chain: "motion", "points", "tracks" or "frames"."""
@@ -247,5 +248,5 @@ def read_trigger(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
     return np.array(frames), np.array(times_s)
 
 
-def _natural(path: Path) -> list[tuple[int, int | str]]:
-    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", str(path))]
+def _natural(path: str) -> list[tuple[int, int | str]]:
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", path)]

@@ -104,8 +104,8 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
 
 
 @compiled
-def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, even: Array, odd: Array,
-             rhs: Array, sums: Array) -> None:
+def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, most_blur_px2: float,
+             even: Array, odd: Array, rhs: Array, sums: Array) -> None:
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
     start_u, start_v = p[U], p[V]
     r0 = max(p[M11] * p[M22] - p[M12] * p[M12], 1e-12) ** -0.25
@@ -137,7 +137,7 @@ def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: f
             if i < n_even or i >= 8:
                 gain += gradient[i] * rhs[i]
         length = apply_step(p, rhs, r0)
-        if not believable(p, r0, start_u, start_v):
+        if not believable(p, r0, start_u, start_v) or max(p[S11], p[S22]) > most_blur_px2:
             return
         change = max(abs(rhs[2]), abs(rhs[3]), abs(rhs[4])) / max(p[M11], p[M22])
         blur_change = max(abs(rhs[5]), abs(rhs[6]), abs(rhs[7])) / max(p[S11], p[S22])
@@ -161,7 +161,7 @@ def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: f
 
 @compiled
 def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tolerance_px: float = 0.001,
-              hold_shape: bool = False) -> Array:
+              hold_shape: bool = False, most_blur_px2: float = 1e9) -> Array:
     """Fit every disc of `starts` in one picture.
 
     Parameters
@@ -171,6 +171,7 @@ def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tole
     max_iterations, tolerance_px : stop when the centre's step falls below the tolerance
     hold_shape : take shape and blur from the start and fit position and levels only: half the time, and as
         precise, because shape and blur keep their sign under reflection and position does not
+    most_blur_px2 : squared blur from which a fit is given up, as one gone astray
 
     Returns
     -------
@@ -184,7 +185,7 @@ def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tole
     even, odd, rhs = np.zeros((8, 8)), np.zeros((6, 6)), np.zeros(14)
     sums = np.zeros(N_SUMS)
     for i in range(len(out)):
-        _fit_one(image, out[i], max_iterations, tolerance_px, 2 if hold_shape else 8, even, odd, rhs, sums)
+        _fit_one(image, out[i], max_iterations, tolerance_px, 2 if hold_shape else 8, most_blur_px2, even, odd, rhs, sums)
     return out
 
 

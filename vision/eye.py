@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,23 @@ from vision.centre import N_FIT, OK, OUTLIERS, STRUCTURED, U, V
 from vision.circle_centre import on_plane
 from vision.detect import find_discs
 from vision.flat_pose import packed
-from vision.follow import hold_shape, look, see
+from vision.follow import hold_shape, look, run_ahead, see
 from vision.identity import Match, match_layout, place
 from vision.sight import Sight, accept, gate_m, good, lost, near, predict, sure
+
+AHEAD = 8  # frames that a camera goes on its own before the two compare
 
 
 def layout_tolerance(extent_m: float, sd_m: float) -> float:
     """How far a marker may lie from its place [m]: calibration, placing, and a plane that leans by 6 mrad."""
     return 1.5e-4 + 3 * sd_m + 0.006 * extent_m
+
+
+def _in_one(kind: type, **shapes: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Zeros of these shapes, side by side in the array "whole"."""
+    whole: np.ndarray = np.zeros(sum(map(prod, shapes.values())), kind)
+    parts = np.split(whole, np.cumsum([prod(shape) for shape in shapes.values()])[:-1])
+    return {"whole": whole} | {name: part.reshape(shape) for (name, shape), part in zip(shapes.items(), parts, strict=True)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +61,17 @@ class Eye:
     def __init__(self, camera: Camera, window_offset_px: tuple[int, int], layout: Layout) -> None:
         bodies, n = len(layout.bodies), len(layout.markers)
         self.camera, self.offset, self.layout = camera, window_offset_px, layout
-        self.place_m = layout.position_m.copy()
-        self.pose, self.expected, self.found = (np.zeros((bodies, 3)) for _ in range(3))
-        self.last, self.n_seen, self.rms_m = np.full(bodies, -10**9), np.zeros(bodies, np.int64), np.zeros(bodies)
-        self.starts, self.fits, self.use = np.zeros((n, N_FIT)), np.zeros((n, N_FIT)), np.zeros(n, np.int64)
-        self.sight = Sight(
-            cam=packed(camera, window_offset_px), place_m=self.place_m, first=np.asarray(layout.first, np.int64),
-            tolerance_m=np.asarray(layout.tolerance_m, float), pose=self.pose, velocity=np.zeros((bodies, 3)), expected=self.expected,
-            found=self.found, last=self.last, seen_times=np.zeros(bodies, np.int64), scatter_m=np.array(layout.tolerance_m, float),
-            n_seen=self.n_seen, rms_m=self.rms_m, starts=self.starts, fits=self.fits, xy=np.zeros((n, 2)), use=self.use,
-            radius_m=np.zeros(n), seen_m=np.zeros(n), sized=np.zeros(n, np.int64), learned=np.zeros(n, np.int64))
+        floats = _in_one(np.float64, place_m=(n, 3), pose=(bodies, 3), velocity=(bodies, 3), change=(bodies, 3), bend=(bodies, 3),
+                         expected=(bodies, 3), found=(bodies, 3),
+                         scatter_m=(bodies,), rms_m=(bodies,), starts=(n, N_FIT), fits=(n, N_FIT), xy=(n, 2), radius_m=(n,), seen_m=(n,))
+        ints = _in_one(np.int64, last=(bodies,), seen_times=(bodies,), n_seen=(bodies,), use=(n,), sized=(n,), learned=(n,))
+        self.sight = Sight(cam=packed(camera, window_offset_px), first=np.asarray(layout.first, np.int64),
+                           tolerance_m=np.asarray(layout.tolerance_m, float), floats=floats.pop("whole"), ints=ints.pop("whole"), **floats, **ints)
+        self.place_m, self.pose, self.expected, self.found = (self.sight.place_m, self.sight.pose, self.sight.expected, self.sight.found)
+        self.last, self.n_seen, self.rms_m = self.sight.last, self.sight.n_seen, self.sight.rms_m
+        self.starts, self.fits, self.use = self.sight.starts, self.sight.fits, self.sight.use
+        self.place_m[:], self.sight.scatter_m[:], self.last[:] = layout.position_m, layout.tolerance_m, -10**9
+        self._before = np.empty((AHEAD, self.sight.floats.size)), np.empty((AHEAD, self.sight.ints.size), np.int64)
         self.frame = 0
 
     def look_ahead(self, image: np.ndarray | None, known: np.ndarray, frame: int) -> None:
@@ -69,6 +80,20 @@ class Eye:
         predict(self.sight, frame)
         if image is not None:
             see(image, self.sight, known, frame)
+
+    def run_ahead(self, images: list[Any], frames: list[int], known: np.ndarray, rows: np.ndarray, filled: int) -> tuple[np.ndarray, np.ndarray]:
+        """Follow the known bodies through frames, AHEAD at most, while this camera alone is sure of them.
+
+        Poses (f, bodies, 3) of the frames so followed; how many of `rows` were filled after each, (f + 1,), from `filled` on.
+        """
+        poses, n_rows = np.empty((len(frames), *self.found.shape)), np.full(len(frames) + 1, filled)
+        pictures = tuple(images + images[-1:] * (AHEAD - len(images)))  # always as many: code is compiled for their number
+        done = run_ahead(pictures, np.array(frames), self.sight, known, self._before, poses, rows, n_rows)
+        return poses[:done], n_rows[:done + 1]
+
+    def go_back(self, frames: int) -> None:
+        """To the state after so many frames of the last `run_ahead`, less than it ran."""
+        self.sight.floats[:], self.sight.ints[:] = self._before[0][frames], self._before[1][frames]
 
     def lost(self, body: int) -> int:
         """Frames since the body was last seen, 0 when it was seen in the frame before."""

@@ -12,12 +12,14 @@ from vision.centre import M11, N_FIT, OK, OUTLIERS, STRUCTURED
 from vision.compiled import compiled
 from vision.flat_pose import project, robust_pose
 from vision.same_disc import find, find_though_covered, nothing_there
-from vision.sight import SIZED, Sight, accept, gate_m, good, sure
+from vision.seek import jumped, seek
+from vision.sight import SIZED, Sight, accept, gate_m, good, lost, predict, record, sure
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
+_SOUGHT = 4  # frames after which a body lost is no longer near its prediction
 _APART_M, _APART_RAD = 0.015, 0.35  # two cameras that differ by more do not see the same body
 
 
@@ -51,7 +53,7 @@ def _look_for(image: NDArray[Any], sight: Sight, i: int, pose: Floats, hold_shap
     fit[0], fit[1] = at[0], at[1]
     sight.seen_m[i] = 0.0
     one = sight.fits[i:i + 1]
-    if not (find_though_covered(image, start, sized, one) if covered else find(image, start, hold_shape, sized, one)):
+    if not (find_though_covered(image, start, hold_shape, sized, one) if covered else find(image, start, hold_shape, sized, one)):
         return False
     du, dv = fit[0] - at[0], fit[1] - at[1]
     det = at[2] * at[5] - at[3] * at[4]
@@ -110,29 +112,79 @@ def hold_shape(frame: int) -> bool:
 
 @compiled
 def see(image: NDArray[Any], sight: Sight, known: Ints, frame: int) -> None:
-    """Look for all known bodies, (b,) 0/1, that were seen before where their motion carries them."""
-    active = np.zeros(len(known), np.int64)
+    """Look for all known bodies, (b,) 0/1, that were seen before: where their motion carries them, or near there if they jumped."""
+    active, leapt = np.zeros(len(known), np.int64), np.zeros(len(known), np.int64)
     for b in range(len(known)):
-        active[b] = known[b] and sight.last[b] >= 0
-        sight.found[b] = sight.expected[b] if active[b] else sight.found[b]
+        if known[b] and sight.last[b] >= 0:
+            active[b] = 1
+            sight.found[b] = sight.expected[b]
+            if lost(sight, b, frame) < _SOUGHT and jumped(image, sight, b):
+                leapt[b] = seek(image, sight, b, sight.found[b])
     look(image, sight, active, hold_shape(frame))
+    for b in range(len(known)):  # where the body seemed to be it is not
+        leapt[b] = leapt[b] and not (sure(sight, b) and good(sight, b, frame))
+        if leapt[b]:
+            sight.found[b] = sight.expected[b]
+    look(image, sight, leapt, hold_shape(frame))
 
 
 @compiled
-def apart(one: Sight, other: Sight, body: int) -> bool:
-    """Whether the cameras found a body at places that cannot be one."""
-    turn = one.found[body, 2] - other.found[body, 2]
-    off = math.hypot(one.found[body, 0] - other.found[body, 0], one.found[body, 1] - other.found[body, 1])
+def apart(one: Floats, other: Floats) -> bool:
+    """Whether two cameras found a body at poses (3,) that cannot be one."""
+    turn = one[2] - other[2]
+    off = math.hypot(one[0] - other[0], one[1] - other[1])
     return off > _APART_M or abs(turn - 2.0 * math.pi * round(turn / (2.0 * math.pi))) > _APART_RAD
+
+
+@compiled
+def together(one: Floats, other: Floats, known: Ints) -> int:
+    """In how many frames from the first on two cameras' poses (f, b, 3) of the known bodies are one."""
+    for k in range(min(len(one), len(other))):
+        for b in range(len(known)):
+            if known[b] and apart(one[k, b], other[k, b]):
+                return k
+    return min(len(one), len(other))
+
+
+@compiled
+def _settled(sight: Sight, body: int, frame: int) -> bool:
+    """Whether this camera needs no other to know where the body is."""
+    return sure(sight, body) and good(sight, body, frame)
 
 
 @compiled
 def accept_steady(one: Sight, other: Sight, known: Ints, frame: int, settled: Ints) -> None:
     """Accept every body that both cameras surely see; `settled` (b,) 0/1: out.  What is left needs a closer look."""
     for b in range(len(known)):
-        settled[b] = 0
-        if (known[b] and sure(one, b) and sure(other, b) and good(one, b, frame) and good(other, b, frame)
-                and not apart(one, other, b)):
+        settled[b] = known[b] and _settled(one, b, frame) and _settled(other, b, frame) and not apart(one.found[b], other.found[b])
+        if settled[b]:
             accept(one, b, frame)
             accept(other, b, frame)
-            settled[b] = 1
+
+
+@compiled
+def run_ahead(images: tuple[NDArray[Any], ...], frames: Ints, sight: Sight, known: Ints, before: tuple[Floats, Ints], poses: Floats,
+              rows: Floats, n_rows: Ints) -> int:
+    """Follow the bodies through several frames as long as this camera needs no other for it; how many frames that were.
+
+    images, frames : as many pictures as there is room for, and the numbers (f,) of those that count
+    before : room for `Sight.floats` and `Sight.ints` as they were before each frame, (f, ...) each
+    poses : (f, b, 3) found;  rows, n_rows : as `record`, and how many rows were filled after each frame, n_rows[0] before the first
+    """
+    for k in range(len(frames)):
+        for b in range(len(known)):
+            if known[b] and lost(sight, b, frames[k]) > 0:
+                return k  # both cameras look for it
+        before[0][k], before[1][k] = sight.floats, sight.ints
+        predict(sight, frames[k])
+        see(images[k], sight, known, frames[k])
+        for b in range(len(known)):
+            if known[b] and not _settled(sight, b, frames[k]):
+                sight.floats[:], sight.ints[:] = before[0][k], before[1][k]
+                return k
+        for b in range(len(known)):
+            if known[b]:
+                accept(sight, b, frames[k])
+        poses[k] = sight.found
+        n_rows[k + 1] = record(sight, frames[k], rows, n_rows[k])
+    return len(frames)

@@ -25,7 +25,7 @@ from ovines.recording import CameraSettings, Recording
 from vision.image_header import BadImage, read_header
 
 VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
-_CHUNK = 4  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
+_CHUNK = 8  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
 
 
 @dataclass(frozen=True)
@@ -172,9 +172,16 @@ def _video_frames(source: Source) -> Iterator[np.ndarray]:
 
 
 def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterator[tuple[int, list[np.ndarray | None]]]:
-    """Frame number and one picture per camera (None: missing or unreadable, said in `notes`), in order.
+    """Frame number and one picture per camera (None: missing or unreadable, said in `notes`), in order."""
+    for frames, pictures in stream_chunks(sources, notes, workers):
+        yield from zip(frames, pictures, strict=True)
 
-    At most 2 `_CHUNK` frames per camera and worker are held, however long the recording.
+
+def stream_chunks(sources: list[Source], notes: list[str], workers: int = 2
+                  ) -> Iterator[tuple[list[int], list[list[np.ndarray | None]]]]:
+    """As `stream`, a few frames at a time; their list is emptied when the next are asked for.
+
+    At most 4 `_CHUNK` frames per camera are held, however long the recording: in hand, twice ahead, being given back.
     """
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
     readers = [_Reader(source, notes) for source in sources]
@@ -187,10 +194,10 @@ def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterato
             if not waiting:
                 break
             chunk, futures = waiting.popleft()
-            pictures = [future.result() for future in futures]
-            for k, number in enumerate(chunk):
-                yield number, [each[k] for each in pictures]
-            del pictures
+            pictures = [list(pair) for pair in zip(*(future.result() for future in futures), strict=True)]
+            futures.clear()
+            yield chunk, pictures
+            pool.submit(pictures.clear)  # giving a raw picture's memory back takes as long as reading a part of it
     for reader in readers:
         reader.finish()
 

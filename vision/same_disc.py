@@ -36,6 +36,12 @@ _STALE_SHAPE = 1.12  # edge residual over noise from which shape and blur of an 
 
 
 @compiled
+def _most_blur_px2(start: Floats) -> float:
+    """Squared blur that the disc may have next: a blur that jumps is a shadow's edge taken for the disc's."""
+    return 3.0 * max(start[S11], start[S22]) + 3.0
+
+
+@compiled
 def _same_disc(start: Floats, fit: Floats, sized: bool) -> bool:
     """Whether a fit is the disc it was started on: converged, as large, of the same polarity, its edge described."""
     if fit[OK] == 0.0 or fit[COVERAGE] < 0.9:
@@ -43,8 +49,8 @@ def _same_disc(start: Floats, fit: Floats, sized: bool) -> bool:
     change = ((start[2] * start[4] - start[3] ** 2) / (fit[2] * fit[4] - fit[3] ** 2)) ** 0.25
     if abs(change - 1.0) > (_FAR_COVERED if sized and fit[OUTLIERS] >= STRUCTURED else _FAR_RADIUS) or fit[CONTRAST] * start[CONTRAST] < 0.0:
         return False
-    if max(fit[S11], fit[S22]) > 3.0 * max(start[S11], start[S22]) + 3.0:
-        return False  # a blur that jumps is a shadow's edge taken for the disc's
+    if max(fit[S11], fit[S22]) > _most_blur_px2(start):
+        return False
     return fit[MISFIT] <= _MAX_MISFIT * abs(fit[CONTRAST]) + 2.0 * fit[NOISE] + 1.0
 
 
@@ -77,25 +83,30 @@ def nothing_there(image: NDArray[Any], start: Floats, u: float, v: float) -> boo
 
 
 @compiled
+def _sectors_first(start: Floats, hold_shape: bool, sized: bool) -> bool:
+    """Last seen across an edge, where the plain model fails; of known size it waits until no sector meets the edge any more."""
+    return start[OUTLIERS] >= BY_SECTORS and (hold_shape or (sized and start[OUTLIERS] > BY_SECTORS + _ALL_BUT))
+
+
+@compiled
 def find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit: Floats) -> bool:
     """Fit the marker that looked like `start` from where fit (1, 20) puts it, as it looked; whether it is there.
 
     `sized`: the start's shape is that of a marker whose size is known, and may be relied upon.
     """
     u, v = fit[0, 0], fit[0, 1]
-    # Last seen across an edge, where the plain model fails; of known size it waits until no sector meets the edge any more.
-    if start[OUTLIERS] >= BY_SECTORS and (hold_shape or (sized and start[OUTLIERS] > BY_SECTORS + _ALL_BUT)):
+    if _sectors_first(start, hold_shape, sized):
         fit[0] = fit_by_sectors(image, fit[0], True)
         if _same_disc(start, fit[0], sized):
             return True
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
     held = hold_shape and start[MISFIT] < _STALE_SHAPE * start[NOISE] + 0.3
-    fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, held)
+    fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, held, _most_blur_px2(start))
     if held and (fit[0, OK] == 0.0 or fit[0, MISFIT] > _STALE_SHAPE * min(fit[0, NOISE], start[NOISE]) + 0.3):
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
-        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, False)
+        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, False, _most_blur_px2(start))
     if not _same_disc(start, fit[0], sized):
         return False
     if fit[0, OUTLIERS] >= STRUCTURED:  # another edge runs through: the sectors without it may know better
@@ -109,7 +120,7 @@ def find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit:
 
 
 @compiled
-def find_though_covered(image: NDArray[Any], start: Floats, sized: bool, fit: Floats) -> bool:
+def find_though_covered(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit: Floats) -> bool:
     """As `find`, where that failed: in a shadow's edge a shape fitted freely goes astray, so the known one is kept, or the sectors asked."""
     u, v = fit[0, 0], fit[0, 1]
     known = start[OK] > 0.0
@@ -117,6 +128,8 @@ def find_though_covered(image: NDArray[Any], start: Floats, sized: bool, fit: Fl
         fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, True)
         if _same_disc(start, fit[0], sized):
             return True
+        if _sectors_first(start, hold_shape, sized):
+            return False  # `find` has asked them
     fit[0] = start
     fit[0, 0], fit[0, 1] = u, v
     fit[0] = fit_by_sectors(image, fit[0], known)

@@ -29,6 +29,7 @@ class Sight(NamedTuple):
     marker of each body; ``tolerance_m`` (b,); ``pose``, ``velocity`` per frame, ``expected``, ``found`` (b, 3); ``last`` (b,) frame
     last seen; ``seen_times``, ``scatter_m``, ``n_seen``, ``rms_m`` (b,); ``starts``, ``fits`` (n, 20) when last seen, and now;
     ``xy`` (n, 2) world; ``use`` (n,) 0/1; ``radius_m``, ``seen_m`` (n,) known and now; ``sized``, ``learned`` (n,) how often.
+    ``floats``, ``ints``: the memory in which all these lie but the first, ``first`` and ``tolerance_m``; a copy of it is a way back.
     """
 
     cam: Floats
@@ -37,6 +38,8 @@ class Sight(NamedTuple):
     tolerance_m: Floats
     pose: Floats
     velocity: Floats
+    change: Floats
+    bend: Floats
     expected: Floats
     found: Floats
     last: Ints
@@ -52,6 +55,8 @@ class Sight(NamedTuple):
     seen_m: Floats
     sized: Ints
     learned: Ints
+    floats: Floats
+    ints: Ints
 
 
 @compiled
@@ -69,13 +74,13 @@ def lost(sight: Sight, body: int, frame: int) -> int:
 
 @compiled
 def predict(sight: Sight, frame: int) -> None:
-    """Expect every body where its last motion carries it; nothing is seen yet."""
+    """Expect every body where its last motion carries it, on the path it bends; nothing is seen yet."""
     sight.use[:] = 0
     sight.n_seen[:] = 0
     for b in range(len(sight.last)):
         ahead = max(min(frame - sight.last[b], 4), 0)
         for k in range(3):
-            sight.expected[b, k] = sight.pose[b, k] + sight.velocity[b, k] * ahead
+            sight.expected[b, k] = sight.pose[b, k] + ahead * (sight.velocity[b, k] + 0.5 * (ahead + 1) * sight.bend[b, k])
 
 
 @compiled
@@ -116,12 +121,24 @@ def sure(sight: Sight, body: int) -> bool:
 
 
 @compiled
+def _agreed(one: float, other: float) -> float:
+    """The smaller of two numbers of one sign; 0 of different ones."""
+    return 0.0 if one * other <= 0.0 else min(one, other) if one > 0.0 else max(one, other)
+
+
+@compiled
 def accept(sight: Sight, body: int, frame: int) -> None:
     """Make what was found the body's state, and learn how this camera sees its layout."""
     gap = frame - sight.last[body]
     for k in range(3):
+        change = 0.0
         if sight.n_seen[body] >= 2:
-            sight.velocity[body, k] = (sight.found[body, k] - sight.pose[body, k]) / gap if 0 < gap <= 3 else 0.0
+            velocity = (sight.found[body, k] - sight.pose[body, k]) / gap if 0 < gap <= 3 else 0.0
+            change = velocity - sight.velocity[body, k] if gap == 1 else 0.0
+            sight.velocity[body, k] = velocity
+        # As far as two changes agree: a shaken Host bends its path in every frame, an impact once.
+        sight.bend[body, k] = _agreed(change, sight.change[body, k])
+        sight.change[body, k] = change
         sight.pose[body, k] = sight.found[body, k]
     sight.last[body] = frame
     for i in range(sight.first[body], sight.first[body + 1]):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from vision.common_gaps import as_dropped, find_common_gaps
 from vision.exposure import arc_shift, spins
 from vision.eye import Eye
 from vision.frame_times import frame_times
-from vision.frames import Source, open_sources, stream
+from vision.frames import Source, open_sources, stream_chunks
 from vision.layouts import symmetry_notes
 from vision.named import check_names
 from vision.sight import KEPT
@@ -98,12 +99,16 @@ def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Sourc
     rims = expected_rims(recording)
     rows: list[dict[str, Any]] = []
     chosen = instants(numbers) if rims else set()
-    for done, (frame, images) in enumerate(stream(sources, notes), start=1):
-        tracker.step(frame, images)
-        pictures = [image for image in images if image is not None]
-        if frame in chosen and len(pictures) == 2:
-            offsets = [eye.offset for eye in tracker.eyes]
-            rows += rims_at(frame, pictures, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows)
+    done = 0
+    for frames, pictures in stream_chunks(sources, notes):
+        ends = [k + 1 for k, frame in enumerate(frames) if frame in chosen] + [len(frames)]
+        for first, end in pairwise([0, *ends]):
+            tracker.follow(frames[first:end], pictures[first:end])
+            frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
+            if frame in chosen and first < end and len(images) == 2:
+                offsets = [eye.offset for eye in tracker.eyes]
+                rows += rims_at(frame, images, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows)
+        done += len(frames)
         if progress:
             progress(done, len(numbers))
     tracker.pool.shutdown()

@@ -15,8 +15,8 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.eye import Eye
-from vision.follow import accept_steady, apart
+from vision.eye import AHEAD, Eye
+from vision.follow import accept_steady, apart, together
 from vision.identity import match_in_both
 from vision.layouts import host_radius, layout_of
 from vision.named import adopt_names
@@ -38,7 +38,7 @@ class Tracker:
         self.eyes = [Eye(camera, recording.camera(camera.name).window_offset_px, self.layout) for camera in cameras]
         self.notes, self.names = notes, names
         self.host_radius_m = host_radius(recording)
-        room = max(_CHUNK, len(self.layout.markers))
+        room = max(_CHUNK, AHEAD * len(self.layout.markers))
         self._chunks = [[np.empty((room, KEPT))] for _ in cameras]
         self._filled = [[0] for _ in cameras]
         self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
@@ -46,6 +46,33 @@ class Tracker:
         self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
         self.settled, self.first_frame = np.zeros(len(self.layout.bodies), np.int64), -1
         self.pool = ThreadPoolExecutor(2)
+
+    def follow(self, frames: list[int], pictures: list[list[np.ndarray | None]]) -> None:
+        """Follow all bodies into more frames: several at once while both cameras are sure of them, else with care."""
+        at = 0
+        while at < len(frames):
+            at += self._run_ahead(frames[at:at + AHEAD], pictures[at:at + AHEAD])
+            if at < len(frames):
+                self.step(frames[at], pictures[at])
+                at += 1
+
+    def _run_ahead(self, frames: list[int], pictures: list[list[Any]]) -> int:
+        """Each camera on its own through frames in which it needs no other; how many frames both did, and agreed in."""
+        looking = not self.layout.known.all() and self.tried_ground <= self.ground_until
+        kinds = [[image is not None and image.dtype for image in pair] for pair in pictures]
+        whole = next((k for k, kind in enumerate(kinds) if not all(kind) or kind != kinds[0]), len(kinds))
+        if self.first_frame < 0 or looking or not whole:
+            return 0
+        known = self.layout.known.astype(np.int64)
+        jobs = [self.pool.submit(eye.run_ahead, [pair[i] for pair in pictures[:whole]], frames[:whole], known,
+                                 *self._room(i, whole)) for i, eye in enumerate(self.eyes)]
+        ran = [job.result() for job in jobs]
+        done = together(ran[0][0], ran[1][0], known)
+        for i, (poses, n_rows) in enumerate(ran):
+            if len(poses) > done:
+                self.eyes[i].go_back(done)
+            self._filled[i][-1] = int(n_rows[done])
+        return done
 
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Follow all bodies into one more frame."""
@@ -84,7 +111,7 @@ class Tracker:
         eyes = self.eyes
         seeing = [i for i, image in enumerate(images) if image is not None]
         good = [i for i in seeing if eyes[i].good(body)]
-        if len(good) == 2 and apart(eyes[0].sight, eyes[1].sight, body):
+        if len(good) == 2 and apart(eyes[0].found[body], eyes[1].found[body]):
             good = [min(good, key=lambda i: self._strain(i, body))]
         part = self.layout.of(body)  # few markers may be any: look for the rest first
         weak = {i: eyes[i].snapshot(part, body) for i in good if not eyes[i].sure(body) and self._due(eyes[i], body, frame)}
@@ -209,12 +236,18 @@ class Tracker:
                 eye.accept(body)
         self.layout.known[body] = True
 
+    def _room(self, i: int, frames: int) -> tuple[np.ndarray, int]:
+        """Rows of camera `i` with room for so many frames more, and how many of them are filled."""
+        chunks, filled = self._chunks[i], self._filled[i]
+        if len(chunks[-1]) - filled[-1] < frames * len(self.layout.markers):
+            chunks.append(np.empty_like(chunks[0]))
+            filled.append(0)
+        return chunks[-1], filled[-1]
+
     def _keep(self, frame: int) -> None:
-        for eye, chunks, filled in zip(self.eyes, self._chunks, self._filled, strict=True):
-            if len(chunks[-1]) - filled[-1] < len(self.layout.markers):
-                chunks.append(np.empty_like(chunks[0]))
-                filled.append(0)
-            filled[-1] = record(eye.sight, frame, chunks[-1], filled[-1])
+        for i, eye in enumerate(self.eyes):
+            rows, filled = self._room(i, 1)
+            self._filled[i][-1] = record(eye.sight, frame, rows, filled)
 
     def kept(self, i: int) -> np.ndarray:
         """Every marker that camera `i` saw, (rows, KEPT) in the order of frames."""
