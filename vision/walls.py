@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from ovines.camera import Camera
+from vision.edge_profiles import STEP_PX, slopes
 
-_STEP_PX = 0.5  # sampling of a profile
-_SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels
 _SEARCH_SPACING_PX = 6.0  # the same while the radius is only searched for
 _GATES_PX = (10.0, 5.0, 3.0, 2.0, 2.0, 2.0)
@@ -85,7 +84,7 @@ def fit_rim(images: Sequence[np.ndarray], cameras: Sequence[Camera], window_offs
 
 
 class _Picture:
-    """A picture as floats near nothing yet: profiles are sampled where a curve runs."""
+    """A picture and the camera that took it: where circles in space appear in it."""
 
     def __init__(self, image: np.ndarray, camera: Camera, offset: tuple[int, int]) -> None:
         self.image, self.camera, self.offset = image, camera, np.asarray(offset, float)
@@ -110,28 +109,6 @@ class _Picture:
         uv, jacobian = self.camera.project_with_jacobian(points)
         return uv - self.offset, jacobian
 
-    def derivatives(self, uv: np.ndarray, normal: np.ndarray, reach_px: float) -> tuple[np.ndarray, np.ndarray]:
-        """Offsets (m,) and smoothed brightness derivative (n, m) along the normals; NaN outside the picture."""
-        pad = 4 * _SMOOTH_PX
-        along = np.arange(-(reach_px + pad), reach_px + pad + _STEP_PX / 2, _STEP_PX)
-        at = (uv[:, None] + along[:, None] * normal[:, None]).astype(np.float32)
-        height, width = self.image.shape
-        low = np.clip(np.floor(at.reshape(-1, 2).min(0)).astype(int) - 3, 0, [width - 1, height - 1])
-        high = np.clip(np.ceil(at.reshape(-1, 2).max(0)).astype(int) + 4, 1, [width, height])
-        part = self.image[low[1]:high[1], low[0]:high[0]].astype(np.float32)
-        u, v = (np.ascontiguousarray(at[..., i] - np.float32(low[i])) for i in range(2))
-        profile = np.asarray(cv2.remap(part, u, v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE), float)
-        outside = ((at < 1) | (at > np.array([width, height], np.float32) - 2)).any(-1)
-        profile[outside.any(1)] = np.nan
-        kernel_at = np.arange(-4 * _SMOOTH_PX, 4 * _SMOOTH_PX + _STEP_PX / 2, _STEP_PX)
-        kernel = -kernel_at * np.exp(-0.5 * (kernel_at / _SMOOTH_PX) ** 2)
-        kernel /= -(kernel * kernel_at).sum()
-        trim = len(kernel_at) // 2
-        smooth = np.zeros((len(profile), len(along) - 2 * trim))
-        for k, weight in enumerate(kernel):  # its mirror image is its negative: correlating is convolving with -kernel
-            smooth += weight * profile[:, k:k + smooth.shape[1]]
-        return along[trim:-trim], smooth
-
 
 def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
@@ -139,7 +116,7 @@ def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
     residual, jacobian, strength, count = [], [], [], []
     for picture in seen:
         uv, normal, moved = picture.curve(circle)
-        along, slope = picture.derivatives(uv, normal, gate_px)
+        along, slope = slopes(picture.image, uv, normal, gate_px)
         size = np.abs(slope)
         noise = 1.4826 * np.nanmedian(size)
         best = np.argmax(np.nan_to_num(size), axis=1)
@@ -148,7 +125,7 @@ def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
         k = best[inner]
         left, top, right = size[row, k - 1], size[row, k], size[row, k + 1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            offset = along[k] + _STEP_PX * 0.5 * (left - right) / (left - 2 * top + right)
+            offset = along[k] + STEP_PX * 0.5 * (left - right) / (left - 2 * top + right)
         clear = np.isfinite(offset) & (top > max(1.0, 0.25 * np.median(top) if len(top) else 1.0)) & (top > 0.5 * noise)
         residual.append(offset[clear])
         jacobian.append(moved[row[clear]])
@@ -161,16 +138,15 @@ def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
 def _strongest_radius(seen: Sequence[_Picture], circle: np.ndarray, search: float) -> float:
     """The radius at which the curve runs along an edge over most of its length, in all pictures."""
     radii = circle[3] * np.linspace(1 - search, 1 + search, 81)
-    score = np.zeros(len(radii))
-    for k, radius in enumerate(radii):
-        trial = np.array([*circle[:3], radius])
-        share = []
-        for picture in seen:
-            uv, normal, _ = picture.curve(trial, _SEARCH_SPACING_PX)
-            _, slope = picture.derivatives(uv, normal, 1.0)
-            size = np.nan_to_num(np.abs(slope)).max(1)
-            share.append(np.mean(np.minimum(size, 12.0)))
-        score[k] = min(share)
+    share = []
+    for picture in seen:
+        uv, normal, moved = picture.curve(circle, _SEARCH_SPACING_PX)
+        shift = moved[:, 3:] * (radii - circle[3])
+        along, slope = slopes(picture.image, uv, normal, float(np.abs(shift).max()) + 1.0)
+        size = maximum_filter1d(np.nan_to_num(np.abs(slope)), round(2.0 / STEP_PX) + 1, axis=1)  # a pixel to both sides
+        size = np.take_along_axis(size, np.round((shift - along[0]) / STEP_PX).astype(int), axis=1)
+        share.append(np.minimum(size, 12.0).mean(0))
+    score = np.min(share, axis=0)
     near = np.exp(-0.5 * ((radii / circle[3] - 1) / (0.6 * search)) ** 2)
     return float(radii[np.argmax(score * near)])
 
