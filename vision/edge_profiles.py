@@ -13,8 +13,8 @@ from vision.compiled import compiled
 Floats = NDArray[np.float64]
 
 STEP_PX = 0.5  # between two samples of a profile
-_SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
-_HALF = round(4 * _SMOOTH_PX / STEP_PX)  # samples of its kernel to each side
+SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
+_HALF = round(4 * SMOOTH_PX / STEP_PX)  # samples of its kernel to each side
 
 
 @compiled
@@ -57,12 +57,14 @@ def slopes(image: NDArray[Any], uv: Floats, normal: Floats, reach_px: float) -> 
     kernel = np.empty(2 * _HALF + 1)
     for k in range(2 * _HALF + 1):
         at = (k - _HALF) * STEP_PX
-        kernel[k] = at * math.exp(-0.5 * (at / _SMOOTH_PX) ** 2)
+        kernel[k] = at * math.exp(-0.5 * (at / SMOOTH_PX) ** 2)
     scale = 0.0
     for k in range(2 * _HALF + 1):
         scale += kernel[k] * (k - _HALF) * STEP_PX
     kernel /= scale
-    along = (np.arange(2 * side + 1) - side) * STEP_PX
+    along = np.empty(2 * side + 1)
+    for k in range(2 * side + 1):
+        along[k] = (k - side) * STEP_PX
     out = np.empty((len(uv), 2 * side + 1))
     profile = np.empty(many)
     height, width = image.shape

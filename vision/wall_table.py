@@ -19,6 +19,7 @@ from vision.walls import Rim, fit_rim
 
 AT_MOST = 16  # instants; a rim costs about as much as tracking a hundred frames
 _LARGEST_SD_M = 2e-4  # a circle less certain than this is none
+_SHARED = 0.7  # of a radius' sd, that does not average out over the instants: light and edges are the same in all (by rendered scenes)
 _FARTHEST_M = 3e-3  # from where the markers say; farther, another edge was taken
 COLUMNS = ("frame", "time_s", "body", "x_m", "y_m", "z_m", "radius_m", "x_sd_m", "y_sd_m", "z_sd_m", "radius_sd_m",
            "residual_px", "points", "marker_x_m", "marker_y_m")
@@ -88,7 +89,8 @@ def scatter_of(own: pd.DataFrame) -> tuple[float, float]:
     """Radius [m] of one body over the instants, and its sd without the calibration's own."""
     radius = float(own["radius_m"].median())
     scatter = 1.4826 * float((own["radius_m"] - radius).abs().median()) / np.sqrt(len(own))
-    return radius, max(scatter, float(own["radius_sd_m"].median()) / np.sqrt(len(own)))
+    one = float(own["radius_sd_m"].median())
+    return radius, float(np.hypot(max(scatter, one / np.sqrt(len(own))), _SHARED * one))
 
 
 def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> list[str]:

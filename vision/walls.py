@@ -4,23 +4,30 @@ What a camera sees of a cylinder's mouth is its top rim, all the way round: on t
 below, on the far side the wall begins under it.  Edge points are found to a fraction of a pixel along the
 normals of the expected image curve, and one horizontal circle (x, y, z, R) is laid through those of both cameras;
 points that belong to something else (the floor's edge, the other body, a shadow) do not agree with it and drop out.
+Where the cylinder is seen along its wall its foot runs beside the rim, and both edges blur into one: those points are
+left out.  A blurred edge that bends lies nearer to its centre of curvature by blur^2 / (2 radius): that is put back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from ovines.camera import Camera
-from vision.edge_profiles import STEP_PX, slopes
+from vision.edge_profiles import SMOOTH_PX, STEP_PX, slopes
 
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels
 _SEARCH_SPACING_PX = 6.0  # the same while the radius is only searched for
 _GATES_PX = (10.0, 5.0, 3.0, 2.0, 2.0, 2.0)
 _LEAST_POINTS = 40
+_SHARED_PX = 0.004  # by which all edges of a picture may be off together (size: by 16 rendered scenes of different light, blur and tilt)
+_LONGEST, _VANISHED = 60, 0.05  # points over which errors may be alike; correlation that is none
+_FOOT_WIDTHS = 3.7  # of the smoothed edge: nearer than this, the foot's edge moves the rim's
+_FOOT_KEPT = 0.3  # share of the points that is kept at least, the farthest from the foot
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +86,19 @@ def fit_rim(images: Sequence[np.ndarray], cameras: Sequence[Camera], window_offs
     counts = _per_camera(used, count)
     if min(counts) < _LEAST_POINTS or not 0.5 * radius_m < circle[3] < 1.5 * radius_m:
         return None
-    return Rim(circle[:3].copy(), float(circle[3]), _covariance(residual, jacobian, weight, free), counts,
+    return Rim(circle[:3].copy(), float(circle[3]), _covariance(residual, jacobian, weight, free, count), counts,
                float(np.sqrt(np.mean(residual[used] ** 2))))
+
+
+class _Curve(NamedTuple):
+    """Points of a circle's image: window pixels (n, 2), unit normals (n, 2) outward, the shift along them per x, y, z, R (n, 4), how far
+    along them the foot of a cylinder standing on the plane lies [px], and the curvature [1/px]."""
+
+    uv: np.ndarray
+    normal: np.ndarray
+    moved: np.ndarray
+    foot_px: np.ndarray
+    bent: np.ndarray
 
 
 class _Picture:
@@ -89,8 +107,8 @@ class _Picture:
     def __init__(self, image: np.ndarray, camera: Camera, offset: tuple[int, int]) -> None:
         self.image, self.camera, self.offset = image, camera, np.asarray(offset, float)
 
-    def curve(self, circle: np.ndarray, spacing_px: float = _SPACING_PX) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Window pixels (n, 2), unit normals (n, 2) outward, and the shift along the normal per x, y, z, R (n, 4)."""
+    def curve(self, circle: np.ndarray, spacing_px: float = _SPACING_PX) -> _Curve:
+        """The circle's image at points `spacing_px` apart."""
         coarse = self._at(circle, np.linspace(0, 2 * np.pi, 90, endpoint=False))[0]
         length = np.hypot(*np.diff(coarse, axis=0, append=coarse[:1]).T).sum()
         turn = np.linspace(0, 2 * np.pi, int(np.clip(length / spacing_px, 60, 1500)), endpoint=False)
@@ -102,7 +120,10 @@ class _Picture:
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         normal *= np.sign(np.einsum("ni,ni->n", normal, outward))[:, None]
         moved = np.concatenate([jacobian, outward[:, :, None]], -1)
-        return uv, normal, np.einsum("ni,nij->nj", normal, moved)
+        foot = np.abs(np.einsum("ni,ni->n", normal, jacobian[:, :, 2])) * abs(circle[2])
+        step = np.roll(uv, -1, 0) - uv
+        bent = np.abs(np.einsum("ni,ni->n", normal, step - np.roll(step, 1, 0))) / np.maximum((step**2).sum(1), 1e-9)
+        return _Curve(uv, normal, np.einsum("ni,nij->nj", normal, moved), foot, bent)
 
     def _at(self, circle: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         points = circle[:3] + circle[3] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
@@ -115,20 +136,24 @@ def _edges(seen: Sequence[_Picture], circle: np.ndarray, gate_px: float
     """Where the strongest edge lies along each normal within the gate: residual (n,), Jacobian (n, 4), strength (n,)."""
     residual, jacobian, strength, count = [], [], [], []
     for picture in seen:
-        uv, normal, moved = picture.curve(circle)
-        along, slope = slopes(picture.image, uv, normal, gate_px)
+        curve = picture.curve(circle)
+        along, slope = slopes(picture.image, curve.uv, curve.normal, gate_px)
         size = np.abs(slope)
         noise = 1.4826 * np.nanmedian(size)
         best = np.argmax(np.nan_to_num(size), axis=1)
         inner = (best > 0) & (best < len(along) - 1)
-        row = np.arange(len(uv))[inner]
+        row = np.arange(len(curve.uv))[inner]
         k = best[inner]
         left, top, right = size[row, k - 1], size[row, k], size[row, k + 1]
         with np.errstate(divide="ignore", invalid="ignore"):
             offset = along[k] + STEP_PX * 0.5 * (left - right) / (left - 2 * top + right)
+            width2 = STEP_PX**2 / np.log(top**2 / (left * right))
         clear = np.isfinite(offset) & (top > max(1.0, 0.25 * np.median(top) if len(top) else 1.0)) & (top > 0.5 * noise)
-        residual.append(offset[clear])
-        jacobian.append(moved[row[clear]])
+        width2_usual = float(np.nanmedian(width2[clear])) if clear.any() else 2.0
+        clear &= curve.foot_px[row] > min(_FOOT_WIDTHS * np.sqrt(width2_usual), np.quantile(curve.foot_px, 1 - _FOOT_KEPT))
+        blur2 = max(width2_usual - SMOOTH_PX**2, 0.0)
+        residual.append(offset[clear] + 0.5 * blur2 * curve.bent[row[clear]])
+        jacobian.append(curve.moved[row[clear]])
         strength.append(np.minimum(top[clear], np.median(top[clear]) if clear.any() else 1.0) ** 2)
         count.append(int(clear.sum()))
     weight = np.concatenate(strength)
@@ -140,9 +165,9 @@ def _strongest_radius(seen: Sequence[_Picture], circle: np.ndarray, search: floa
     radii = circle[3] * np.linspace(1 - search, 1 + search, 81)
     share = []
     for picture in seen:
-        uv, normal, moved = picture.curve(circle, _SEARCH_SPACING_PX)
-        shift = moved[:, 3:] * (radii - circle[3])
-        along, slope = slopes(picture.image, uv, normal, float(np.abs(shift).max()) + 1.0)
+        curve = picture.curve(circle, _SEARCH_SPACING_PX)
+        shift = curve.moved[:, 3:] * (radii - circle[3])
+        along, slope = slopes(picture.image, curve.uv, curve.normal, float(np.abs(shift).max()) + 1.0)
         size = maximum_filter1d(np.nan_to_num(np.abs(slope)), round(2.0 / STEP_PX) + 1, axis=1)  # a pixel to both sides
         size = np.take_along_axis(size, np.round((shift - along[0]) / STEP_PX).astype(int), axis=1)
         share.append(np.minimum(size, 12.0).mean(0))
@@ -161,15 +186,30 @@ def _per_camera(used: np.ndarray, count: Sequence[int]) -> tuple[int, ...]:
     return tuple(int(part.sum()) for part in np.split(used, np.cumsum(count)[:-1]))
 
 
-def _covariance(residual: np.ndarray, jacobian: np.ndarray, weight: np.ndarray, free: int) -> np.ndarray:
-    """(4, 4) of x, y, z, R; neighbouring edge points agree in their errors, which their autocorrelation tells."""
+def _covariance(residual: np.ndarray, jacobian: np.ndarray, weight: np.ndarray, free: int, count: Sequence[int]) -> np.ndarray:
+    """(4, 4) of x, y, z, R; edge points near each other agree in their errors, which their autocorrelation tells, and
+    all of a picture share what the model of an edge leaves."""
     used = weight > 0
     variance = np.sum(weight * residual**2) / np.sum(weight)
-    r = residual[used]
-    together = np.clip(np.mean(r[1:] * r[:-1]) / np.mean(r**2), 0.0, 0.95)
-    variance *= (1 + together) / (1 - together)
+    variance *= _together(residual[used])
     normal = jacobian.T @ (weight[:, None] * jacobian) * (np.sum(weight) / np.sum(weight**2))
     covariance = np.zeros((4, 4))
     order = [0, 1, 3, 2][:free]
-    covariance[np.ix_(order, order)] = variance * np.linalg.inv(normal)
+    own = variance * np.linalg.inv(normal)
+    weighted = np.linalg.solve(jacobian.T @ (weight[:, None] * jacobian), (weight[:, None] * jacobian).T)
+    for part in np.split(weighted, np.cumsum(count)[:-1], axis=1):
+        shared = _SHARED_PX * part.sum(1)
+        own += np.outer(shared, shared)
+    covariance[np.ix_(order, order)] = own
     return covariance
+
+
+def _together(r: np.ndarray) -> float:
+    """How many neighbours err as one: 1 + 2 times the autocorrelations, summed until they vanish."""
+    total, square = 1.0, float(np.mean(r**2))
+    for lag in range(1, min(_LONGEST, len(r) // 4)):
+        alike = float(np.mean(r[lag:] * r[:-lag])) / square
+        if alike < _VANISHED:
+            break
+        total += 2 * alike
+    return total
