@@ -15,9 +15,13 @@ from analysis.flight_model import LONGEST_STEP_S, advance, strongest_acceleratio
 Array = NDArray[np.float64]
 #: columns of an impact's record
 RECORD = ("time", "normal_before", "normal_after", "tangential_before", "tangential_after", "spin_before", "spin_after", "azimuth")
-#: entries of ``rig``, after which the flight model's parameters follow as an array of their own
+#: entries of ``rig``, after which the flight model's parameters follow as an array of their own; the restitution at approach speed v is
+#: restitution + restitution_rise exp(-v / restitution_speed)
 RIG = ("radius", "centre_x", "centre_y", "disk_x", "disk_y", "ellipse_c", "ellipse_s", "wall_friction", "tangential_restitution",
-       "disk_radius", "inertia", "omega", "phase", "stop_speed", "delay")
+       "disk_radius", "inertia", "omega", "phase", "stop_speed", "delay", "restitution", "restitution_rise", "restitution_speed")
+# Steps of a disk that stays at the wall, whose friction acts all along.
+SETTLED_STEP_S = 2e-4
+LEAST_RESTITUTION = 0.02
 
 
 @compiled
@@ -67,26 +71,47 @@ def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float,
 
 
 @compiled
-def _strike(y: Array, view: Array, rig: Array, restitution: float, record: Array, t: float) -> None:
-    """Luding's law at the contact: ``y`` after it, ``record`` filled."""
+def _push(y: Array, view: Array, rig: Array, normal_impulse: float, tangential_restitution: float) -> float:
+    """``y`` after an impulse per mass along the wall's normal and what wall friction gives along it, which is returned."""
     share = 1 + 1 / rig[10]
-    normal_impulse = (1 + restitution) * view[1]
-    tangential = min((1 + rig[8]) * abs(view[2]) / share, rig[7] * normal_impulse)
-    tangential = -np.sign(view[2]) * tangential
+    tangential = -np.sign(view[2]) * min((1 + tangential_restitution) * abs(view[2]) / share, rig[7] * normal_impulse)
     ex, ey = np.cos(view[4]), np.sin(view[4])
-    record[0], record[1], record[2], record[3] = t, view[1], restitution * view[1], view[2]
-    record[4], record[5] = view[2] + share * tangential, y[5]
     y[3] += -normal_impulse * ex - tangential * ey
     y[4] += -normal_impulse * ey + tangential * ex
     y[5] += tangential / (rig[10] * rig[9])
+    return tangential
+
+
+@compiled
+def _stay(y: Array, view: Array, later: Array, rig: Array, h: float) -> None:
+    """Put ``y``, after a free step of h from the wall (``view``) to past it (``later``), back on the wall: no gap, no normal speed."""
+    ex, ey = np.cos(later[4]), np.sin(later[4])
+    # The wall pushes along a normal that turns meanwhile, and rubs all along the step.
+    turned = 0.5 * np.sin(later[4] - view[4]) * later[1]
+    rubbed = _push(y, later, rig, max(later[1], 0.0), 0.0)
+    normal = min(later[1], 0.0)
+    y[0] += -later[0] * ex - 0.5 * h * rubbed * ey
+    y[1] += -later[0] * ey + 0.5 * h * rubbed * ex
+    y[3] += -normal * ex - turned * ey
+    y[4] += -normal * ey + turned * ex
+
+
+@compiled
+def _strike(y: Array, view: Array, rig: Array, deviation: float, record: Array, t: float) -> None:
+    """Luding's law at the contact, its restitution changed by ``deviation``: ``y`` after it, ``record`` filled."""
+    share = 1 + 1 / rig[10]
+    restitution = min(max(rig[15] + rig[16] * np.exp(-view[1] / rig[17]) + deviation, LEAST_RESTITUTION), 1.0)
+    record[0], record[1], record[2], record[3] = t, view[1], restitution * view[1], view[2]
+    record[5] = y[5]
+    record[4] = view[2] + share * _push(y, view, rig, (1 + restitution) * view[1], rig[8])
     record[6], record[7] = y[5], view[3]
 
 
 @compiled
-def _strike_and_look(y: Array, t: float, view: Array, rig: Array, restitution: float, shift: float, p: Array, harmonics: Array,
+def _strike_and_look(y: Array, t: float, view: Array, rig: Array, deviation: float, shift: float, p: Array, harmonics: Array,
                      record: Array, host: Array, later: Array, k: Array, trial: Array, a: Array, probe: Array) -> float:
     """Impact at t; ``view`` is the one after it.  Returns the longest step: the hop lasts 2 v / a, a step covers a quarter of it at most."""
-    _strike(y, view, rig, restitution, record, t)
+    _strike(y, view, rig, deviation, record, t)
     contact_view(y, t, harmonics, rig, shift, host, view)
     leaving = -view[1]
     view[0] = 0.0
@@ -97,12 +122,12 @@ def _strike_and_look(y: Array, t: float, view: Array, rig: Array, restitution: f
 
 
 @compiled
-def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift: float, restitution: Array, p: Array, harmonics: Array,
+def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift: float, deviation: Array, p: Array, harmonics: Array,
                    rig: Array, out: Array, records: Array, befores: Array) -> tuple[int, float]:
     """States (len(times), 6) at the sorted ``times`` >= t0, and ``records`` (K, 8) of the impacts up to the last of them.
 
-    ``restitution`` (K,) of the impacts in order; after K impacts, or when one comes in slower than rig's stop speed, the disk stays at the
-    wall.  ``at_impact``: the start is the state just before the first impact.  ``befores`` (K, 6) takes the states just before each
+    ``deviation`` (K,) of the impacts' restitution from the law's, in order; after K impacts, or when one comes in slower than rig's stop
+    speed, the disk slides or rolls along the wall.  ``at_impact``: the start is the state just before the first impact.  ``befores`` (K, 6) takes the states just before each
     impact.  Returns the number of impacts and the time at which the disk settled (inf when it never did).
     """
     host, a, view, later = np.empty(9), np.empty(4), np.empty(5), np.empty(5)
@@ -112,20 +137,15 @@ def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift
     contact_view(y, t, harmonics, rig, shift, host, view)
     if at_impact:
         befores[0] = y
-        longest = _strike_and_look(y, t, view, rig, restitution[0], shift, p, harmonics, records[0], host, later, k, trial, a, probe)
+        longest = _strike_and_look(y, t, view, rig, deviation[0], shift, p, harmonics, records[0], host, later, k, trial, a, probe)
         impacts = 1
     for i in range(len(times)):
         while t < times[i] - 1e-12:
-            h = min(longest, times[i] - t)
+            h = min(longest if settled == np.inf else SETTLED_STEP_S, times[i] - t)
             _step(y, t, h, p, harmonics, rig, k, trial, host, a, moved)
             contact_view(moved, t + h, harmonics, rig, shift, host, later)
             if settled < np.inf:
-                # At the wall: no gap, no normal speed.
-                ex, ey = np.cos(later[4]), np.sin(later[4])
-                moved[0] -= later[0] * ex
-                moved[1] -= later[0] * ey
-                moved[3] -= later[1] * ex
-                moved[4] -= later[1] * ey
+                _stay(moved, view, later, rig, h)
                 y[:] = moved
                 t += h
                 contact_view(y, t, harmonics, rig, shift, host, view)
@@ -150,11 +170,11 @@ def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift
                 y[:] = probe
                 t += middle
                 view[:] = later
-                if impacts >= len(restitution) or view[1] < rig[13]:
+                if impacts >= len(deviation) or view[1] < rig[13]:
                     settled = t
                     continue
                 befores[impacts] = y
-                longest = _strike_and_look(y, t, view, rig, restitution[impacts], shift, p, harmonics, records[impacts], host, later, k, trial,
+                longest = _strike_and_look(y, t, view, rig, deviation[impacts], shift, p, harmonics, records[impacts], host, later, k, trial,
                                            a, probe)
                 impacts += 1
             else:
@@ -182,20 +202,20 @@ def _residual(out: Array, first: int, observed: Array, sd: Array, origin: Array,
 
 
 @compiled
-def chain_residual(theta: Array, steps: Array, mean: float, t0: float, times: Array, observed: Array, sd: Array, origin: Array, p: Array,
+def chain_residual(theta: Array, steps: Array, t0: float, times: Array, observed: Array, sd: Array, origin: Array, p: Array,
                    harmonics: Array, rig: Array, jacobian: Array, records: Array, r: Array) -> tuple[int, float]:
     """Standardised residuals ``r`` (N, 3) of a chain, their ``jacobian`` (N, 3, P) in theta (P,) where it has rows, ``records``.
 
-    theta: :data:`COMMON` unknowns, then deviations of the impacts' restitutions from ``mean``; later impacts have mean plus common shift.
+    theta: :data:`COMMON` unknowns, then deviations of the impacts' restitutions from the law; later impacts have the common shift alone.
     """
     n, m = len(times), len(records)
     out, befores = np.empty((n, 6)), np.empty((m, 6))
     other, unused = np.empty((m, 8)), np.empty((m, 6))
-    restitution = np.empty(m)
+    deviation = np.empty(m)
 
     for i in range(m):
-        restitution[i] = mean + theta[7] + (theta[COMMON + i] if COMMON + i < len(theta) else 0.0)
-    impacts, settled = simulate_chain(theta[:6], t0, False, times, theta[6], restitution, p, harmonics, rig, out, records, befores)
+        deviation[i] = theta[7] + (theta[COMMON + i] if COMMON + i < len(theta) else 0.0)
+    impacts, settled = simulate_chain(theta[:6], t0, False, times, theta[6], deviation, p, harmonics, rig, out, records, befores)
     _residual(out, 0, observed, sd, origin, r)
     if len(jacobian) == 0:
         return impacts, settled
@@ -204,7 +224,7 @@ def chain_residual(theta: Array, steps: Array, mean: float, t0: float, times: Ar
         h = steps[j]
         if j < COMMON:
             shifted[j] += h
-            changed = restitution + (h if j == 7 else 0.0)
+            changed = deviation + (h if j == 7 else 0.0)
             simulate_chain(shifted[:6], t0, False, times, shifted[6], changed, p, harmonics, rig, out, other, unused)
             shifted[j] = theta[j]
             begin = 0
@@ -217,7 +237,7 @@ def chain_residual(theta: Array, steps: Array, mean: float, t0: float, times: Ar
             begin = int(np.searchsorted(times, t))
             if begin >= n:
                 continue
-            changed = restitution[number:].copy()
+            changed = deviation[number:].copy()
             changed[0] += h
             simulate_chain(befores[number], t, True, times[begin:], theta[6], changed, p, harmonics, rig, out[begin:], other, unused)
         _residual(out[begin:], begin, observed, sd, origin, moved)

@@ -24,6 +24,9 @@ SPEED_FLOOR_M_PER_S = 2e-4
 FEWEST_FOR_SPEED_FLOOR = 10
 # Impacts that are none of the law's: how many, how far off in restitution or impulse ratio, and of how many it can be told.
 STRAY_SHARE, STRAY_SPREAD, FEWEST_FOR_STRAYS = 0.01, 0.25, 5
+# A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many impacts, and the speeds
+# within which it may fall off.
+SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
 # A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
 LEAST_SCATTER = 1e-5
 
@@ -240,6 +243,31 @@ def fit_law(data: LawData) -> Law:
     (restitution,), _, scatter, normal = fit_restitution(data)
     (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
     return Law(float(restitution), scatter, float(friction), beta, normal, tangential, tangential_scatter)
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``."""
+
+    at_high: float
+    rise: float
+    speed_m_per_s: float
+    scatter: float
+
+
+def speed_law(data: LawData, law: Law) -> SpeedLaw:
+    """The restitution as it follows the approach speed where the impacts leave no doubt that it does, else the one of all impacts.
+
+    Slow impacts (chatter) are not among ``data`` or tell little: a mean over fast ones is not theirs."""
+    best = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter)
+    if len(data) < FEWEST_FOR_SPEED_LAW:
+        return best
+    least = fit_restitution(data)[3] - SPEED_LAW_GAIN
+    for speed in DECAY_SPEEDS_M_PER_S:
+        (at_high, rise), _, scatter, value = fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)]))
+        if value < least:
+            best, least = SpeedLaw(float(at_high), float(rise), speed, scatter), value
+    return best
 
 
 def restitution_gain(data: LawData, columns: Sequence[Array]) -> tuple[float, Array, Array]:

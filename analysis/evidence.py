@@ -35,7 +35,8 @@ OUTLYING_FLIGHT = 8.0
 class Evidence:
     """Quadratic form of one run in the shared unknowns ``columns`` (indices into ``SHARED``).
 
-    ``count`` observations, ``flights`` used, ``left_out`` flights (too much misfit), their time ``left_out_s``."""
+    ``count`` observations, ``flights`` used, ``left_out`` flights (too much misfit); ``lag_product`` and ``lag_square`` sums of neighbouring
+    frames' residuals' products and mean squares, ``lengths`` the frames of each flight used."""
 
     columns: tuple[int, ...]
     information: Array
@@ -44,7 +45,14 @@ class Evidence:
     count: int
     flights: int
     left_out: int
-    lag_one: float
+    lag_product: float
+    lag_square: float
+    lengths: tuple[int, ...]
+
+    @property
+    def lag_one(self) -> float:
+        """Correlation of neighbouring frames' residuals."""
+        return self.lag_product / self.lag_square if self.lag_square > 0 else 0.0
 
     def take(self, columns: Sequence[int]) -> tuple[Array, Array]:
         """Information and score of a subset of the columns."""
@@ -65,19 +73,21 @@ def gather(fits: FlightFits, columns: Sequence[int], correlation: float = 0.0, m
     usual = median_misfit if median_misfit is not None else (float(np.median(ratio[fits.freedom > 0])) if np.any(fits.freedom > 0) else 1.0)
     good = (ratio < OUTLYING_FLIGHT * max(usual, 0.3)) & (fits.freedom >= 3)
     parameters = fits.parameters.copy()
+    lengths = []
     for k in np.flatnonzero(good):
         f = fits.flights[k]
         parameters[INDEX["impact_before_s"]] = impact_before(fits, int(k))
         index = np.arange(f.first, f.last + 1)
         index = index[np.isfinite(run.xy_m[index, 0])]
+        lengths.append(len(index))
         observed = np.column_stack([run.xy_m[index], run.angle_rad[index]])
         sd = np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]])
         _flight_evidence(fits.states[k], fits.reference_s[k], run.time_s[index], index, observed, sd, parameters, fits.shared,
                          warp_basis(run.xy_m[index], run.contact_radius_m), free, STEPS[free], offsets, len(WARP_POWERS), correlation,
                          *_arguments(run), total, score, sums)
     # The columns of the model's parameters come first in the loops below, the observation's after them.
-    lag = sums[2] / sums[3] if sums[3] > 0 else 0.0
-    return Evidence(columns, total, score, float(sums[0]), int(sums[1]), int(good.sum()), int((~good).sum()), float(lag))
+    return Evidence(columns, total, score, float(sums[0]), int(sums[1]), int(good.sum()), int((~good).sum()), float(sums[2]), float(sums[3]),
+                    tuple(lengths))
 
 
 def impact_before(fits: FlightFits, k: int) -> float:

@@ -145,15 +145,39 @@ def warp_basis(xy_m: Array, contact_radius_m: float) -> Array:
 
 
 @compiled
-def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: Array, sd: Array, sd_angle: Array, parameters: Array,
-               origin: Array, harmonics: Array, omega: float, radius: float, inertia: float, contact_radius: float, phase: float,
-               covariance: Array) -> float:
+def whiten(rows: Array, residual: Array, decay: Array) -> None:
+    """Standardised ``residual`` (N, 3) and its derivatives ``rows`` (N, 3, P) to those of independent errors, in place."""
+    for i in range(len(decay) - 1, 0, -1):
+        rho = decay[i]
+        if rho == 0.0:
+            continue
+        scale = 1.0 / np.sqrt(1.0 - rho * rho)
+        for m in range(3):
+            residual[i, m] = (residual[i, m] - rho * residual[i - 1, m]) * scale
+            for a in range(rows.shape[2]):
+                rows[i, m, a] = (rows[i, m, a] - rho * rows[i - 1, m, a]) * scale
+
+
+def decay_between(index: NDArray[np.int64], correlation: float) -> Array:
+    """Correlation (N,) of the error in each of the frames ``index`` with that in the one before it in the list; 0 for the first."""
+    decay = np.zeros(len(index))
+    if correlation > 0.0:
+        decay[1:] = correlation ** np.diff(index)
+    return decay
+
+
+@compiled
+def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: Array, sd: Array, sd_angle: Array, decay: Array,
+               parameters: Array, origin: Array, harmonics: Array, omega: float, radius: float, inertia: float, contact_radius: float,
+               phase: float, covariance: Array) -> float:
     """One flight alone: Levenberg-Marquardt on its six unknowns; ``start`` is moved to the best state.
 
-    Returns the misfit (sum of squares of Huber-clipped standardised residuals, cut at 5) and fills ``covariance`` (6, 6).
+    ``decay`` (N,): correlation of each frame's error with that of the frame before (AR(1)); residuals are whitened by it.  Returns the misfit
+    (sum of squares of Huber-clipped standardised residuals, cut at 5) and fills ``covariance`` (6, 6).
     """
     n = len(time)
     out, derivative = np.empty((n, 6)), np.empty((n, 6, 6))
+    rows, residual = np.empty((n, 3, 6)), np.empty((n, 3))
     damping, best = 1e-6, np.inf
     normal, right = np.zeros((6, 6)), np.zeros(6)
     state, trial = start.copy(), start.copy()
@@ -166,23 +190,23 @@ def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: 
         right[:] = 0.0
         for i in range(n):
             c, s = np.cos(out[i, 2]), np.sin(out[i, 2])
+            residual[i, 0] = (x[i] - out[i, 0] - c * origin[0] + s * origin[1]) / sd[i]
+            residual[i, 1] = (y[i] - out[i, 1] - s * origin[0] - c * origin[1]) / sd[i]
+            residual[i, 2] = (angle[i] - out[i, 2]) / sd_angle[i]
+            for a in range(6):
+                rows[i, 0, a], rows[i, 1, a] = derivative[i, 0, a] / sd[i], derivative[i, 1, a] / sd[i]
+                rows[i, 2, a] = derivative[i, 2, a] / sd_angle[i]
+        whiten(rows, residual, decay)
+        for i in range(n):
             for m in range(3):
-                if m == 0:
-                    r = (x[i] - out[i, 0] - c * origin[0] + s * origin[1]) / sd[i]
-                    w = 1.0 / sd[i]
-                elif m == 1:
-                    r = (y[i] - out[i, 1] - s * origin[0] - c * origin[1]) / sd[i]
-                    w = 1.0 / sd[i]
-                else:
-                    r = (angle[i] - out[i, 2]) / sd_angle[i]
-                    w = 1.0 / sd_angle[i]
+                r = residual[i, m]
                 robust = 1.0 if abs(r) < 5.0 else 5.0 / abs(r)
                 misfit += r * r * robust
                 for a in range(6):
-                    da = derivative[i, m, a] * w
+                    da = rows[i, m, a]
                     right[a] += da * r * robust
                     for b in range(a + 1):
-                        normal[a, b] += da * derivative[i, m, b] * w * robust
+                        normal[a, b] += da * rows[i, m, b] * robust
         for a in range(6):
             for b in range(a):
                 normal[b, a] = normal[a, b]
@@ -215,10 +239,11 @@ def fit_single(start: Array, t0: float, time: Array, x: Array, y: Array, angle: 
     return best
 
 
-def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shared: Array, start: FlightFits | None = None) -> FlightFits:
+def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shared: Array, start: FlightFits | None = None,
+                correlation: float = 0.0) -> FlightFits:
     """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames.
 
-    ``start``: an earlier fit of the same flights to begin from (other parameters, say); the minimum is the same, found sooner."""
+    ``correlation`` of neighbouring frames' errors (AR(1)).  ``start``: an earlier fit of the same flights to begin from (other parameters, say); the minimum is the same, found sooner."""
     states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
     reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
     arguments = _arguments(run)
@@ -236,7 +261,8 @@ def fit_flights(run: RunData, flights: Sequence[Flight], parameters: Array, shar
         n = len(WARP_POWERS)
         misfit[k] = fit_single(states[k], reference[k], run.time_s[index], run.xy_m[index, 0] - lens @ shared[2:2 + n],
                                run.xy_m[index, 1] - lens @ shared[2 + n:], run.angle_rad[index], run.xy_sd_m[index],
-                               run.angle_sd_rad[index], parameters, shared[:2], *arguments, covariances[k])
+                               run.angle_sd_rad[index], decay_between(index, correlation), parameters, shared[:2], *arguments,
+                               covariances[k])
         freedom[k] = 3 * len(index) - STATES
     return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared)
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.chain_model import COMMON, RECORD, chain_residual
+from analysis.contact_law import SpeedLaw
 from analysis.flights import WARP_POWERS, FlightFits, warp_basis
 from analysis.identification_chains import Chain
 from analysis.identification_fit import RigFit
+from analysis.identification_parameters import length_residual
 
 Array = NDArray[np.float64]
 
@@ -28,6 +30,16 @@ LASTING_SCATTER = 0.05
 BELIEVED = 2.5
 WORST_SHARE = 0.06
 CLIP = 5.0
+FEWEST_FRAMES = 4
+# Hops shorter than this have one or two frames, and minima of their own: other restitutions (this many of the prior's sds away) are tried from
+# the one found, until a sweep over the hops gains less than this in chi-square.
+SHORT_HOP_FRAMES, MOVED_SD, BETTER, MOST_SWEEPS, SEARCH_ROUNDS, SEARCHED_M_PER_S = 2.5, 2.0, 0.5, 2, 5, 0.09
+# Minima up to this much worse count too, by their likelihood; two whose restitutions differ by less than this (prior's sd) are one.
+NEARLY, SAME_SD = 12.0, 0.3
+# Frames added at a time, by the paths that are tried.
+FRAMES_AT_ONCE = (3, 2)
+# Frames at the wall that a chain takes along: they show where the wall is, against which the last hops are measured.
+SETTLED_FRAMES = 6.0
 MOST_RECORDS = 60
 STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4], np.full(MOST_IMPACTS, 1e-4)])
 
@@ -47,7 +59,7 @@ class _Evaluated:
 class ChainFit:
     """The least-squares problem of one chain: constants once, then :meth:`solve`."""
 
-    def __init__(self, rig: RigFit, fits: FlightFits, number: int, first: int, last: int, state: Array) -> None:
+    def __init__(self, rig: RigFit, fits: FlightFits, number: int, first: int, last: int, state: Array, restitution: SpeedLaw) -> None:
         data, wall, law = fits.run, rig.wall.wall, rig.law
         assert law is not None  # find_chains follows none without a law
         self.fits, self.number, self.state = fits, number, state
@@ -60,15 +72,14 @@ class ChainFit:
         off = np.column_stack([lens @ fits.shared[2:2 + n], lens @ fits.shared[2 + n:]])
         self.observed = np.column_stack([data.xy_m[self.index] - off, data.angle_rad[self.index]])
         self.scale = max(rig.floor.scale, 1.0)
-        self.sd = np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale
+        # What the contact distances scatter from place to place beyond the noise is an error of places along the wall.
+        beyond_m = length_residual(rig) * wall.contact_radius_m
+        self.sd = np.hypot(np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale, [[beyond_m, 0.0]])
         self.rig = np.array([wall.contact_radius_m, *wall.centre_m, *wall.disk_m, *wall.ellipse, law.wall_friction, law.tangential_restitution,
                              data.radius_m, data.inertia_factor, data.host.omega_rad_per_s, data.host.phase_rad, STOP_M_PER_S,
-                             rig.wall.delay_s])
-        self.mean = law.restitution
-        rho = rig.floor.correlation
-        self.inflation = (1 + rho) / (1 - rho)
+                             rig.wall.delay_s, restitution.at_high, restitution.rise, restitution.speed_m_per_s])
         shift = max(2 * rig.wall.scatter_m, 1e-5)
-        each = max(law.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
+        each = max(restitution.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
         self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / COMMON_SD], np.full(MOST_IMPACTS, 1 / each)])
 
     def evaluate(self, theta: Array, count: int, times: Array | None = None, slopes: bool = True) -> _Evaluated:
@@ -81,38 +92,67 @@ class ChainFit:
         padded[:len(self.observed)] = self.observed
         sd = np.ones((len(padded), 2))
         sd[:len(self.sd)] = self.sd
-        impacts, settled = chain_residual(theta, STEPS, self.mean, self.start_s, times, padded, sd, self.fits.shared[:2], self.fits.parameters,
+        impacts, settled = chain_residual(theta, STEPS, self.start_s, times, padded, sd, self.fits.shared[:2], self.fits.parameters,
                                           self.fits.run.host.harmonics, self.rig, jacobian, records, r)
         weight = np.sqrt(np.minimum(1.0, CLIP / np.maximum(np.abs(r), 1e-12)))
         cost = float(np.sum((r * weight) ** 2) + np.sum((self.prior * theta) ** 2))
         flat, w = jacobian.reshape(-1, len(theta)), weight.ravel()
         return _Evaluated(theta, cost, r.ravel() * w, flat * w[:, None] if slopes else flat, records[:impacts], settled)
 
-    def solve(self, last: int, open_end: bool, at_once: int) -> Chain | None:
-        """The best chain up to frame ``last``, ``at_once`` frames at a time; None where it has no impact or does not fit.
+    def solve(self, last: int, open_end: bool) -> Chain | None:
+        """The best chain up to frame ``last``; None where it has no impact or does not fit.
 
-        Frames are added a few at a time: each impact's restitution is known before the frames that depend on it come in, and the fit does
-        not lock onto a chain that is one hop off.
-        """
+        Frames are added a few at a time: each impact's restitution is known before the frames that depend on it come in, and the fit is less
+        likely to lock onto a chain that is one hop off.  Several such paths are tried."""
         whole = int(np.searchsorted(self.index, last, side="right"))
-        theta = np.concatenate([self.state, np.zeros(2 + MOST_IMPACTS)])
-        count = min(whole, 4)
-        if whole < 4:
+        if whole < FEWEST_FRAMES:
             return None
-        here = self.evaluate(theta, count)
+        ends = [self._path(whole, at_once) for at_once in FRAMES_AT_ONCE]
+        # Paths differ in where the disk settles; they are compared on all frames that any of them explains.
+        whole = max(count for _, count in ends)
+        if whole < FEWEST_FRAMES:
+            return None
+        here = min((self._improve(self.evaluate(end.theta, whole), whole, 12) for end, _ in ends), key=lambda one: one.cost)
+        return self._chain(self._searched(here, whole), whole, open_end)
+
+    def _path(self, whole: int, at_once: int) -> tuple[_Evaluated, int]:
+        """A chain grown by ``at_once`` frames at a time, and how many frames it explains: to ``whole`` or a little past where it settles."""
+        theta, count = np.concatenate([self.state, np.zeros(2 + MOST_IMPACTS)]), min(whole, FEWEST_FRAMES)
         while True:
-            here = self._improve(here, count, 12 if count == whole else 2)
-            # The frames in sustained contact are no part of the chain.
-            limit = int(np.searchsorted(self.times, here.settled + 0.5 * self.period))
+            here = self._improve(self.evaluate(theta, count), count, 12 if count == whole else 2)
+            limit = int(np.searchsorted(self.times, here.settled + SETTLED_FRAMES * self.period))
             if count >= min(whole, limit):
-                whole = min(whole, limit)
+                return here, min(whole, limit)
+            theta, count = here.theta, min(count + at_once, whole)
+
+    def _searched(self, here: _Evaluated, count: int) -> list[_Evaluated]:
+        """The best minimum and those beside it that are nearly as good: an impact before a short hop given another restitution, alone or so
+        that the one after makes up for it."""
+        minima = [here]
+        for _ in range(MOST_SWEEPS):
+            before = here.cost
+            for number in self._before_short_hops(here, count):
+                for step, after in ((-MOVED_SD, 0.0), (MOVED_SD, 0.0), (-MOVED_SD, MOVED_SD), (MOVED_SD, -MOVED_SD)):
+                    theta = here.theta.copy()
+                    theta[COMMON + number] += step / self.prior[COMMON + number]
+                    theta[COMMON + number + 1] += after / self.prior[COMMON + number]
+                    there = self._improve(self.evaluate(theta, count), count, SEARCH_ROUNDS)
+                    minima.append(there)
+                    if there.cost < here.cost:
+                        here = there
+            if before - here.cost < BETTER:
                 break
-            count = min(count + at_once, whole)
-            here = self.evaluate(here.theta, count)
-        if whole < 4:
-            return None
-        here = self._improve(self.evaluate(here.theta, whole), whole, 12)
-        return self._chain(here, whole, open_end)
+        told: list[_Evaluated] = []
+        for one in sorted(minima, key=lambda m: m.cost):
+            if one.cost < here.cost + NEARLY and all(np.max(np.abs((one.theta - m.theta) * self.prior)[COMMON:]) > SAME_SD for m in told):
+                told.append(one)
+        return told
+
+    def _before_short_hops(self, here: _Evaluated, count: int) -> list[int]:
+        """Impacts above the reported speed after which the disk is back within a few frames."""
+        time, speed = here.records[:, 0], here.records[:, 1]
+        short = np.diff(time) < SHORT_HOP_FRAMES * self.period
+        return [int(j) for j in np.flatnonzero(short & (speed[:-1] > SEARCHED_M_PER_S) & (time[:-1] < self.times[count - 1])) if j < MOST_IMPACTS - 1]
 
     def _improve(self, here: _Evaluated, count: int, rounds: int) -> _Evaluated:
         """Levenberg-Marquardt steps."""
@@ -133,12 +173,14 @@ class ChainFit:
                     break
         return here
 
-    def _chain(self, here: _Evaluated, count: int, open_end: bool) -> Chain | None:
+    def _chain(self, minima: list[_Evaluated], count: int, open_end: bool) -> Chain | None:
+        """The result: of the best of the ``minima``, and as far as others are as likely, between them."""
+        here = minima[0]
         per_frame = np.sort(np.sum(here.residual.reshape(-1, 3) ** 2, 1))[:max(count - int(np.ceil(WORST_SHARE * count)), 1)]
         misfit = float(per_frame.sum() / max(3 * len(per_frame) - 6, 1))
         if len(here.records) == 0 or misfit > BELIEVED or (open_end and not np.isfinite(here.settled)):
             return None
-        covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian / self.inflation + np.diag(self.prior**2), hermitian=True)
+        covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian + np.diag(self.prior**2), hermitian=True)
         n, free = len(here.records), len(here.theta)
         derivative = np.zeros((n, len(RECORD), free))
         times = np.append(self.times[:count], self.times[count - 1] + 4 * self.period)
@@ -153,6 +195,20 @@ class ChainFit:
         spread = derivative @ covariance @ derivative.transpose(0, 2, 1)
         deviations = np.sqrt(np.diag(covariance)[COMMON:])
         eps_sd = np.concatenate([deviations, np.full(max(n - len(deviations), 0), 1 / self.prior[-1])])[:n]
+        records, between = _between(minima)
         inside = here.records[:, 0] <= self.times[count - 1]
-        return Chain(self.number, here.records[inside], spread[inside], eps_sd[inside], misfit, here.settled, int(self.index[0]),
+        return Chain(self.number, records[inside], (spread + between)[inside], eps_sd[inside], misfit, here.settled, int(self.index[0]),
                      int(self.index[count - 1]))
+
+
+def _between(minima: list[_Evaluated]) -> tuple[Array, Array]:
+    """Mean records (K, 8) of chains weighted by their likelihood, and their covariance (K, 8, 8); an impact that a chain lacks is the best's."""
+    best = minima[0].records
+    weight = np.exp([-0.5 * (one.cost - minima[0].cost) for one in minima])
+    every = np.repeat(best[None], len(minima), 0)
+    for all_of_it, one in zip(every, minima, strict=True):
+        same = min(len(best), len(one.records))
+        all_of_it[:same] = one.records[:same]
+    mean = np.average(every, axis=0, weights=weight)
+    off = every - mean
+    return mean, np.einsum("m,mki,mkj->kij", weight / weight.sum(), off, off)

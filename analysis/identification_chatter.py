@@ -12,8 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact_law import SpeedLaw, speed_law
 from analysis.flights import FlightFits, start_state
-from analysis.identification_chain_fit import BELIEVED, ChainFit
+from analysis.identification_chain_fit import ChainFit
 from analysis.identification_chains import Chain
 from analysis.identification_fit import RigFit
 
@@ -26,19 +27,16 @@ ANCHOR_MISFIT = 4.0
 FRAMES_BEFORE, FRAMES_AFTER = 24, 16
 # A chain is followed this long (chatter ends within it); longer stretches without a good flight cost minutes and fit nothing.
 LONGEST_CHAIN_S = 0.25
-# Frames added at a time, by the paths tried one after another; below this misfit no other path is tried.
-FRAMES_AT_ONCE = (3, 2, 5)
-WELL = 1.25
 
 
 def find_chains(rig: RigFit, resolved: NDArray[np.bool_]) -> list[Chain]:
     """Chains of all runs; ``resolved`` (K,) marks the meetings that are impacts beyond doubt."""
     if rig.law is None or not rig.angle or not np.isfinite(rig.law.wall_friction):
         return []
-    chains = []
+    chains, restitution = [], speed_law(rig.data, rig.law)
     for number, fits in enumerate(rig.floor.fits):
         for start, first, stop, following in _windows(rig, number, resolved):
-            chain = _follow(rig, fits, number, start, first, stop, following)
+            chain = _follow(rig, fits, number, restitution, start, first, stop, following)
             if chain is not None:
                 chains.append(chain)
     return chains
@@ -68,7 +66,8 @@ def _windows(rig: RigFit, number: int, resolved: NDArray[np.bool_]) -> Iterator[
             yield k, max(flights[k].first, flights[k].last - FRAMES_BEFORE), stop, following
 
 
-def _follow(rig: RigFit, fits: FlightFits, number: int, start: int | None, first: int, stop: int, following: int | None) -> Chain | None:
+def _follow(rig: RigFit, fits: FlightFits, number: int, restitution: SpeedLaw, start: int | None, first: int, stop: int,
+            following: int | None) -> Chain | None:
     data = fits.run
     furthest = max(int(np.searchsorted(data.time_s, data.time_s[first] + LONGEST_CHAIN_S, side="right")) - 1, first + 8)
     if stop > furthest:
@@ -82,15 +81,9 @@ def _follow(rig: RigFit, fits: FlightFits, number: int, start: int | None, first
         start_state(data.time_s, data.xy_m[:, 0], data.xy_m[:, 1], data.angle_rad, first, end, t0, state)
     else:
         state = fits.propagate(start, np.array([t0]))[0][0]
-    fit = ChainFit(rig, fits, number, first, last, state)
+    fit = ChainFit(rig, fits, number, first, last, state, restitution)
     for end, open_end in ((last, False), (stop - 1, True)):
-        best = None
-        for frames in FRAMES_AT_ONCE:
-            chain = fit.solve(end, open_end, frames)
-            if chain is not None and (best is None or chain.misfit < best.misfit):
-                best = chain
-            if best is not None and best.misfit < WELL:
-                break
-        if best is not None and best.misfit < BELIEVED:
-            return best
+        chain = fit.solve(end, open_end)
+        if chain is not None:
+            return chain
     return None

@@ -12,6 +12,7 @@ from analysis.evidence import Evidence, columns_of, gather
 from analysis.flight_edges import settled
 from analysis.flight_model import INDEX, PARAMETERS
 from analysis.flights import ORIGIN, SHARED, WARP, FlightFits, fit_flights
+from analysis.noise_correlation import noise_correlation
 from analysis.runs import Run
 
 Array = NDArray[np.float64]
@@ -149,12 +150,15 @@ def fit_floor(runs: Sequence[Run], names: Sequence[str], coupling: float, load: 
             parameters[INDEX[name]] += step[k]
         parameters[0] = max(parameters[0], 0.0)
         shared = shared + step[offsets]
+    # Whether errors go together is read off plain least squares; with that known each flight has a better estimate, and an honest sd.
+    fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], correlation) for k, run in enumerate(runs)]
+    evidence = [gather(fit, columns, correlation) for fit in fits]
+    step, covariance, _ = _step(evidence, columns, prior, shared, offsets)
     count = sum(e.count for e in evidence) - len(names)
     misfit = sum(e.misfit for e in evidence)
     scale = float(np.sqrt(max(misfit / count, 1e-4))) if count > 0 else 1.0
     estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
-    inflation = (1 + correlation) / (1 - correlation) * max(scale, 1.0) ** 2
-    fits = [replace(fit, covariances=fit.covariances * inflation) for fit in fits]
+    fits = [replace(fit, covariances=fit.covariances * max(scale, 1.0) ** 2) for fit in fits]
     wider = between_runs(evidence, columns, step, covariance * max(scale, 1.0) ** 2)[at]
     return FloorFit(tuple(fits), tuple(evidence), tuple(names), estimate,
                     covariance[np.ix_(at, at)] * max(scale, 1.0) ** 2 * np.outer(wider, wider), correlation, scale, float(misfit), coupling)
@@ -189,12 +193,3 @@ def _step(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array, sh
     size = np.sqrt(np.diag(information))
     covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
     return covariance @ score, covariance, float(score @ covariance @ score)
-
-
-def noise_correlation(evidence: Sequence[Evidence]) -> float:
-    """Correlation of neighbouring frames' errors, from the residuals of all flights (0 to 0.9)."""
-    weights = np.array([e.count for e in evidence], float)
-    if not weights.sum() > 0:
-        return 0.0
-    lag = float(np.sum(weights * np.array([e.lag_one for e in evidence])) / weights.sum())
-    return float(np.clip(lag, 0.0, 0.9))

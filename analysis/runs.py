@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 # Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1 mm).
 CONTACT_MARGIN_M = 1.5e-4
+# Of the runs' farthest distances: not the largest, which may be a wrong track's.
+HIGH_QUANTILE = 0.8
 # What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the angle.
 FINEST_SD_M = 1e-6
 # Where the motion gives no angle, the flight fit sees one of no weight.
@@ -113,15 +115,17 @@ def cut(data: RunData, host_table: Array, frame: NDArray[np.int64], wall_m: Arra
 def wall_distance(datas: Sequence[RunData]) -> float:
     """First guess of the contact distance from the data: what the NES reaches in sustained contact and at impacts.
 
-    The median over runs of the 99th percentile of the distance; the design radius where runs never come near it."""
+    The farthest of each run but for single wrong frames (median of three neighbours), and of the runs a high quantile: a disk that comes to
+    rest, or hits the wall but once and fast, never shows it.  The design radius where runs never come near it."""
     reached = []
     for data in datas:
         relative = data.xy_m - data.host.at(data.time_s)[:, :2]
         distance = np.hypot(relative[:, 0], relative[:, 1])
-        if np.isfinite(distance).any():
-            reached.append(np.nanpercentile(distance, 99))
+        distance = distance[np.isfinite(distance)]
+        if len(distance) > 2:
+            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(distance, 3), axis=1))))
     design = datas[0].contact_radius_m
-    guess = float(np.median(reached)) if reached else design
+    guess = float(np.quantile(reached, HIGH_QUANTILE)) if reached else design
     return guess if abs(guess - design) < 0.05 * design else design
 
 

@@ -50,7 +50,7 @@ def draw_host(
     vertical motion."""
     drive = 2.0 * np.pi * DRIVE_HZ
     phase = rng.uniform(0.0, 2.0 * np.pi, 3)
-    return np.array(
+    harmonics = np.array(
         [
             [0, acceleration_g * 9.81 / drive**2 * (1 + rng.normal(0.0, 1e-3)), drive, phase[0]],
             [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[1]],
@@ -58,6 +58,9 @@ def draw_host(
             [3, vertical_m, drive, vertical_phase_rad],
         ]
     )
+    if acceleration_g == 0.0:
+        harmonics[:, 1] = 0.0
+    return harmonics
 
 
 def draw_start(rng: np.random.Generator) -> np.ndarray:
@@ -171,13 +174,14 @@ def outline_series(
     return Outline(truth, draft, views, marks, seen, model, float(rng.uniform(0.0, 2.0 * np.pi)))
 
 
-def run_outline(outline: Outline, rng: np.random.Generator) -> Series:
-    """Simulate and film an outlined series."""
+def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | None = None) -> Series:
+    """Simulate and film an outlined series; `level_g` drives every run as strongly, 0 not at all."""
     recordings, poses, count = [], [], 0
     states: dict[str, np.ndarray] = {}
     name = outline.truth["case"]
     for run in range(outline.truth["runs"]):
         level = float(rng.choice([6.0, 7.0, 8.0, 9.0], p=[0.17, 0.18, 0.48, 0.17]))
+        level = level if level_g is None else level_g
         tracks, arrays, seen = _one_run(outline, run, level, rng)
         text = recording_text(f"{name} run {run + 1}", level, outline.views, outline.model)
         recordings.append((text, tracks))

@@ -167,7 +167,7 @@ def _with_drift(evidence: Sequence[Evidence], model: FlightModel, runs: int) -> 
         row = e.information[at] * factor
         information = np.block([[e.information, row[:, None]], [row[None, :], np.array([[row[at] * factor]])]])
         out.append(Evidence((*e.columns, DRIFT_RUN), information, np.append(e.score, e.score[at] * factor), e.misfit, e.count, e.flights,
-                            e.left_out, e.lag_one))
+                            e.left_out, e.lag_product, e.lag_square, e.lengths))
     return out
 
 

@@ -9,20 +9,19 @@ from analysis.chain_model import RECORD, RIG, simulate_chain
 from analysis.flight_model import PARAMETERS
 
 
-def chain(delay_s: float, speed: float = 1.0, restitution: float = 0.5):
-    """Impacts of a disk thrown from the middle of a wall of 40 mm contact radius, without friction; (records, settled)."""
-    rig = np.array([{"radius": 0.04, "disk_radius": 0.01, "inertia": 0.5, "omega": 60.0, "stop_speed": 0.02, "wall_friction": 0.15,
-                     "tangential_restitution": 0.4, "delay": delay_s}.get(name, 0.0) for name in RIG])
-    times = np.arange(0.0, 0.5, 1 / 800)
+def chain(start, times, **rig):
+    """A disk from ``start`` on within a wall of 40 mm contact radius at rest, without floor friction; (records, settled, states)."""
+    usual = {"radius": 0.04, "disk_radius": 0.01, "inertia": 0.5, "omega": 60.0, "stop_speed": 0.02, "wall_friction": 0.15,
+             "tangential_restitution": 0.4, "restitution": 0.5, "restitution_speed": 1.0, **rig}
     records, befores, out = np.zeros((20, len(RECORD))), np.zeros((20, 6)), np.zeros((len(times), 6))
-    count, _ = simulate_chain(np.array([0, 0, 0, speed, 0, 0.0]), 0.0, False, times, 0.0, np.full(20, restitution), np.zeros(len(PARAMETERS)),
-                              np.zeros((4, 7)), rig, out, records, befores)
-    return records[:count], out
+    count, settled = simulate_chain(np.array(start, float), 0.0, False, times, 0.0, np.zeros(20), np.zeros(len(PARAMETERS)), np.zeros((4, 7)),
+                                    np.array([usual.get(name, 0.0) for name in RIG]), out, records, befores)
+    return records[:count], settled, out
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 3e-4])
 def test_impacts_come_where_straight_flights_meet(delay_s):
-    records, out = chain(delay_s)
+    records, _, out = chain([0, 0, 0, 1, 0, 0], np.arange(0.0, 0.5, 1 / 800), delay=delay_s)
     place, moment, speed = 0.0, 0.0, 1.0
     for record in records[:3]:
         # Past the wall by what the disk approaches during the delay, then back across the whole width.
@@ -32,3 +31,24 @@ def test_impacts_come_where_straight_flights_meet(delay_s):
         assert record[RECORD.index("normal_before")] == pytest.approx(speed, rel=1e-9)
         place, speed = -goal, 0.5 * speed
     assert np.max(np.abs(out[:, 0])) <= 0.04 + delay_s + 1e-9
+
+
+def test_restitution_may_follow_the_speed():
+    records, _, _ = chain([0, 0, 0, 1, 0, 0], np.arange(0.0, 0.5, 1 / 800), restitution=0.5, restitution_rise=0.3, restitution_speed=0.8)
+    before, after = records[:3, RECORD.index("normal_before")], records[:3, RECORD.index("normal_after")]
+    assert after / before == pytest.approx(0.5 + 0.3 * np.exp(-before / 0.8), rel=1e-12)
+
+
+@pytest.mark.parametrize("wall_friction", [0.0, 0.1])
+def test_a_settled_disk_slides_along_the_wall(wall_friction):
+    # dv/dt = -mu v^2 / R: v = v0 / (1 + mu v0 t / R), on the wall all the time; the friction spins the disk up by twice the speed lost.
+    times = np.arange(0.0, 0.02, 1 / 800)
+    _, settled, out = chain([0.04 - 1e-9, 0, 0, 1e-3, 3.5, 0], times, wall_friction=wall_friction)
+    slowed = 1 + wall_friction * 3.5 * times / 0.04
+    path = 0.04 * np.log(slowed) / wall_friction if wall_friction else 3.5 * times
+    assert settled < 1e-5
+    assert np.max(np.abs(np.hypot(out[1:, 0], out[1:, 1]) - 0.04)) < 1e-9
+    # Half a millimetre per second and 10 um after 19 ms: the model's steps of 0.2 ms.
+    assert np.hypot(out[:, 3], out[:, 4]) == pytest.approx(3.5 / slowed, abs=5e-4)
+    assert 0.04 * np.unwrap(np.arctan2(out[:, 1], out[:, 0])) == pytest.approx(path, abs=1.2e-5)
+    assert 0.01 * out[:, 5] == pytest.approx(-2 * (3.5 - 3.5 / slowed), abs=1e-3)

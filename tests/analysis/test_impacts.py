@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis import chain_model
 from analysis.chain_model import RECORD, simulate_chain
 from analysis.flight_model import INDEX, PARAMETERS
 from analysis.flights import WARP, Flight, RunData, fit_flights
@@ -24,13 +25,14 @@ PARAMETER = np.zeros(len(PARAMETERS))
 PARAMETER[INDEX["friction"]], PARAMETER[INDEX["coupling"]] = 0.25, 1.0
 LAW = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
 RADIUS = 0.04
-RIG = np.array([RADIUS, 0, 0, 0, 0, 0, 0, LAW["wall_friction"], LAW["tangential_restitution"], 0.01, 0.5, OMEGA, 0.0, 0.02])
+RIG_VALUES = {**LAW, "radius": RADIUS, "disk_radius": 0.01, "inertia": 0.5, "omega": OMEGA, "stop_speed": 0.02, "restitution_speed": 1.0}
+RIG = np.array([RIG_VALUES.get(name, 0.0) for name in chain_model.RIG])
 
 
-def chain(start, frames=200, restitution=LAW["restitution"], rig=RIG):
+def chain(start, frames=200, rig=RIG):
     times = np.arange(frames) / 800
     out, records = np.empty((frames, 6)), np.zeros((80, len(RECORD)))
-    n, settled = simulate_chain(np.asarray(start, float), 0.0, False, times, 0.0, np.full(80, restitution), PARAMETER, HARMONICS, rig, out, records,
+    n, settled = simulate_chain(np.asarray(start, float), 0.0, False, times, 0.0, np.zeros(80), PARAMETER, HARMONICS, rig, out, records,
                                 np.empty((80, 6)))
     return times, out, records[:n], settled
 
@@ -111,10 +113,10 @@ def test_a_chain_ends_at_the_wall_and_loses_speed_by_the_law():
 def test_a_chain_continues_from_the_state_before_an_impact():
     times, out, records, _ = chain((0.01, 0.005, 0.0, 0.8, -0.9, 50.0), 120)
     befores = np.empty((80, 6))
-    simulate_chain(np.array([0.01, 0.005, 0.0, 0.8, -0.9, 50.0]), 0.0, False, times, 0.0, np.full(80, LAW["restitution"]), PARAMETER, HARMONICS, RIG,
+    simulate_chain(np.array([0.01, 0.005, 0.0, 0.8, -0.9, 50.0]), 0.0, False, times, 0.0, np.zeros(80), PARAMETER, HARMONICS, RIG,
                    np.empty((120, 6)), np.zeros((80, 8)), befores)
     later = times[times > records[0, 0]]
     again = np.empty((len(later), 6))
-    simulate_chain(befores[0], records[0, 0], True, later, 0.0, np.full(80, LAW["restitution"]), PARAMETER, HARMONICS, RIG, again, np.zeros((80, 8)),
+    simulate_chain(befores[0], records[0, 0], True, later, 0.0, np.zeros(80), PARAMETER, HARMONICS, RIG, again, np.zeros((80, 8)),
                    np.empty((80, 6)))
     np.testing.assert_allclose(again[:20, :2], out[times > records[0, 0]][:20, :2], atol=1e-8)
