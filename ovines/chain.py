@@ -49,7 +49,7 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "calibrate", "board images -> cameras with standard deviations",
         reads=("board", "intrinsic images", "extrinsic images"),
-        writes=("calibration.json", "calibration_views.parquet", "calibration_parameters.parquet"),
+        writes=("calibration.json", "calibration_views.parquet", "calibration_parameters.parquet", "calibration_covariance.parquet"),
         sections=("cameras", "calibration"), sources=("vision",),
     ),
     Stage(
@@ -59,7 +59,7 @@ STAGES: tuple[Stage, ...] = (
     ),
     Stage(
         "triangulate", "markers of two cameras -> points in metres",
-        reads=("tracks.parquet", "calibration.json"), writes=("points.parquet",),
+        reads=("tracks.parquet", "calibration.json"), may_read=("calibration_covariance.parquet",), writes=("points.parquet",),
         sections=("cameras",), sources=("vision",),
     ),
     Stage(
@@ -126,6 +126,8 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
             return [recording.path(trigger)] if trigger else []
         case "calibration.json" if recording.calibration_file is not None:
             return [recording.calibration_file]
+        case "calibration_covariance.parquet" if recording.calibration_file is not None:
+            candidates = [recording.calibration_file.parent / artifact]
         case "names.csv":
             candidates = [out / artifact, recording.folder / artifact]
         case _:

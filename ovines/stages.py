@@ -20,6 +20,7 @@ from ovines.work import Work
 
 def calibrate(work: Work) -> dict[str, Any]:
     from vision.calibrate import calibrate_recording
+    from vision.calibration_uncertainty import covariance_table
 
     (work.out / CALIBRATION_PAGE).unlink(missing_ok=True)  # it would speak of the calibration before
     result = calibrate_recording(work.recording, progress=work.progress)
@@ -28,6 +29,7 @@ def calibrate(work: Work) -> dict[str, Any]:
         "calibration.json": result.cameras,
         "calibration_views.parquet": result.views,
         "calibration_parameters.parquet": result.parameters,
+        "calibration_covariance.parquet": covariance_table(result.covariance, result.labels),
     }
 
 
@@ -50,6 +52,7 @@ def track(work: Work) -> dict[str, Any]:
 
 def triangulate(work: Work) -> dict[str, Any]:
     from vision.calibration_doubt import length_notes, refuse_foreign_tracks
+    from vision.calibration_uncertainty import with_calibration_sd
     from vision.triangulate import triangulate as triangulate_tracks
 
     tracks = read_table(work.path("tracks.parquet"), "tracks")
@@ -58,6 +61,9 @@ def triangulate(work: Work) -> dict[str, Any]:
     refuse_foreign_tracks(tracks, points, cameras, work.recording.window_offset_px)
     work.notes.extend(track_notes(tracks, points, work.recording))
     work.notes.extend(length_notes(points, work.recording))
+    if "calibration_covariance.parquet" in work.inputs:
+        covariance = read_table(work.path("calibration_covariance.parquet"), "calibration_covariance")
+        points = with_calibration_sd(points, cameras, covariance)
     return {"points.parquet": points}
 
 

@@ -97,6 +97,10 @@ TABLES: dict[str, Table] = {
                 FRAME, TIME, text("marker", "name of the marker"),
                 *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
                 *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
+                *(
+                    optional(f"{axis}_calibration_sd_m", f"standard deviation of {axis}_m from the calibration alone, not in {axis}_sd_m")
+                    for axis in "xyz"
+                ),
                 maybe("reprojection_px", "RMS distance from the measured image points"),
                 optional("epipolar_px", "signed residual across the epipolar line, the one that two views leave over"),
             ),
@@ -238,6 +242,15 @@ TABLES: dict[str, Table] = {
                 number("value", "estimate"), maybe("sd", "standard deviation from the full covariance"),
             ),
             key=("camera", "parameter"),
+        ),
+        Table(
+            "calibration_covariance", "pair of parameters of the cameras",
+            (
+                text("camera", "name of the camera"), text("parameter", "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz"),
+                text("other_camera", "name of the other's camera"), text("other_parameter", "the same of the other"),
+                number("covariance", "covariance of the two; the mirrored pair has no row"),
+            ),
+            key=("camera", "parameter", "other_camera", "other_parameter"),
         ),
         Table(
             "truth", "camera, frame, marker of a rendered recording",
