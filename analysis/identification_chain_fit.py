@@ -32,14 +32,14 @@ WORST_SHARE = 0.06
 CLIP = 5.0
 FEWEST_FRAMES = 4
 # Hops shorter than this have one or two frames, and minima of their own: other restitutions (this many of the prior's sds away) are tried from
-# the one found, until a sweep over the hops gains less than this in chi-square.
-SHORT_HOP_FRAMES, MOVED_SD, BETTER, MOST_SWEEPS, SEARCH_ROUNDS, SEARCHED_M_PER_S = 2.5, 2.0, 0.5, 2, 5, 0.09
+# the one found where the impact is faster than chatter's last hops.
+SHORT_HOP_FRAMES, MOVED_SD, SEARCH_ROUNDS, SEARCHED_M_PER_S = 2.5, 2.0, 3, 0.09
 # Minima up to this much worse count too, by their likelihood; two whose restitutions differ by less than this (prior's sd) are one.
 NEARLY, SAME_SD = 12.0, 0.3
 # Frames added at a time, by the paths that are tried.
 FRAMES_AT_ONCE = (3, 2)
 # Frames at the wall that a chain takes along: they show where the wall is, against which the last hops are measured.
-SETTLED_FRAMES = 6.0
+SETTLED_FRAMES = 2.0
 MOST_RECORDS = 60
 STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4], np.full(MOST_IMPACTS, 1e-4)])
 
@@ -129,19 +129,13 @@ class ChainFit:
         """The best minimum and those beside it that are nearly as good: an impact before a short hop given another restitution, alone or so
         that the one after makes up for it."""
         minima = [here]
-        for _ in range(MOST_SWEEPS):
-            before = here.cost
-            for number in self._before_short_hops(here, count):
-                for step, after in ((-MOVED_SD, 0.0), (MOVED_SD, 0.0), (-MOVED_SD, MOVED_SD), (MOVED_SD, -MOVED_SD)):
-                    theta = here.theta.copy()
-                    theta[COMMON + number] += step / self.prior[COMMON + number]
-                    theta[COMMON + number + 1] += after / self.prior[COMMON + number]
-                    there = self._improve(self.evaluate(theta, count), count, SEARCH_ROUNDS)
-                    minima.append(there)
-                    if there.cost < here.cost:
-                        here = there
-            if before - here.cost < BETTER:
-                break
+        for number in self._before_short_hops(here, count):
+            for step, after in ((-MOVED_SD, 0.0), (MOVED_SD, 0.0), (-MOVED_SD, MOVED_SD), (MOVED_SD, -MOVED_SD)):
+                theta = here.theta.copy()
+                theta[COMMON + number] += step / self.prior[COMMON + number]
+                theta[COMMON + number + 1] += after / self.prior[COMMON + number]
+                minima.append(self._improve(self.evaluate(theta, count), count, SEARCH_ROUNDS))
+                here = min(here, minima[-1], key=lambda m: m.cost)
         told: list[_Evaluated] = []
         for one in sorted(minima, key=lambda m: m.cost):
             if one.cost < here.cost + NEARLY and all(np.max(np.abs((one.theta - m.theta) * self.prior)[COMMON:]) > SAME_SD for m in told):

@@ -48,7 +48,13 @@ def hinge(time: Array, x: Array, y: Array, sd: Array, left: int, right: int, gap
     if before < 2 or after < 2:
         return 0.0, 0.0, 0.0
     size = 4 if (count >= 7 and before >= 3 and after >= 3) else 3
-    origin = 0.5 * (time[gap] + time[gap + 1])
+    # Midway between the frames that were seen: an unseen one says nothing of which side it was on.
+    first, last = gap, gap + 1
+    while not np.isfinite(x[first]):
+        first -= 1
+    while not np.isfinite(x[last]):
+        last += 1
+    origin = 0.5 * (time[first] + time[last])
     scale = time[hi] - time[lo]
     normal = np.zeros((size, size))
     right_x, right_y = np.zeros(size), np.zeros(size)
