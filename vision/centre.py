@@ -184,8 +184,10 @@ def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tole
     out = starts.copy()
     even, odd, rhs = np.zeros((8, 8)), np.zeros((6, 6)), np.zeros(14)
     sums = np.zeros(N_SUMS)
+    # As plain numbers: of an argument left out the compiler knows more, and would compile everything below once more.
+    iterations, tolerance, most_blur = int(max_iterations), float(tolerance_px), float(most_blur_px2)
     for i in range(len(out)):
-        _fit_one(image, out[i], max_iterations, tolerance_px, 2 if hold_shape else 8, most_blur_px2, even, odd, rhs, sums)
+        _fit_one(image, out[i], iterations, tolerance, 2 if hold_shape else 8, most_blur, even, odd, rhs, sums)
     return out
 
 

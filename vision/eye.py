@@ -13,7 +13,7 @@ from vision.centre import N_FIT, OK, OUTLIERS, STRUCTURED, U, V
 from vision.circle_centre import on_plane
 from vision.detect import find_discs
 from vision.flat_pose import packed
-from vision.follow import hold_shape, look, run_ahead, see
+from vision.follow import look, run_ahead, see
 from vision.identity import Match, match_layout, place
 from vision.sight import Sight, accept, gate_m, good, lost, near, predict, sure
 
@@ -171,10 +171,8 @@ class Eye:
 
     def look_at(self, image: np.ndarray, body: int, pose: np.ndarray, least: int) -> bool:
         """Look for the body at `pose`; with fewer than `least` of its markers there it counts as not seen."""
-        active = np.zeros(len(self.layout.bodies), np.int64)
-        active[body] = 1
         self.found[body] = pose
-        look(image, self.sight, active, hold_shape(self.frame))
+        look(image, self.sight, body, self.frame)
         if self.n_seen[body] >= least:
             return True
         self.forget(body)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.centre import M11, N_FIT, OK, OUTLIERS, STRUCTURED
-from vision.compiled import compiled
+from vision.compiled import compiled, inlined
 from vision.flat_pose import project, robust_pose
 from vision.same_disc import find, find_though_covered, nothing_there
 from vision.seek import jumped, seek
@@ -31,7 +31,8 @@ def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
     row[M11], row[M11 + 1], row[M11 + 2] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
 
 
-@compiled
+# Inlined, as `_follow` is: whatever calls a compiled function is compiled together with all that is below it.
+@inlined
 def _look_for(image: NDArray[Any], sight: Sight, i: int, pose: Floats, hold_shape: bool, covered: bool, at: Floats, start: Floats) -> bool:
     """Look for marker `i`, plain or as one that is partly `covered`, where a body's `pose` puts it; `at` (6,), `start` (20,): room."""
     if sight.starts[i, 2] <= 0.0:
@@ -64,7 +65,7 @@ def _look_for(image: NDArray[Any], sight: Sight, i: int, pose: Floats, hold_shap
     return True
 
 
-@compiled
+@inlined
 def _follow(image: NDArray[Any], sight: Sight, body: int, hold_shape: bool) -> None:
     """Look for every marker of a body where `sight.found` puts it: replaced by what is found.
 
@@ -72,60 +73,58 @@ def _follow(image: NDArray[Any], sight: Sight, body: int, hold_shape: bool) -> N
     """
     at, start, pose = np.empty(6), np.empty(N_FIT), sight.found[body]
     lo, hi = sight.first[body], sight.first[body + 1]
+    sight.use[lo:hi] = 0
     seen = 0
-    for i in range(lo, hi):
-        sight.use[i] = _look_for(image, sight, i, pose, hold_shape, False, at, start)
-        seen += sight.use[i]
-    for i in range(lo, hi):
-        if sight.use[i] == 0 and (seen > 0 or hi - lo < 3):
-            sight.use[i] = _look_for(image, sight, i, pose, hold_shape, True, at, start)
+    for covered in range(2):
+        if covered == 0 or seen > 0 or hi - lo < 3:
+            for i in range(lo, hi):
+                if sight.use[i] == 0:
+                    sight.use[i] = _look_for(image, sight, i, pose, hold_shape, covered == 1, at, start)
+                    seen += sight.use[i]
     sight.n_seen[body], sight.rms_m[body] = robust_pose(
         sight.place_m[lo:hi], sight.xy[lo:hi], sight.use[lo:hi], hi - lo, gate_m(sight, body), pose)
 
 
 @compiled
-def look(image: NDArray[Any], sight: Sight, active: Ints, hold_shape: bool) -> None:
-    """Follow the active bodies, (b,) 0/1, from `sight.found`; a second look where the first was off.
+def look(image: NDArray[Any], sight: Sight, body: int, frame: int) -> None:
+    """Follow a body from `sight.found`; a second look where the first was off.
 
-    image : (h, w) uint8 or uint16;  hold_shape : keep each marker's shape and blur of the frame before, where they still serve
+    image : (h, w) uint8 or uint16
     """
     before = np.empty(3)
-    for b in range(len(active)):
-        if not active[b]:
-            continue
-        before[:] = sight.found[b]
-        _follow(image, sight, b, hold_shape)
+    hold_shape = frame % _SHAPE_EVERY != 0  # each marker's shape and blur of the frame before serve, where they still do
+    found = sight.found[body]
+    for _ in range(2):
+        before[:] = found
+        _follow(image, sight, body, hold_shape)
         known = 0
-        for i in range(sight.first[b], sight.first[b + 1]):
+        for i in range(sight.first[body], sight.first[body + 1]):
             known += sight.starts[i, 2] > 0.0
-        found = sight.found[b]
         moved = math.hypot(found[0] - before[0], found[1] - before[1]) > 2e-4 or abs(found[2] - before[2]) > 0.02
-        if moved and 2 <= sight.n_seen[b] < known:
-            _follow(image, sight, b, hold_shape)
-
-
-@compiled
-def hold_shape(frame: int) -> bool:
-    """Whether shapes and blurs of the frame before are to serve in this one."""
-    return frame % _SHAPE_EVERY != 0
+        if not (moved and 2 <= sight.n_seen[body] < known):
+            break
 
 
 @compiled
 def see(image: NDArray[Any], sight: Sight, known: Ints, frame: int) -> None:
     """Look for all known bodies, (b,) 0/1, that were seen before: where their motion carries them, or near there if they jumped."""
-    active, leapt = np.zeros(len(known), np.int64), np.zeros(len(known), np.int64)
     for b in range(len(known)):
-        if known[b] and sight.last[b] >= 0:
-            active[b] = 1
-            sight.found[b] = sight.expected[b]
-            if lost(sight, b, frame) < _SOUGHT and jumped(image, sight, b):
-                leapt[b] = seek(image, sight, b, sight.found[b])
-    look(image, sight, active, hold_shape(frame))
-    for b in range(len(known)):  # where the body seemed to be it is not
-        leapt[b] = leapt[b] and not (sure(sight, b) and good(sight, b, frame))
-        if leapt[b]:
-            sight.found[b] = sight.expected[b]
-    look(image, sight, leapt, hold_shape(frame))
+        if not known[b] or sight.last[b] < 0:
+            continue
+        sight.found[b] = sight.expected[b]
+        leapt = lost(sight, b, frame) < _SOUGHT and jumped(image, sight, b) and seek(image, sight, b, sight.found[b])
+        for at_expected in range(2):
+            if at_expected:
+                sight.found[b] = sight.expected[b]
+            look(image, sight, b, frame)
+            if not leapt or _settled(sight, b, frame):
+                break
+
+
+@compiled
+def _settled(sight: Sight, body: int, frame: int) -> bool:
+    """Whether this camera needs no other to know where the body is."""
+    return sure(sight, body) and good(sight, body, frame)
 
 
 @compiled
@@ -144,12 +143,6 @@ def together(one: Floats, other: Floats, known: Ints) -> int:
             if known[b] and apart(one[k, b], other[k, b]):
                 return k
     return min(len(one), len(other))
-
-
-@compiled
-def _settled(sight: Sight, body: int, frame: int) -> bool:
-    """Whether this camera needs no other to know where the body is."""
-    return sure(sight, body) and good(sight, body, frame)
 
 
 @compiled

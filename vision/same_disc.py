@@ -102,11 +102,13 @@ def find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit:
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
     held = hold_shape and start[MISFIT] < _STALE_SHAPE * start[NOISE] + 0.3
-    fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, held, _most_blur_px2(start))
-    if held and (fit[0, OK] == 0.0 or fit[0, MISFIT] > _STALE_SHAPE * min(fit[0, NOISE], start[NOISE]) + 0.3):
+    while True:
+        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, held, _most_blur_px2(start))
+        if not held or (fit[0, OK] > 0.0 and fit[0, MISFIT] <= _STALE_SHAPE * min(fit[0, NOISE], start[NOISE]) + 0.3):
+            break
+        held = False
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
-        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, False, _most_blur_px2(start))
     if not _same_disc(start, fit[0], sized):
         return False
     if fit[0, OUTLIERS] >= STRUCTURED:  # another edge runs through: the sectors without it may know better
@@ -125,7 +127,7 @@ def find_though_covered(image: NDArray[Any], start: Floats, hold_shape: bool, si
     u, v = fit[0, 0], fit[0, 1]
     known = start[OK] > 0.0
     if known:
-        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, True)
+        fit[:] = fit_discs(image, fit, _ITERATIONS, 0.001, known, _most_blur_px2(start))
         if _same_disc(start, fit[0], sized):
             return True
         if _sectors_first(start, hold_shape, sized):
