@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.contact_law import LawData, fit_restitution, fit_tangential, sticks
+from analysis.contact_law import LawData, fit_law, fit_restitution, fit_tangential, speed_law, sticks
 from analysis.identification_intervals import (
     restitution_interval,
     scatter_interval,
@@ -155,3 +155,21 @@ def test_scatter_intervals_cover_as_often_as_they_say():
         found = scatter_interval(series(rng, 60, scatter=0.02), TRUE["restitution"])
         held.append(found.low < 0.02 < found.high)
     assert 0.85 < np.mean(held) < 0.95
+
+
+def test_restitution_that_falls_with_the_speed_is_followed():
+    data = series(np.random.default_rng(3), 150, scatter=0.01)
+    truth = 0.55 + 0.3 * np.exp(-data.before / 1.0)
+    data = replace(data, after=data.after + (truth - TRUE["restitution"]) * data.before)
+    found = speed_law(data, fit_law(data))
+    slow = found.at_high + found.rise * np.exp(-0.2 / found.speed_m_per_s)
+    # At 0.2 m/s 0.796; the mean over all impacts is 0.65.
+    assert abs(slow - 0.796) < 0.02
+    assert found.scatter < 0.02
+    assert fit_law(data).restitution < 0.7
+
+
+def test_one_restitution_stays_one():
+    for seed in range(10):
+        data = series(np.random.default_rng(seed), 150)
+        assert speed_law(data, fit_law(data)).rise == 0.0
