@@ -76,11 +76,11 @@ def test_a_frame_exposed_across_a_fast_impact_is_set_aside_however_sharp_the_mar
     """As in the rendered sample: 5 m/s of change of speed, a micrometre of noise, one frame 0.2 mm off both flights."""
     rng = np.random.default_rng(2)
     time = np.arange(30) / 800
-    moment = 15.1 / 800
-    path = np.where(time < moment, -1.97 * time, -1.97 * moment + 3.17 * (time - moment))
-    xy = np.column_stack([path, 0.2 * path]) + 1e-6 * rng.standard_normal((30, 2))
-    xy[15] += 2e-4
-    found = segment(time, xy, np.full(30, 1e-6), np.zeros(30), np.full(30, 0.04))
+    moment, sd = 15.01 / 800, np.where(np.arange(30) < 15, 1e-6, 3e-6)
+    late = np.maximum(time - moment, 0.0)
+    xy = np.column_stack([-1.97 * time + 5.14 * late, -0.72 * time + 1.2 * late]) + sd[:, None] * rng.standard_normal((30, 2))
+    xy[15] += [2e-4, 5e-5]
+    found = segment(time, xy, sd, np.zeros(30), np.full(30, 0.04))
     assert found.smeared.tolist() == [15]
     assert len(found.gaps) == 1
     assert found.gaps[0] in (14, 15)
