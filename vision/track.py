@@ -25,6 +25,7 @@ from vision.frame_times import frame_times
 from vision.frames import Source, open_sources, stream_chunks
 from vision.layouts import symmetry_notes
 from vision.named import check_names
+from vision.shared_discs import unshared
 from vision.sight import KEPT
 from vision.sync import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.tracker import Tracker
@@ -158,7 +159,9 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
         tables.append(pd.DataFrame({
             "camera": eye.camera.name, "frame": frames, "time_s": np.nan, "marker": markers[marker], "u_px": uv[:, 0],
             "v_px": uv[:, 1], "sd_px": rows[:, KEPT - 1]}))
-        for name in markers[np.bincount(marker, minlength=len(markers)) == 0]:
+        own = unshared(frames, marker, uv, tracker.body_of)
+        tables[-1] = tables[-1][own]
+        for name in markers[np.bincount(marker[own], minlength=len(markers)) == 0]:
             notes.append(f"{eye.camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)
     if not len(tracks):

@@ -7,6 +7,7 @@ from ovines.camera import Camera
 from vision.centre import M11, OK, OUTLIERS, S11, STRUCTURED, disc_start, radius_px
 from vision.eye import Eye, Layout
 from vision.follow import _circle_shape
+from vision.shared_discs import unshared
 from vision.sight import _remember
 
 
@@ -50,3 +51,15 @@ def test_the_shape_of_a_circle_is_that_of_its_projected_rim():
     x, y = (rim - rim.mean(0)).T
     m11, m12, m22 = row[M11:S11]
     assert np.abs(m11 * x * x + 2 * m12 * x * y + m22 * y * y - 1).max() < 0.01  # perspective bends it by 0.4 %; a radius 1 % off: 0.02
+
+
+def test_a_disc_that_two_bodies_claim_is_that_of_the_body_seen_better():
+    body_of = np.array([0, 0, 0, 1, 1, 1, 1])
+    frames = np.repeat([3, 4, 5], 7)
+    marker = np.tile(np.arange(7), 3)
+    uv = np.tile(np.arange(7)[:, None] * [40.0, 0.0], (3, 1))
+    uv[7] = uv[10] + 0.4  # frame 4: the first ground marker sits on the first of the Host
+    keep = unshared(frames, marker, uv, body_of)
+    assert np.flatnonzero(~keep).tolist() == [7]
+    few = (frames != 4) | np.isin(marker, [0, 3])  # one each: nothing says whose it is
+    assert (~unshared(frames[few], marker[few], uv[few], body_of)).sum() == 2
