@@ -126,14 +126,12 @@ class ChainFit:
             theta, count = here.theta, min(count + at_once, whole)
 
     def _searched(self, here: _Evaluated, count: int) -> list[_Evaluated]:
-        """The best minimum and those beside it that are nearly as good: an impact before a short hop given another restitution, alone or so
-        that the one after makes up for it."""
+        """The best minimum and those beside it that are nearly as good: an impact before a short hop given another restitution."""
         minima = [here]
         for number in self._before_short_hops(here, count):
-            for step, after in ((-MOVED_SD, 0.0), (MOVED_SD, 0.0), (-MOVED_SD, MOVED_SD), (MOVED_SD, -MOVED_SD)):
+            for step in (-MOVED_SD, MOVED_SD):
                 theta = here.theta.copy()
                 theta[COMMON + number] += step / self.prior[COMMON + number]
-                theta[COMMON + number + 1] += after / self.prior[COMMON + number]
                 minima.append(self._improve(self.evaluate(theta, count), count, SEARCH_ROUNDS))
                 here = min(here, minima[-1], key=lambda m: m.cost)
         told: list[_Evaluated] = []
