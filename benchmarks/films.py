@@ -1,87 +1,67 @@
-"""How much of a film is tracked, and how truly: whole rendered recordings under bad light, noise, blur, fast spin, against their truth.
+"""How much of a film is followed, and how truly: whole rendered recordings of many kinds, against their truth.
 
-    python benchmarks/films.py [--frames 40] [--seed 1] [--only glare]
+    python benchmarks/films.py [--frames 40] [--seed 1] [--only glare] [--drops]
 
-The thesis' rig, two windows of 4096 x 688 pixels, rendered poses and the true calibration.  ``seen``: of the markers that the picture
-shows wholly, those with a track.  ``swaps``: tracks nearer to another marker's true place than to their own.  ``px``: median, RMS and largest
-error; ``inside``: share of the errors' coordinates within 1.645 sd (honest: 90 %).  ``um``: median and 95th percentile of the
-triangulated points' error in space.
+The thesis' rig (``benchmarks/film_kinds.py`` says what is changed in each kind) in windows of 1400 x 688 pixels, rendered poses and the true
+calibration.  ``seen``: of the markers that the picture shows wholly, those with a track.  ``swaps``: tracks nearer to another marker's
+true place than to their own.  ``px``: median, RMS and largest error of the centres; ``in``: share of the errors' coordinates within
+1.645 sd (honest: 90 %).  ``um``: median and 95th percentile of the triangulated points' error in space, and share of its coordinates
+within 1.645 sd.  ``NES``: frames with a pose, RMS error of x and y [um] and of the angle [mrad], and their shares within 1.645 sd.
+``walls``: error of the radii of Host and NES from their edges, and the sd that the notes give them [um].
+
+``--drops``: instead, one film of 120 frames from which pictures are taken away as a camera drops them, with a jittered
+trigger.csv that misses pulses, through the whole chain; how many pictures end under a wrong instant.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from film_kinds import KINDS, Kind, filmed
 
+from analysis.motion import motion_from_points
 from ovines.camera import read_calibration
-from ovines.recording import read_recording
-from vision.render import Band, Glare, Look
-from vision.render_motion import bouncing
-from vision.render_recording import render_recording, thesis_setup
-from vision.render_scene import Pose
-from vision.track import track
+from ovines.recording import Recording, read_recording
+from vision.track import Tracks, track
 from vision.triangulate import triangulate
+from vision.wall_table import scatter_of
 
-BANDS = (Band(1500, 120, 0.6, softness_px=6), Band(2100, 60, 0.5, 0.3, 3), Band(2700, 200, 0.7, softness_px=20))
-GLARES = (Glare(1900, 300, 60, 90), Glare(2300, 400, 30, 120), Glare(2050, 200, 15, 100))
-# name: the light, seconds of exposure, spin added to the NES' own in rad/s
-CASES: dict[str, tuple[Look, float, float]] = {
-    "plain": (Look(), 5e-5, 0.0),
-    "noise of 6 greys": (Look(noise_grey=6.0), 5e-5, 0.0),
-    "light from one side": (Look(gradient=(0.8, -0.5)), 5e-5, 0.0),
-    "half the light": (Look(gain=0.5, noise_grey=2.0), 5e-5, 0.0),
-    "shadow bands": (Look(bands=BANDS), 5e-5, 0.0),
-    "glare": (Look(glares=GLARES), 5e-5, 0.0),
-    "blurred by 0.4 ms": (Look(), 4e-4, 0.0),
-    "500 rad/s": (Look(), 5e-5, 500.0),
-}
-
-
-def spun(motion: Callable[[float], Mapping[str, Pose]], spin_rad_per_s: float) -> Callable[[float], Mapping[str, Pose]]:
-    """The motion with a spin added to the NES'."""
-    def at(t: float) -> Mapping[str, Pose]:
-        poses = motion(t)
-        return {**poses, "nes": replace(poses["nes"], angle_rad=poses["nes"].angle_rad + spin_rad_per_s * t)}
-    return at
-
-
-def filmed(folder: Path, look: Look, exposure_s: float, spin: float, frames: int, seed: int) -> pd.DataFrame:
-    """Render a recording into the folder; its truth."""
-    rng = np.random.default_rng(seed)
-    setup = replace(thesis_setup(rng), look=look, exposure_s=exposure_s)
-    motion = spun(bouncing(frames / setup.frame_rate_hz), spin)
-    truth = render_recording(folder, setup, motion, frames, rng, views=0, suffix=".png")
-    text = (folder / "recording.toml").read_text(encoding="utf-8")
-    head, tail = text.split("[calibration]", 1)
-    (folder / "recording.toml").write_text(head + '[calibration]\nfile = "true_calibration.json"\n\n' + tail[tail.index("[bodies"):], encoding="utf-8")
-    return truth
+HEAD = (f"{'film':34s}    seen swaps | px: med   rms  largest   in | um: med    95%   in | NES: seen    um  mrad    in  in | walls: Host      sd"
+        "     NES    sd")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="cases whose name holds this")
+    parser.add_argument("--only", default="", help="kinds whose name holds this")
+    parser.add_argument("--drops", action="store_true")
     args = parser.parse_args()
-    print(f"{'case':22s}  seen    swaps  px: median  rms    largest  inside   um: median  95 %")
-    for name, (look, exposure_s, spin) in ((n, c) for n, c in CASES.items() if args.only in n):
+    if args.drops:
+        from film_drops import drops
+        drops(args.seed)
+        return
+    print(HEAD)
+    for name, kind in ((n, k) for n, k in KINDS.items() if args.only in n):
         with tempfile.TemporaryDirectory() as folder:
-            truth = filmed(Path(folder), look, exposure_s, spin, args.frames, args.seed)
-            cameras = read_calibration(Path(folder) / "true_calibration.json")
-            recording = read_recording(Path(folder))
-            tracks = track(recording, cameras).tracks
-            points = triangulate(tracks, cameras, recording.window_offset_px)
-        print(f"{name:22s} {judged(truth, tracks, points)}", flush=True)
+            print(f"{name:34s} {row(Path(folder), kind, args.frames, args.seed)}", flush=True)
 
 
-def judged(truth: pd.DataFrame, tracks: pd.DataFrame, points: pd.DataFrame) -> str:
-    """The row of the table."""
+def row(folder: Path, kind: Kind, frames: int, seed: int) -> str:
+    """Render, follow and judge one film: a row of the table."""
+    truth = filmed(folder, kind, frames, seed)
+    recording, cameras = read_recording(folder), read_calibration(folder / "true_calibration.json")
+    found = track(recording, cameras)
+    points = triangulate(found.tracks, cameras, recording.window_offset_px)
+    return " | ".join([centres(truth, found.tracks), in_space(truth, points), pose(truth, points, recording), walls(found, recording)])
+
+
+def centres(truth: pd.DataFrame, tracks: pd.DataFrame) -> str:
+    """Markers seen, swapped, and how far off."""
     both = truth.merge(tracks, on=["camera", "frame", "marker"], suffixes=("_true", ""), how="left")
     off = both[["u_px", "v_px"]].to_numpy() - both[["u_px_true", "v_px_true"]].to_numpy()
     error, found = np.hypot(*off.T), both["u_px"].notna().to_numpy()
@@ -90,11 +70,40 @@ def judged(truth: pd.DataFrame, tracks: pd.DataFrame, points: pd.DataFrame) -> s
         apart = np.hypot(*(own[[f"{k}_px"]].to_numpy() - own[f"{k}_px_true"].to_numpy() for k in "uv"))
         swaps += int((apart.argmin(1) != np.arange(len(own))).sum())
     inside = np.mean(np.abs(off[found]) < 1.645 * both.loc[found, ["sd_px"]].to_numpy())
-    space = points.merge(truth.drop_duplicates(["frame", "marker"]), on=["frame", "marker"], suffixes=("", "_true"))
-    um = 1e6 * np.linalg.norm(space[["x_m", "y_m", "z_m"]].to_numpy() - space[["x_m_true", "y_m_true", "z_m_true"]].to_numpy(), axis=1)
     seen = found[both["visible"].to_numpy()].mean()
-    return (f"{seen:7.2%} {swaps:5d} {np.median(error[found]):9.4f} {np.sqrt(np.mean(error[found]**2)):9.4f} {error[found].max():8.3f} {inside:8.1%}"
-            f" {np.median(um):8.1f} {np.percentile(um, 95):8.1f}")
+    return f"{seen:7.2%} {swaps:5d} | {np.median(error[found]):7.4f} {np.sqrt(np.mean(error[found]**2)):7.4f} {error[found].max():6.3f} {inside:5.0%}"
+
+
+def in_space(truth: pd.DataFrame, points: pd.DataFrame) -> str:
+    """Errors of the triangulated points."""
+    space = points.merge(truth.drop_duplicates(["frame", "marker"]), on=["frame", "marker"], suffixes=("", "_true"))
+    off = space[["x_m", "y_m", "z_m"]].to_numpy() - space[["x_m_true", "y_m_true", "z_m_true"]].to_numpy()
+    inside = np.mean(np.abs(off) < 1.645 * space[["x_sd_m", "y_sd_m", "z_sd_m"]].to_numpy())
+    um = 1e6 * np.linalg.norm(off, axis=1)
+    return f"{np.median(um):7.1f} {np.percentile(um, 95):6.1f} {inside:5.0%}"
+
+
+def pose(truth: pd.DataFrame, points: pd.DataFrame, recording: Recording) -> str:
+    """Errors of the NES' pose."""
+    motion = motion_from_points(points, recording)
+    own = truth.drop_duplicates("frame").merge(motion, on="frame", how="left", suffixes=("_true", ""))
+    seen = own["nes_x_m"].notna()
+    off = {key: own[f"nes_{key}"] - own[f"nes_{key}_true"] for key in ("x_m", "y_m", "angle_rad")}
+    off["angle_rad"] = np.angle(np.exp(1j * off["angle_rad"]))
+    inside = {key: np.mean(np.abs(off[key])[seen] < 1.645 * own[f"nes_{key[0] if key != 'angle_rad' else 'angle'}_sd_{'m' if key != 'angle_rad' else 'rad'}"][seen])
+              for key in off}
+    place = 1e6 * np.sqrt(np.mean(np.r_[off["x_m"][seen], off["y_m"][seen]] ** 2))
+    turn = 1e3 * np.sqrt(np.mean(off["angle_rad"][seen] ** 2))
+    return f"{seen.mean():9.1%} {place:6.2f} {turn:5.2f} {0.5 * (inside['x_m'] + inside['y_m']):5.0%} {inside['angle_rad']:4.0%}"
+
+
+def walls(found: Tracks, recording: Recording) -> str:
+    """Errors of the radii from the images, in um, and what the notes say of them."""
+    told = []
+    for body, radius_m in (("host", recording.bodies["host"].inner_radius_m), ("nes", recording.bodies["nes"].radius_m)):
+        own = found.walls[found.walls["body"] == body]
+        told.append(f"{'-':>7s} {'-':>6s}" if len(own) < 3 else "{:7.2f} {:6.2f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius_m, 0])))
+    return " ".join(told)
 
 
 if __name__ == "__main__":
