@@ -168,11 +168,12 @@ def _without_states(rows: Array, residual: Array, total: Array, score: Array, su
         size[a] = np.sqrt(normal[a, a])
     # Unit diagonal first: an angle that nobody saw has twenty orders of magnitude less information than a place.
     inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
-    cross = local.T @ outer
-    projected = local.T @ residual
-    total += outer.T @ outer - cross.T @ (inverse @ cross)
-    score += outer.T @ residual - cross.T @ (inverse @ projected)
-    sums[0] += np.dot(residual, residual) - np.dot(projected, inverse @ projected)
+    # What is left of the rows, squared: the difference of the squares may come out below zero.
+    left = outer - local @ (inverse @ (local.T @ outer))
+    unexplained = residual - local @ (inverse @ (local.T @ residual))
+    total += left.T @ left
+    score += left.T @ unexplained
+    sums[0] += np.dot(unexplained, unexplained)
     sums[1] += len(residual) - STATES
 
 
