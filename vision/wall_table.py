@@ -17,7 +17,7 @@ from ovines.camera import Camera
 from ovines.recording import Recording
 from vision.walls import Rim, fit_rim
 
-AT_MOST = 16  # instants; a rim costs about as much as tracking a hundred frames
+AT_MOST = 16  # instants; a rim costs about as much as tracking 25 frames
 _LARGEST_SD_M = 2e-4  # a circle less certain than this is none
 _SHARED = 0.7  # of a radius' sd, that does not average out over the instants: light and edges are the same in all (by rendered scenes)
 _FARTHEST_M = 3e-3  # from where the markers say; farther, another edge was taken
