@@ -77,13 +77,19 @@ def restitution_bound(data: LawData, scatter: float) -> float:
 
 
 def _impacts(runs: list[Identified], motions: list[pd.DataFrame], truth: dict[str, np.ndarray]) -> dict[str, object]:
+    fast, missed, false, errors = all_scored(runs, motions, truth)
+    return {"impacts": fast, "missed": missed, "false": false, "time_rms_frames": round(float(np.sqrt(np.mean(np.square(errors)))), 4)}
+
+
+def all_scored(runs: list[Identified], motions: list[pd.DataFrame], truth: dict[str, np.ndarray]) -> tuple[int, int, int, list[float]]:
+    """Impacts above 0.1 m/s of all runs of a series: how many there are, are missed, are false, and their times' errors in frames."""
     fast = missed = false = 0
     errors: list[float] = []
     for k, (run, motion) in enumerate(zip(runs, motions, strict=True)):
         one = scored(run.impacts, truth[f"imp{k + 1:02d}"], motion["time_s"].min(), motion["time_s"].max())
         fast, missed, false, errors = fast + one[0], missed + one[1], false + one[2], errors + one[3]
     frame_s = float(np.median(np.diff(motions[0]["time_s"])))
-    return {"impacts": fast, "missed": missed, "false": false, "time_rms_frames": round(float(np.sqrt(np.mean(np.square(errors)))) / frame_s, 4)}
+    return fast, missed, false, [error / frame_s for error in errors]
 
 
 def _parameters(joint: pd.DataFrame, plant: dict[str, float]) -> dict[str, object]:

@@ -24,7 +24,7 @@ import pandas as pd
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from analysis.blind.plant import outline_series, run_outline, write_series
 from analysis.identify import Identified, identify_series
-from benchmarks.identify import motions_of, scored
+from benchmarks.identify import all_scored, motions_of
 
 NAMES = {"restitution": "eps", "restitution_scatter": "scatter", "wall_friction": "mu_c", "tangential_restitution": "beta", "floor_friction": "mu_s"}
 
@@ -96,13 +96,8 @@ def with_wrong_poses(motion: pd.DataFrame, share: float, off_m: float, rng: np.r
 
 
 def _impacts(runs: list[Identified], motions: list[pd.DataFrame], states: dict[str, np.ndarray]) -> dict[str, object]:
-    fast = missed = false = 0
-    errors: list[float] = []
-    for k, (run, motion) in enumerate(zip(runs, motions, strict=True)):
-        one = scored(run.impacts, states[f"imp{k + 1:02d}"], motion["time_s"].min(), motion["time_s"].max())
-        fast, missed, false, errors = fast + one[0], missed + one[1], false + one[2], errors + one[3]
-    frame_s = float(np.median(np.diff(motions[0]["time_s"])))
-    return {"impacts": fast, "missed": missed, "false": false, "time_ss": float(np.sum(np.square(errors))) / frame_s**2, "timed": len(errors)}
+    fast, missed, false, errors = all_scored(runs, motions, states)
+    return {"impacts": fast, "missed": missed, "false": false, "time_ss": float(np.sum(np.square(errors))), "timed": len(errors)}
 
 
 def _parameters(joint: pd.DataFrame, plant: dict[str, float]) -> dict[str, object]:

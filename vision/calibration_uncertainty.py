@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 PARAMETERS = (*INTRINSICS, "rx", "ry", "rz", "tx", "ty", "tz")  # r: a rotation vector applied after the camera's own rotation
 
 
+_AT_ONCE = 10_000  # points: each takes 2 kB of derivatives
+
+
 def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd.DataFrame:
     """Table ``calibration_covariance`` of a (p, p) covariance over (camera, parameter); what was held (NaN) has no row."""
     rows = [(*labels[i], *labels[j], covariance[i, j]) for i in range(len(labels)) for j in range(i, len(labels)) if np.isfinite(covariance[i, j])]
@@ -57,7 +60,9 @@ def with_calibration_sd(points: pd.DataFrame, cameras: Sequence[Camera], covaria
 
     Not in ``x_sd_m``: it hardly changes from frame to frame, and does not average out.
     """
-    matrix = covariance_of(covariance, cameras)
-    moved = shifts(points[["x_m", "y_m", "z_m"]].to_numpy(float), cameras)
-    sd = np.sqrt(np.einsum("nij,jk,nik->ni", moved, matrix, moved))
+    matrix, places = covariance_of(covariance, cameras), points[["x_m", "y_m", "z_m"]].to_numpy(float)
+    sd = np.empty(places.shape)
+    for first in range(0, len(places), _AT_ONCE):
+        moved = shifts(places[first:first + _AT_ONCE], cameras)
+        sd[first:first + _AT_ONCE] = np.sqrt(np.sum((moved @ matrix) * moved, axis=-1))
     return points.assign(**{f"{axis}_calibration_sd_m": sd[:, i] for i, axis in enumerate("xyz")})
