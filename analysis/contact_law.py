@@ -8,7 +8,7 @@ mass against ``min((1 + beta_0) |v_t| / (1 + 1/q), mu_c j_n)``.  Angular: ``q R 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ STRAY_SHARE, STRAY_SPREAD, FEWEST_FOR_STRAYS = 0.01, 0.25, 5
 # A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many impacts, and the speeds
 # within which it may fall off.
 SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
+# Restitution of slow impacts against that of all: sd of the difference that falls off within this speed, before any impact says more.
+SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
 # A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
 LEAST_SCATTER = 1e-5
 
@@ -247,27 +249,38 @@ def fit_law(data: LawData) -> Law:
 
 @dataclass(frozen=True)
 class SpeedLaw:
-    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``."""
+    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``; ``slow_sd``: how far that of
+    slow impacts may lie off it."""
 
     at_high: float
     rise: float
     speed_m_per_s: float
     scatter: float
+    slow_sd: float
 
 
 def speed_law(data: LawData, law: Law) -> SpeedLaw:
     """The restitution as it follows the approach speed where the impacts leave no doubt that it does, else the one of all impacts.
 
     Slow impacts (chatter) are not among ``data`` or tell little: a mean over fast ones is not theirs."""
-    best = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter)
-    if len(data) < FEWEST_FOR_SPEED_LAW:
-        return best
-    least = fit_restitution(data)[3] - SPEED_LAW_GAIN
-    for speed in DECAY_SPEEDS_M_PER_S:
-        (at_high, rise), _, scatter, value = fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)]))
-        if value < least:
-            best, least = SpeedLaw(float(at_high), float(rise), speed, scatter), value
-    return best
+    best, least = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter, SLOW_SD), np.inf
+    if len(data) >= FEWEST_FOR_SPEED_LAW:
+        least = fit_restitution(data)[3] - SPEED_LAW_GAIN
+        for speed in DECAY_SPEEDS_M_PER_S:
+            (at_high, rise), _, scatter, value = fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)]))
+            if value < least:
+                best, least = SpeedLaw(float(at_high), float(rise), speed, scatter, SLOW_SD), value
+    return replace(best, slow_sd=_slow_sd(data, best))
+
+
+def _slow_sd(data: LawData, law: SpeedLaw) -> float:
+    """How far the restitution of the slowest impacts may lie off ``law``, as the others show it: :data:`SLOW_SD` where they say nothing."""
+    if not len(data):
+        return SLOW_SD
+    expected = law.at_high + law.rise * np.exp(-data.before / law.speed_m_per_s)
+    left = replace(data, after=data.after - expected * data.before)
+    (_, off), covariance, _, _ = fit_restitution(left, np.column_stack([np.ones(len(data)), np.exp(-data.before / SLOW_M_PER_S)]), SLOW_SD**-2.0)
+    return float(np.clip(np.hypot(off, np.sqrt(covariance[1, 1])), LEAST_SLOW_SD, SLOW_SD))
 
 
 def restitution_gain(data: LawData, columns: Sequence[Array]) -> tuple[float, Array, Array]:

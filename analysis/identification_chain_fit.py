@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.chain_model import COMMON, RECORD, chain_residual
+from analysis.chain_noise import chain_noise
 from analysis.contact_law import SpeedLaw
 from analysis.flights import WARP_POWERS, FlightFits, warp_basis
 from analysis.identification_chains import Chain
@@ -20,11 +21,9 @@ Array = NDArray[np.float64]
 STOP_M_PER_S = 0.02
 # Impacts with a restitution of their own; later ones, below 0.05 m/s, share the mean.
 MOST_IMPACTS = 16
-# Restitution of slow impacts may differ from the mean of all (speed dependence): sd of a common shift.
-COMMON_SD = 0.05
 LEAST_SCATTER = 0.005
 # Of a contact that lasts, taken as an instant: the Host's acceleration meanwhile changes a slow impact's restitution by this much.
-LASTING_SCATTER = 0.05
+LASTING_SCATTER, LASTING_COMMON_SD = 0.05, 0.05
 # Misfit per residual, its worst frames left out (wrong points), up to which a chain is believed.  Right ones were seen
 # at up to 2.1, under a lens residual; with this limit none was wrong on the practice series.
 BELIEVED = 2.5
@@ -72,32 +71,33 @@ class ChainFit:
         off = np.column_stack([lens @ fits.shared[2:2 + n], lens @ fits.shared[2 + n:]])
         self.observed = np.column_stack([data.xy_m[self.index] - off, data.angle_rad[self.index]])
         self.scale = max(rig.floor.scale, 1.0)
+        self.sd = np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale
         # What the contact distances scatter from place to place beyond the noise is an error of places along the wall.
-        beyond_m = length_residual(rig) * wall.contact_radius_m
-        self.sd = np.hypot(np.column_stack([data.xy_sd_m[self.index], data.angle_sd_rad[self.index]]) * self.scale, [[beyond_m, 0.0]])
+        self.noise = chain_noise(self.index, data.xy_m[self.index], self.sd[:, 0], rig.floor.correlation,
+                                 length_residual(rig) * wall.contact_radius_m, wall.contact_radius_m)
         self.rig = np.array([wall.contact_radius_m, *wall.centre_m, *wall.disk_m, *wall.ellipse, law.wall_friction, law.tangential_restitution,
                              data.radius_m, data.inertia_factor, data.host.omega_rad_per_s, data.host.phase_rad, STOP_M_PER_S,
                              rig.wall.delay_s, restitution.at_high, restitution.rise, restitution.speed_m_per_s])
         shift = max(2 * rig.wall.scatter_m, 1e-5)
         each = max(restitution.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
-        self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / COMMON_SD], np.full(MOST_IMPACTS, 1 / each)])
+        together = LASTING_COMMON_SD if rig.wall.delay_s > 0 else restitution.slow_sd
+        self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / together], np.full(MOST_IMPACTS, 1 / each)])
 
-    def evaluate(self, theta: Array, count: int, times: Array | None = None, slopes: bool = True) -> _Evaluated:
-        """Residuals of the first ``count`` frames (or records at other ``times``) for unknowns ``theta``."""
-        times = self.times[:count] if times is None else times
-        n = len(times)
-        r, records = np.zeros((n, 3)), np.zeros((MOST_RECORDS, len(RECORD)))
-        jacobian = np.zeros((n if slopes else 0, 3, len(theta)))
-        padded = np.zeros((max(n, len(self.observed)), 3))
-        padded[:len(self.observed)] = self.observed
-        sd = np.ones((len(padded), 2))
-        sd[:len(self.sd)] = self.sd
-        impacts, settled = chain_residual(theta, STEPS, self.start_s, times, padded, sd, self.fits.shared[:2], self.fits.parameters,
-                                          self.fits.run.host.harmonics, self.rig, jacobian, records, r)
+    def evaluate(self, theta: Array, count: int) -> _Evaluated:
+        """Whitened residuals of the first ``count`` frames for unknowns ``theta``."""
+        r, jacobian = np.zeros((count, 3)), np.zeros((count, 3, len(theta)))
+        records, settled = self._simulated(theta, self.times[:count], self.observed, self.sd, jacobian, r)
+        r, jacobian = self.noise.whitened(r), self.noise.whitened(jacobian)
         weight = np.sqrt(np.minimum(1.0, CLIP / np.maximum(np.abs(r), 1e-12)))
         cost = float(np.sum((r * weight) ** 2) + np.sum((self.prior * theta) ** 2))
-        flat, w = jacobian.reshape(-1, len(theta)), weight.ravel()
-        return _Evaluated(theta, cost, r.ravel() * w, flat * w[:, None] if slopes else flat, records[:impacts], settled)
+        return _Evaluated(theta, cost, r.ravel() * weight.ravel(), jacobian.reshape(-1, len(theta)) * weight.reshape(-1, 1), records, settled)
+
+    def _simulated(self, theta: Array, times: Array, observed: Array, sd: Array, jacobian: Array, r: Array) -> tuple[Array, float]:
+        """Records of the impacts up to the last of ``times``, and when the disk settles; fills ``r`` and, where it has rows, ``jacobian``."""
+        records = np.zeros((MOST_RECORDS, len(RECORD)))
+        impacts, settled = chain_residual(theta, STEPS, self.start_s, times, observed, sd, self.fits.shared[:2], self.fits.parameters,
+                                          self.fits.run.host.harmonics, self.rig, jacobian, records, r)
+        return records[:impacts], settled
 
     def solve(self, last: int, open_end: bool) -> Chain | None:
         """The best chain up to frame ``last``; None where it has no impact or does not fit.
@@ -176,12 +176,13 @@ class ChainFit:
         n, free = len(here.records), len(here.theta)
         derivative = np.zeros((n, len(RECORD), free))
         times = np.append(self.times[:count], self.times[count - 1] + 4 * self.period)
+        blank = np.zeros((len(times), 3))
         for j in range(free):
             h = 0.05 * np.sqrt(covariance[j, j])
             moved = [here.theta.copy(), here.theta.copy()]
             moved[0][j] += h
             moved[1][j] -= h
-            up, down = (self.evaluate(theta, 0, times, slopes=False).records for theta in moved)
+            up, down = (self._simulated(theta, times, blank, blank[:, :2] + 1, blank[:0, :, None], blank)[0] for theta in moved)
             m = min(n, len(up), len(down))
             derivative[:m, :, j] = (up[:m] - down[:m]) / (2 * h)
         spread = derivative @ covariance @ derivative.transpose(0, 2, 1)

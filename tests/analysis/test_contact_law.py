@@ -173,3 +173,14 @@ def test_one_restitution_stays_one():
     for seed in range(10):
         data = series(np.random.default_rng(seed), 150)
         assert speed_law(data, fit_law(data)).rise == 0.0
+
+
+def test_slow_impacts_follow_the_law_as_surely_as_the_others_show():
+    """Impacts down to 0.2 m/s without scatter leave slow ones little room; a handful of fast ones none less than the prior's."""
+    rng = np.random.default_rng(4)
+    many = series(rng, 200, scatter=0.0)
+    sure = speed_law(many, fit_law(many)).slow_sd
+    fast = series(rng, 6, scatter=0.02)
+    fast = replace(fast, after=fast.after + 2.0 * (fast.after / fast.before), before=fast.before + 2.0)
+    assert sure < 0.01
+    assert speed_law(fast, fit_law(fast)).slow_sd > 0.03
