@@ -9,19 +9,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.chain_contact import contact_view, squeeze, stay, strike, touch
 from analysis.compiled import compiled
 from analysis.flight_model import LONGEST_STEP_S, advance, strongest_acceleration
 
 Array = NDArray[np.float64]
-#: columns of an impact's record
-RECORD = ("time", "normal_before", "normal_after", "tangential_before", "tangential_after", "spin_before", "spin_after", "azimuth")
-#: entries of ``rig``, after which the flight model's parameters follow as an array of their own; the restitution at approach speed v is
-#: restitution + restitution_rise exp(-v / restitution_speed)
-RIG = ("radius", "centre_x", "centre_y", "disk_x", "disk_y", "ellipse_c", "ellipse_s", "wall_friction", "tangential_restitution",
-       "disk_radius", "inertia", "omega", "phase", "stop_speed", "delay", "restitution", "restitution_rise", "restitution_speed")
 # Steps of a disk that stays at the wall, whose friction acts all along.
 SETTLED_STEP_S = 2e-4
-LEAST_RESTITUTION = 0.02
+# Steps of a contact that lasts, in 1/frequency: half a period in twelve (its restitution to 5e-4, of a strongly damped one to 5e-3).
+CONTACT_STEP = np.pi / 12
+# A contact that goes on for this many half periods has caught the disk.
+CAUGHT_HALF_PERIODS = 3.0
 
 
 @compiled
@@ -31,87 +29,9 @@ def _step(y: Array, t: float, h: float, p: Array, harmonics: Array, rig: Array, 
 
 
 @compiled
-def _host_place(t: float, harmonics: Array, omega: float, host: Array) -> None:
-    for axis in range(4):
-        host[axis] = harmonics[axis, 0]
-        host[4 + axis] = 0.0
-    for n in range((harmonics.shape[1] - 1) // 2):
-        w = omega * (n + 1)
-        c, s = np.cos(w * t), np.sin(w * t)
-        for axis in range(4):
-            u, v = harmonics[axis, 1 + 2 * n], harmonics[axis, 2 + 2 * n]
-            host[axis] += u * c + v * s
-            host[4 + axis] += w * (v * c - u * s)
-
-
-@compiled
-def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float, host: Array, view: Array) -> None:
-    """view = gap beyond the wall (m, > 0: outside), normal and tangential speed of the contact point, azimuth, normal's direction.
-
-    A contact that lasts is an instant one that comes ``delay`` later, past the wall by as much as the disk approaches meanwhile."""
-    _host_place(t, harmonics, rig[11], host)
-    c, s = np.cos(host[3]), np.sin(host[3])
-    cd, sd = np.cos(y[2]), np.sin(y[2])
-    cx = y[0] + cd * rig[3] - sd * rig[4]
-    cy = y[1] + sd * rig[3] + cd * rig[4]
-    rx = cx - host[0] - (c * rig[1] - s * rig[2])
-    ry = cy - host[1] - (s * rig[1] + c * rig[2])
-    azimuth = np.arctan2(ry, rx)
-    radius = rig[0] * (1 + rig[5] * np.cos(2 * azimuth) + rig[6] * np.sin(2 * azimuth)) + shift
-    normal = azimuth + 2 * (rig[5] * np.sin(2 * azimuth) - rig[6] * np.cos(2 * azimuth))
-    ex, ey = np.cos(normal), np.sin(normal)
-    px, py = cx + rig[9] * ex, cy + rig[9] * ey
-    vx = y[3] - y[5] * (py - y[1]) - host[4] + host[7] * (py - host[1])
-    vy = y[4] + y[5] * (px - y[0]) - host[5] - host[7] * (px - host[0])
-    view[1] = vx * ex + vy * ey
-    view[0] = np.sqrt(rx * rx + ry * ry) - radius - rig[14] * max(view[1], 0.0)
-    view[2] = -vx * ey + vy * ex
-    view[3] = azimuth
-    view[4] = normal
-
-
-@compiled
-def _push(y: Array, view: Array, rig: Array, normal_impulse: float, tangential_restitution: float) -> float:
-    """``y`` after an impulse per mass along the wall's normal and what wall friction gives along it, which is returned."""
-    share = 1 + 1 / rig[10]
-    tangential = -np.sign(view[2]) * min((1 + tangential_restitution) * abs(view[2]) / share, rig[7] * normal_impulse)
-    ex, ey = np.cos(view[4]), np.sin(view[4])
-    y[3] += -normal_impulse * ex - tangential * ey
-    y[4] += -normal_impulse * ey + tangential * ex
-    y[5] += tangential / (rig[10] * rig[9])
-    return tangential
-
-
-@compiled
-def _stay(y: Array, view: Array, later: Array, rig: Array, h: float) -> None:
-    """Put ``y``, after a free step of h from the wall (``view``) to past it (``later``), back on the wall: no gap, no normal speed."""
-    ex, ey = np.cos(later[4]), np.sin(later[4])
-    # The wall pushes along a normal that turns meanwhile, and rubs all along the step.
-    turned = 0.5 * np.sin(later[4] - view[4]) * later[1]
-    rubbed = _push(y, later, rig, max(later[1], 0.0), 0.0)
-    normal = min(later[1], 0.0)
-    y[0] += -later[0] * ex - 0.5 * h * rubbed * ey
-    y[1] += -later[0] * ey + 0.5 * h * rubbed * ex
-    y[3] += -normal * ex - turned * ey
-    y[4] += -normal * ey + turned * ex
-
-
-@compiled
-def _strike(y: Array, view: Array, rig: Array, deviation: float, record: Array, t: float) -> None:
-    """Luding's law at the contact, its restitution changed by ``deviation``: ``y`` after it, ``record`` filled."""
-    share = 1 + 1 / rig[10]
-    restitution = min(max(rig[15] + rig[16] * np.exp(-view[1] / rig[17]) + deviation, LEAST_RESTITUTION), 1.0)
-    record[0], record[1], record[2], record[3] = t, view[1], restitution * view[1], view[2]
-    record[5] = y[5]
-    record[4] = view[2] + share * _push(y, view, rig, (1 + restitution) * view[1], rig[8])
-    record[6], record[7] = y[5], view[3]
-
-
-@compiled
-def _strike_and_look(y: Array, t: float, view: Array, rig: Array, deviation: float, shift: float, p: Array, harmonics: Array,
-                     record: Array, host: Array, later: Array, k: Array, trial: Array, a: Array, probe: Array) -> float:
-    """Impact at t; ``view`` is the one after it.  Returns the longest step: the hop lasts 2 v / a, a step covers a quarter of it at most."""
-    _strike(y, view, rig, deviation, record, t)
+def _look(y: Array, t: float, view: Array, rig: Array, shift: float, p: Array, harmonics: Array, host: Array, later: Array, k: Array, trial: Array,
+          a: Array, probe: Array) -> float:
+    """The disk leaves the wall at t: ``view`` there, and the longest step.  The hop lasts 2 v / a, a step covers a quarter of it at most."""
     contact_view(y, t, harmonics, rig, shift, host, view)
     leaving = -view[1]
     view[0] = 0.0
@@ -122,61 +42,97 @@ def _strike_and_look(y: Array, t: float, view: Array, rig: Array, deviation: flo
 
 
 @compiled
+def _press(y: Array, t: float, h: float, caught: bool, view: Array, press: Array, shift: float, p: Array, harmonics: Array, rig: Array, host: Array,
+           k: Array, trial: Array, a: Array, moved: Array) -> None:
+    """``y`` and ``view`` a step h later within a contact that lasts: half a free step, the wall's impulse, half a free step (Strang)."""
+    _step(y, t, 0.5 * h, p, harmonics, rig, k, trial, host, a, moved)
+    contact_view(moved, t + 0.5 * h, harmonics, rig, shift, host, view)
+    squeeze(moved, view, rig, h, caught, press)
+    _step(moved, t + 0.5 * h, 0.5 * h, p, harmonics, rig, k, trial, host, a, y)
+    contact_view(y, t + h, harmonics, rig, shift, host, view)
+
+
+@compiled
+def _arrival(y: Array, t: float, h: float, view: Array, later: Array, shift: float, p: Array, harmonics: Array, rig: Array, host: Array, k: Array,
+             trial: Array, a: Array, probe: Array) -> float:
+    """Time after t, within h, at which the disk reaches the wall; ``probe`` is the state and ``later`` the view there.
+
+    ``later`` at the start is the view at t + h."""
+    low, high, middle = 0.0, h, h
+    for _ in range(60):
+        # Newton's step from the far side where it falls inside, else bisection.
+        middle = high - later[0] / later[1] if later[1] > 0 else 0.5 * (low + high)
+        if middle <= low or middle >= high:
+            middle = 0.5 * (low + high)
+        _step(y, t, middle, p, harmonics, rig, k, trial, host, a, probe)
+        contact_view(probe, t + middle, harmonics, rig, shift, host, later)
+        if abs(later[0]) < 1e-12 or high - low < 1e-13:
+            break
+        if later[0] > 0 and later[1] > 0:
+            high = middle
+        else:
+            low = middle
+            _step(y, t, high, p, harmonics, rig, k, trial, host, a, probe)
+            contact_view(probe, t + high, harmonics, rig, shift, host, later)
+    return middle
+
+
+@compiled
 def simulate_chain(start: Array, t0: float, at_impact: bool, times: Array, shift: float, deviation: Array, p: Array, harmonics: Array,
                    rig: Array, out: Array, records: Array, befores: Array) -> tuple[int, float]:
     """States (len(times), 6) at the sorted ``times`` >= t0, and ``records`` (K, 8) of the impacts up to the last of them.
 
     ``deviation`` (K,) of the impacts' restitution from the law's, in order; after K impacts, or when one comes in slower than rig's stop
-    speed, the disk slides or rolls along the wall.  ``at_impact``: the start is the state just before the first impact.  ``befores`` (K, 6) takes the states just before each
+    speed, the disk slides or rolls along the wall; a contact that lasts (rig's wall frequency) keeps a disk that is too slow to leave.
+    ``at_impact``: the start is the state just before the first impact.  ``befores`` (K, 6) takes the states just before each
     impact.  Returns the number of impacts and the time at which the disk settled (inf when it never did).
     """
     host, a, view, later = np.empty(9), np.empty(4), np.empty(5), np.empty(5)
     k, trial, moved, probe = np.empty((4, 6)), np.empty(6), np.empty(6), np.empty(6)
     y, t, impacts, settled = start.copy(), t0, 0, np.inf
-    longest = LONGEST_STEP_S
+    lasts, pressed, press, longest = rig[14] > 0, False, np.zeros(3), LONGEST_STEP_S
     contact_view(y, t, harmonics, rig, shift, host, view)
-    if at_impact:
-        befores[0] = y
-        longest = _strike_and_look(y, t, view, rig, deviation[0], shift, p, harmonics, records[0], host, later, k, trial, a, probe)
-        impacts = 1
+    arrived = at_impact
     for i in range(len(times)):
-        while t < times[i] - 1e-12:
+        while arrived or t < times[i] - 1e-12:
+            if arrived:
+                arrived = False
+                if impacts >= len(deviation) or (view[1] < rig[13] and not lasts and not (at_impact and impacts == 0)):
+                    settled = t
+                    continue
+                befores[impacts] = y
+                if lasts:
+                    touch(y, view, rig, deviation[impacts], records[impacts], t, press)
+                    pressed = True
+                else:
+                    strike(y, view, rig, deviation[impacts], records[impacts], t)
+                    longest = _look(y, t, view, rig, shift, p, harmonics, host, later, k, trial, a, probe)
+                impacts += 1
+                continue
+            if pressed:
+                h = min(CONTACT_STEP / rig[14], times[i] - t)
+                _press(y, t, h, settled < np.inf, view, press, shift, p, harmonics, rig, host, k, trial, a, moved)
+                t += h
+                if view[0] <= 0 and view[1] < 0:
+                    pressed, settled = False, np.inf
+                    records[impacts - 1, 2], records[impacts - 1, 4], records[impacts - 1, 6] = -view[1], view[2], y[5]
+                    longest = _look(y, t, view, rig, shift, p, harmonics, host, later, k, trial, a, probe)
+                elif settled == np.inf and t - press[2] > CAUGHT_HALF_PERIODS * np.pi / rig[14]:
+                    settled = press[2]
+                continue
             h = min(longest if settled == np.inf else SETTLED_STEP_S, times[i] - t)
             _step(y, t, h, p, harmonics, rig, k, trial, host, a, moved)
             contact_view(moved, t + h, harmonics, rig, shift, host, later)
             if settled < np.inf:
-                _stay(moved, view, later, rig, h)
+                stay(moved, view, later, rig, h)
                 y[:] = moved
                 t += h
                 contact_view(y, t, harmonics, rig, shift, host, view)
-                continue
-            if later[0] > 0 and later[1] > 0 and (view[0] <= 0 or view[1] <= 0):
-                low, high, middle = 0.0, h, h
-                for _ in range(60):
-                    # Newton's step from the far side where it falls inside, else bisection.
-                    middle = high - later[0] / later[1] if later[1] > 0 else 0.5 * (low + high)
-                    if middle <= low or middle >= high:
-                        middle = 0.5 * (low + high)
-                    _step(y, t, middle, p, harmonics, rig, k, trial, host, a, probe)
-                    contact_view(probe, t + middle, harmonics, rig, shift, host, later)
-                    if abs(later[0]) < 1e-12 or high - low < 1e-13:
-                        break
-                    if later[0] > 0 and later[1] > 0:
-                        high = middle
-                    else:
-                        low = middle
-                        _step(y, t, high, p, harmonics, rig, k, trial, host, a, probe)
-                        contact_view(probe, t + high, harmonics, rig, shift, host, later)
+            elif later[0] > 0 and later[1] > 0 and (view[0] <= 0 or view[1] <= 0):
+                t += _arrival(y, t, h, view, later, shift, p, harmonics, rig, host, k, trial, a, probe)
                 y[:] = probe
-                t += middle
                 view[:] = later
-                if impacts >= len(deviation) or view[1] < rig[13]:
-                    settled = t
-                    continue
-                befores[impacts] = y
-                longest = _strike_and_look(y, t, view, rig, deviation[impacts], shift, p, harmonics, records[impacts], host, later, k, trial,
-                                           a, probe)
-                impacts += 1
+                arrived = True
             else:
                 if view[1] <= 0 < later[1] and h < LONGEST_STEP_S:
                     longest = LONGEST_STEP_S

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.chain_model import COMMON, RECORD, chain_residual
+from analysis.chain_contact import RECORD, wall_frequency
+from analysis.chain_model import COMMON, chain_residual
 from analysis.chain_noise import chain_noise
 from analysis.contact_law import SpeedLaw
 from analysis.flights import WARP_POWERS, FlightFits, warp_basis
@@ -22,8 +23,8 @@ STOP_M_PER_S = 0.02
 # Impacts with a restitution of their own; later ones, below 0.05 m/s, share the mean.
 MOST_IMPACTS = 16
 LEAST_SCATTER = 0.005
-# Of a contact that lasts, taken as an instant: the Host's acceleration meanwhile changes a slow impact's restitution by this much.
-LASTING_SCATTER, LASTING_COMMON_SD = 0.05, 0.05
+# Of a contact that lasts: the law's restitution holds the Host's acceleration meanwhile, and the contact need be no spring with a dashpot.
+LASTING_SCATTER, LASTING_COMMON_SD = 0.02, 0.05
 # Misfit per residual, its worst frames left out (wrong points), up to which a chain is believed.  Right ones were seen
 # at up to 2.1, under a lens residual; with this limit none was wrong on the practice series.
 BELIEVED = 2.5
@@ -61,7 +62,7 @@ class ChainFit:
     def __init__(self, rig: RigFit, fits: FlightFits, number: int, first: int, last: int, state: Array, restitution: SpeedLaw) -> None:
         data, wall, law = fits.run, rig.wall.wall, rig.law
         assert law is not None  # find_chains follows none without a law
-        self.fits, self.number, self.state = fits, number, state
+        self.fits, self.number, self.state, self.delay_s = fits, number, state, rig.wall.delay_s
         index = np.arange(first, last + 1)
         self.index = index[np.isfinite(data.xy_m[index, 0])]
         self.times = np.ascontiguousarray(data.time_s[self.index])
@@ -77,7 +78,7 @@ class ChainFit:
                                  length_residual(rig) * wall.contact_radius_m, wall.contact_radius_m)
         self.rig = np.array([wall.contact_radius_m, *wall.centre_m, *wall.disk_m, *wall.ellipse, law.wall_friction, law.tangential_restitution,
                              data.radius_m, data.inertia_factor, data.host.omega_rad_per_s, data.host.phase_rad, STOP_M_PER_S,
-                             rig.wall.delay_s, restitution.at_high, restitution.rise, restitution.speed_m_per_s])
+                             wall_frequency(law.restitution, rig.wall.delay_s), restitution.at_high, restitution.rise, restitution.speed_m_per_s])
         shift = max(2 * rig.wall.scatter_m, 1e-5)
         each = max(restitution.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
         together = LASTING_COMMON_SD if rig.wall.delay_s > 0 else restitution.slow_sd
@@ -189,6 +190,8 @@ class ChainFit:
         deviations = np.sqrt(np.diag(covariance)[COMMON:])
         eps_sd = np.concatenate([deviations, np.full(max(n - len(deviations), 0), 1 / self.prior[-1])])[:n]
         records, between = _between(minima)
+        # Meetings of two flights come this much later than the touch; so do a chain's impacts until the tables are made.
+        records[:, 0] += self.delay_s
         inside = here.records[:, 0] <= self.times[count - 1]
         return Chain(self.number, records[inside], (spread + between)[inside], eps_sd[inside], misfit, here.settled, int(self.index[0]),
                      int(self.index[count - 1]))

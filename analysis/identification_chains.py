@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.chain_model import RECORD
+from analysis.chain_contact import RECORD
 from analysis.identification_fit import RigFit
 
 Array = NDArray[np.float64]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.chain_model import RECORD, RIG, simulate_chain
+from analysis.chain_contact import RECORD, RIG, wall_frequency
+from analysis.chain_model import simulate_chain
 from analysis.flight_model import PARAMETERS
 
 
@@ -19,18 +20,40 @@ def chain(start, times, **rig):
     return records[:count], settled, out
 
 
-@pytest.mark.parametrize("delay_s", [0.0, 3e-4])
-def test_impacts_come_where_straight_flights_meet(delay_s):
-    records, _, out = chain([0, 0, 0, 1, 0, 0], np.arange(0.0, 0.5, 1 / 800), delay=delay_s)
+def test_impacts_come_where_straight_flights_meet():
+    records, _, out = chain([0, 0, 0, 1, 0, 0], np.arange(0.0, 0.5, 1 / 800))
     place, moment, speed = 0.0, 0.0, 1.0
     for record in records[:3]:
-        # Past the wall by what the disk approaches during the delay, then back across the whole width.
-        goal = 0.04 + delay_s * speed
-        moment += (goal - place) / speed
+        moment += (0.04 - place) / speed
         assert record[RECORD.index("time")] == pytest.approx(moment, abs=1e-9)
         assert record[RECORD.index("normal_before")] == pytest.approx(speed, rel=1e-9)
-        place, speed = -goal, 0.5 * speed
-    assert np.max(np.abs(out[:, 0])) <= 0.04 + delay_s + 1e-9
+        place, speed = -0.04, 0.5 * speed
+    assert np.max(np.abs(out[:, 0])) <= 0.04 + 1e-9
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.72, 0.95])
+def test_a_contact_that_lasts_gives_its_restitution_and_its_delay(restitution):
+    """Straight paths before and after meet past the wall by what the disk approaches during the delay."""
+    delay_s = 3e-4
+    times = np.array([0.0, 0.02, 0.03, 0.045, 0.05])
+    records, settled, out = chain([0, 0, 0, 1, 0, 0], times, restitution=restitution, wall_frequency=wall_frequency(restitution, delay_s))
+    assert records[0, RECORD.index("time")] == pytest.approx(0.04, abs=1e-9) and settled == np.inf
+    # Twelve steps to half a period: half a percent of a strongly damped one, less than a thousandth of the others.
+    assert records[0, RECORD.index("normal_after")] == pytest.approx(restitution, rel=6e-3 if restitution < 0.5 else 1e-3)
+    speed = (out[4, 0] - out[3, 0]) / 0.005
+    assert speed == pytest.approx(-records[0, RECORD.index("normal_after")], rel=1e-9)
+    meeting = (out[4, 0] - speed * times[4]) / (1 - speed)
+    assert meeting == pytest.approx(0.04 + delay_s, abs=2e-6)
+
+
+def test_a_soft_wall_catches_a_slow_disk_that_runs_along_it():
+    # At 3.5 m/s the wall must push with v^2/R = 306 m/s^2: a touch at 0.02 m/s does not come off, the disk sits v^2/R/w^2 deep.
+    frequency = wall_frequency(0.7, 3e-4)
+    records, settled, out = chain([0.04 - 1e-9, 0, 0, 0.02, 3.5, 0], np.arange(0.0, 0.02, 1 / 800), wall_friction=0.0, restitution=0.7,
+                                  wall_frequency=frequency)
+    assert len(records) == 1 and settled == pytest.approx(records[0, 0])
+    depth = np.hypot(out[-3:, 0], out[-3:, 1]) - 0.04
+    assert depth == pytest.approx(3.5**2 / 0.04 / frequency**2, rel=0.02)
 
 
 def test_restitution_may_follow_the_speed():

@@ -241,7 +241,7 @@ def test_practice_series_against_their_truth(practice, number):
 
 @pytest.mark.long
 def test_chatter_of_a_lasting_contact_is_followed(practice):
-    """practice-16, 0.77 ms: 5 of 219 missed, 2 false, 0.057 frames."""
+    """practice-16, 0.77 ms: of 219 none missed and none false, 0.041 frames rms; an instant law missed 6."""
     recordings, motions = practice_motions(practice / "practice-16")
     _, runs = identify_series(motions, recordings)
     impacts, errors, missed, false = np.load(practice.parent / "practice_truth" / "practice-16.npz"), [], [], []
@@ -249,8 +249,8 @@ def test_chatter_of_a_lasting_contact_is_followed(practice):
         true = pd.DataFrame(impacts[f"imp{k + 1:02d}"][:, :2], columns=["time_s", "normal_speed_before_m_per_s"])
         m, f, e = missed_and_false(run.impacts, true, motions[k]["time_s"].max())
         missed, false, errors = missed + m, false + f, errors + e
-    assert len(missed) <= 7 and len(false) <= 3, (missed, false)
-    assert np.sqrt(np.mean(np.square(errors))) * 800 < 0.1
+    assert missed == [] and false == [], (missed, false)
+    assert np.sqrt(np.mean(np.square(errors))) * 800 < 0.06
 
 
 def test_lengths_that_are_off_are_told_and_do_not_bend_the_law(driven, recording):

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis import chain_model
-from analysis.chain_model import RECORD, simulate_chain
+from analysis import chain_contact
+from analysis.chain_contact import RECORD
+from analysis.chain_model import simulate_chain
 from analysis.flight_model import INDEX, PARAMETERS
 from analysis.flights import WARP, Flight, RunData, fit_flights
 from analysis.host_motion import HostMotion
@@ -26,7 +27,7 @@ PARAMETER[INDEX["friction"]], PARAMETER[INDEX["coupling"]] = 0.25, 1.0
 LAW = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
 RADIUS = 0.04
 RIG_VALUES = {**LAW, "radius": RADIUS, "disk_radius": 0.01, "inertia": 0.5, "omega": OMEGA, "stop_speed": 0.02, "restitution_speed": 1.0}
-RIG = np.array([RIG_VALUES.get(name, 0.0) for name in chain_model.RIG])
+RIG = np.array([RIG_VALUES.get(name, 0.0) for name in chain_contact.RIG])
 
 
 def chain(start, frames=200, rig=RIG):
