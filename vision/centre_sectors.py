@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.centre_equations import at_edge
 from vision.centre_solve import factor, solve
-from vision.compiled import compiled
+from vision.centre_window import GREY, N_WORK, PER_SIGMA, SCRATCH, SLOPE, STEP, T, X, Y, span, take
+from vision.compiled import compiled, compiled_fast
 
 Array = NDArray[np.float64]
+Singles = NDArray[np.float32]
 
 _MOST, _FEWEST, _ARC_PX = 24, 10, 3.0  # sectors, and their length along the edge
 _FLAT_PX = 2.0  # of each side's plain level beyond the blurred edge
@@ -26,43 +29,79 @@ _LEAST_SHARE = 0.6  # of the sectors that must agree
 _HALF_COVERED = 2.0
 _LEAST_IN_PICTURE = 0.98  # of the edge: a sector that the picture's border cuts is off by up to a pixel, and does not know it
 BY_SECTORS = 2.0  # added to a fit's share of outliers: how this fit was made
+_ARCTAN = tuple(np.float32(c) for c in (0.9998660, -0.3302995, 0.1801410, -0.0851330, 0.0208351))
 _N_SUMS = 11  # per sector: the six of the 3 x 3 normal matrix, the three right-hand sides, squares, pixels
+
+
+@compiled
+def _band_pixels(image: NDArray[Any], p: Array, band: float) -> tuple[Singles, int, int]:
+    """Pixels (3, enough) within about `band` px of the edge that lie in the picture; how many, and how many there would be."""
+    half_trace = 0.5 * (p[2] + p[4])
+    root = math.sqrt(max(half_trace * half_trace - (p[2] * p[4] - p[3] * p[3]), 0.0))
+    r_max, r_min = 1.0 / math.sqrt(half_trace - root), 1.0 / math.sqrt(half_trace + root)
+    outer = 1.0 + min(band / r_min, 4.0 * band / r_max)  # of a shape gone astray not the whole picture
+    q_in2, q_out2 = max(1.0 - band / r_min, 0.0) ** 2, outer**2
+    half_width = r_max * outer
+    side = 2 * int(half_width) + 5
+    pixels = np.empty((3, side * side), np.float32)
+    n = wanted = 0
+    for row in range(math.floor(p[1] - half_width), math.ceil(p[1] + half_width) + 1):
+        first, last = span(p, q_out2, row - p[1])
+        in_first, in_last = span(p, q_in2, row - p[1])
+        if in_first > in_last:  # no middle in this row
+            in_first, in_last = last + 1, last
+        wanted += max(last - first + 1, 0) - (in_last - in_first + 1)
+        if 0 <= row < image.shape[0]:
+            n = take(image, row, first, in_first - 1, p, pixels, n)
+            n = take(image, row, in_last + 1, last, p, pixels, n)
+    return pixels, n, wanted
+
+
+@compiled_fast
+def _sectors(pixels: Singles, n: int, n_sectors: int, sector: Singles) -> None:
+    """In which of so many sectors, from -pi on, each pixel lies, as (n,) numbers; angles to 1e-5 (Abramowitz and Stegun 4.4.49)."""
+    little, one, half, turn = np.float32(1e-30), np.float32(1.0), np.float32(0.5 * n_sectors), np.float32(n_sectors / (2.0 * math.pi))
+    right, straight = np.float32(0.5 * math.pi), np.float32(math.pi)
+    a1, a2, a3, a4, a5 = _ARCTAN
+    for k in range(n):
+        x, y = pixels[X, k], pixels[Y, k]
+        ax, ay = abs(x), abs(y)
+        slope = min(ax, ay) / (max(ax, ay) + little)
+        s2 = slope * slope
+        angle = slope * (a1 + s2 * (a2 + s2 * (a3 + s2 * (a4 + s2 * a5))))
+        angle = right - angle if ay > ax else angle
+        angle = straight - angle if x < 0 else angle
+        angle = -angle if y < 0 else angle
+        sector[k] = min(max(angle * turn + half, one - one), half + half - one)
 
 
 @compiled
 def _gather(image: NDArray[Any], p: Array, n_sectors: int, sums: Array) -> float:
     """Normal equations of (level outside, level inside, contrast times offset) per sector; share of the edge in the picture."""
     sums[:] = 0.0
-    half_trace = 0.5 * (p[2] + p[4])
-    root = math.sqrt(max(half_trace * half_trace - (p[2] * p[4] - p[3] * p[3]), 0.0))
-    r_max = 1.0 / math.sqrt(half_trace - root)
     band = 2.5 * math.sqrt(max(p[5], p[7])) + _FLAT_PX
-    wanted = seen = 0
-    for row in range(math.floor(p[1] - r_max - band), math.ceil(p[1] + r_max + band) + 1):
-        y = row - p[1]
-        for col in range(math.floor(p[0] - r_max - band), math.ceil(p[0] + r_max + band) + 1):
-            x = col - p[0]
-            mx, my = p[2] * x + p[3] * y, p[3] * x + p[4] * y
-            q = math.sqrt(x * mx + y * my)
-            inverse = 1.0 / (math.sqrt(mx * mx + my * my) + 1e-30)
-            off = (q - 1.0) * q * inverse
-            if off > band or off < -band:
-                continue
-            wanted += 1
-            if not (0 <= row < image.shape[0] and 0 <= col < image.shape[1]):
-                continue
-            seen += 1
-            nx, ny = mx * inverse, my * inverse
-            sigma = math.sqrt(p[5] * nx * nx + 2 * p[6] * nx * ny + p[7] * ny * ny)
-            t = off / sigma
-            inside = 0.5 * math.erfc(t * 0.7071067811865476)
-            bell = math.exp(-0.5 * t * t) / (2.5066282746310002 * sigma)
-            s = sums[min(int((math.atan2(y, x) / (2 * math.pi) + 0.5) * n_sectors), n_sectors - 1)]
-            value, outside = float(image[row, col]), 1.0 - inside
-            for i, term in enumerate((outside * outside, outside * inside, inside * inside, outside * bell, inside * bell,
-                                      bell * bell, outside * value, inside * value, bell * value, value * value, 1.0)):
-                s[i] += term
-    return seen / max(wanted, 1)
+    pixels, n, wanted = _band_pixels(image, p, band)
+    rows = np.empty((N_WORK, n + 1), np.float32)
+    at_edge(p.astype(np.float32), pixels, n, rows)
+    _sectors(pixels, n, n_sectors, rows[SCRATCH])
+    for k in range(n):
+        if abs(rows[T, k]) > band * rows[PER_SIGMA, k]:
+            continue
+        value, inside, bell = float(pixels[GREY, k]), float(rows[STEP, k]), float(rows[SLOPE, k])
+        outside = 1.0 - inside
+        s = sums[int(rows[SCRATCH, k])]
+        s[0] += outside * outside
+        s[1] += outside * inside
+        s[2] += inside * inside
+        s[3] += outside * bell
+        s[4] += inside * bell
+        s[5] += bell * bell
+        s[6] += outside * value
+        s[7] += inside * value
+        s[8] += bell * value
+        s[9] += value * value
+        s[10] += 1.0
+    return n / max(wanted, 1)
 
 
 @compiled
@@ -101,14 +140,17 @@ def _move(p: Array, n_sectors: int, found: Array, noise: float, n_free: int, wei
         x, y = math.cos(angle), math.sin(angle)
         mx, my = p[2] * x + p[3] * y, p[3] * x + p[4] * y
         norm = math.hypot(mx, my)
-        rows[k] = np.array([mx / norm, my / norm, 1.0, math.cos(2 * angle), math.sin(2 * angle)])
+        rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4] = mx / norm, my / norm, 1.0, x * x - y * y, 2.0 * x * y
     step[:] = 0.0
     step[2] = np.nanmedian(found[:n_sectors, 0]) if n_free > 2 else 0.0
     residual = np.empty(n_sectors)
     for _ in range(6):
         for k in range(n_sectors):
             sd = found[k, 1] * max(noise, found[k, 2])
-            residual[k] = (found[k, 0] - np.dot(rows[k], step)) / sd
+            left = found[k, 0]
+            for i in range(n_free):
+                left -= rows[k, i] * step[i]
+            residual[k] = left / sd
         scale = max(1.0, 1.4826 * float(np.nanmedian(np.abs(residual))))
         matrix[:] = 0.0
         right = np.zeros(5)

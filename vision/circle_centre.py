@@ -13,7 +13,12 @@ Array = NDArray[np.float64]
 
 def on_plane(camera: Camera, uv_px: Array, height_m: Array | float) -> Array:
     """World points (n, 3) where full-sensor pixels (n, 2) meet the plane(s) z = height_m."""
-    direction = camera.rays(uv_px)
+    return where_on_plane(camera, camera.normalise(uv_px), height_m)
+
+
+def where_on_plane(camera: Camera, xy: Array, height_m: Array | float) -> Array:
+    """As `on_plane`, of undistorted image coordinates x/z, y/z (n, 2)."""
+    direction = xy @ camera.rotation[:2] + camera.rotation[2]
     distance = (np.asarray(height_m, float) - camera.centre_m[2]) / direction[:, 2]
     return camera.centre_m + distance[:, None] * direction
 

@@ -23,10 +23,11 @@ def unshared(frames: NDArray[np.int64], marker: NDArray[np.int64], uv_px: NDArra
     seen = np.isfinite(place[..., 0])
     count = np.stack([seen[:, body_of == body].sum(1) for body in range(body_of.max() + 1)], 1)[:, body_of]
     lost = np.zeros_like(seen)
+    low, high = np.fmin.reduce(place, axis=0) - SAME_PX, np.fmax.reduce(place, axis=0)
     for i in range(len(body_of)):
-        for j in np.flatnonzero(body_of != body_of[i]):
-            with np.errstate(invalid="ignore"):
-                same = np.hypot(*(place[:, i] - place[:, j]).T) < SAME_PX
+        meets = np.all((low[i] <= high) & (low <= high[i]), axis=1)  # few markers ever come near another body's
+        for j in np.flatnonzero((body_of != body_of[i]) & meets):
+            same = np.hypot(*(place[:, i] - place[:, j]).T) < SAME_PX
             lost[:, i] |= same & (count[:, i] <= count[:, j])
     keep &= ~lost[row, marker]
     return keep

@@ -14,7 +14,8 @@ import numpy as np
 import pandas as pd
 
 from ovines.camera import Camera, epipolar_residual_px
-from vision.circle_centre import on_plane
+from vision.circle_centre import where_on_plane
+from vision.compiled import compiled
 
 _REACH = 3  # frames that one camera may lack more than the other; more where their numbers of pictures say so
 _FARTHEST = 24
@@ -125,8 +126,8 @@ def _by_frame(tracks: pd.DataFrame, marker: np.ndarray, heights: np.ndarray, cam
     frames, row = np.unique(tracks["frame"].to_numpy()[own], return_inverse=True)
     sensor = tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + np.asarray(offset_px, float)
     seen, placed = (np.full((len(frames), len(heights), 2), np.nan) for _ in range(2))
-    seen[row, marker[own]] = camera.normalise(sensor)
-    placed[row, marker[own]] = on_plane(camera, sensor, heights[marker[own]])[:, :2]
+    seen[row, marker[own]] = straight = camera.normalise(sensor)
+    placed[row, marker[own]] = where_on_plane(camera, straight, heights[marker[own]])[:, :2]
     return frames, seen, placed
 
 
@@ -138,10 +139,12 @@ def _baseline(cameras: Sequence[Camera]) -> tuple[np.ndarray, float]:
 
 
 def _median(values: np.ndarray) -> np.ndarray:
-    """Median over the first axis, NaN left out and where there is nothing else."""
-    empty = ~np.isfinite(values).any(0)
-    found = np.nanmedian(np.where(empty, 0.0, values), axis=0)
-    return np.asarray(np.where(empty, np.nan, found))
+    """Median over the first axis, NaN left out and where there is nothing else.  numpy's own takes ten times as long."""
+    ordered = np.sort(values.reshape(len(values), -1).T, axis=1)  # NaN last
+    count = np.isfinite(ordered).sum(1)
+    row = np.arange(len(ordered))
+    middle = 0.5 * (ordered[row, np.maximum(count - 1, 0) // 2] + ordered[row, count // 2])
+    return np.asarray(np.where(count > 0, middle, np.nan).reshape(values.shape[1:]))
 
 
 def _scale(off_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -174,21 +177,25 @@ def _cost(evidence: _Evidence, middle: np.ndarray, spread: np.ndarray) -> np.nda
     return np.asarray(sum(0.5 * weight * mean[:, part] for part, weight in enumerate(_WEIGHTS)))
 
 
+@compiled
 def _rare_changes(cost: np.ndarray, first: int) -> tuple[np.ndarray, float]:
     """Cheapest sequence of columns with a price on changing, and one on not beginning with `first`; what it saves against staying there."""
     n, k = cost.shape
-    total, back = cost[0].copy(), np.zeros((n, k), int)
-    total[np.arange(k) != first] += 0.9 * _SWITCH  # less than a change one frame later
+    total, back = cost[0].copy(), np.zeros((n, k), np.int64)
+    for column in range(k):
+        if column != first:
+            total[column] += 0.9 * _SWITCH  # less than a change one frame later
     for i in range(1, n):
-        change = int(np.argmin(total))
-        stay = total <= total[change] + _SWITCH
-        back[i] = np.where(stay, np.arange(k), change)
-        total = np.where(stay, total, total[change] + _SWITCH) + cost[i]
-    path = np.zeros(n, int)
-    path[-1] = int(np.argmin(total))
+        change = np.argmin(total)
+        switched = total[change] + _SWITCH
+        for column in range(k):
+            back[i, column] = column if total[column] <= switched else change
+            total[column] = min(total[column], switched) + cost[i, column]
+    path = np.zeros(n, np.int64)
+    path[-1] = np.argmin(total)
     for i in range(n - 1, 0, -1):
         path[i - 1] = back[i, path[i]]
-    return path, float(cost[:, first].sum() - total.min())
+    return path, cost[:, first].sum() - total.min()
 
 
 def _whole_frames(evidence: _Evidence, path: np.ndarray) -> bool:
