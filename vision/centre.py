@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.centre_equations import (
+    CUT,
     EDGE2,
     IN2,
     N_CLIPPED,
@@ -22,6 +23,7 @@ from vision.centre_equations import (
     N_OUT,
     N_PAIRS,
     N_SEEN,
+    N_STRANGE,
     N_SUMS,
     N_WANTED,
     OUT2,
@@ -31,7 +33,7 @@ from vision.centre_equations import (
     normal_equations,
 )
 from vision.centre_solve import apply_step, believable, factor, solve, solve_odd
-from vision.centre_window import collect, recentre
+from vision.centre_window import NARROWEST, collect, recentre
 from vision.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -49,6 +51,9 @@ STRUCTURED = 1.0  # added to OUTLIERS of such a fit
 _STRUCTURE = 1.3  # residual over pixel noise from which the residual is no longer noise
 # Part of a centre's error that a step leaves, at least; of a held shape's 0.005 to 0.01 are measured up to 0.15 px off.
 _LEAST_RATIO, _LEAST_RATIO_HELD = 0.12, 0.02
+_STRANGE_SHARE = 0.025  # of the flat pixels around a disc, which are something else: chance leaves 0.3 %
+_DEARER = 1.3  # how much less precise a fit may be that leaves it out
+_CLEAN = 0.08  # misfit over contrast that it may have: a square without its corners leaves 0.12, and too few flat pixels to see it
 _FIT_FREEDOM = 9.0  # unknowns that the edge pixels decide: position 2, shape 3, blur 3, contrast about 1
 
 
@@ -113,7 +118,7 @@ def _judge(p: Array, odd: Array, sums: Array, n_odd: int, gain: float, likely_sh
 
 
 @compiled
-def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, most_blur_px2: float,
+def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, most_blur_px2: float, narrow: int,
              even: Array, odd: Array, rhs: Array, sums: Array) -> None:
     """Gauss-Newton from `p` (length 20, changed in place); the matrices are kept while the steps are small."""
     start_u, start_v = p[U], p[V]
@@ -128,11 +133,11 @@ def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: f
     n_odd = 6 if p[CONTRAST_U] != 0.0 or p[CONTRAST_V] != 0.0 else 4
     settled = -1 if seen_before else 0
     gradient = np.empty(14)
-    window = collect(image, p)
+    window = collect(image, p, narrow)
     at_u, at_v = p[U], p[V]
     for iteration in range(max_iterations):
         if full and iteration > 0:
-            window = collect(image, p)
+            window = collect(image, p, narrow)
         else:
             recentre(window, p[U] - at_u, p[V] - at_v)
         at_u, at_v = p[U], p[V]
@@ -173,6 +178,24 @@ def _fit_one(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: f
 
 
 @compiled
+def _fit_narrowing(image: NDArray[Any], p: Array, max_iterations: int, tolerance_px: float, n_even: int, most_blur_px2: float,
+                   even: Array, odd: Array, rhs: Array, sums: Array) -> None:
+    """As `_fit_one`; where the surroundings hold something else (a hole, a neighbour, a marker's own paper), with less of them."""
+    start = p.copy()
+    _fit_one(image, p, max_iterations, tolerance_px, n_even, most_blur_px2, 0, even, odd, rhs, sums)
+    for narrow in range(1, NARROWEST + 1):
+        strange = sums[N_STRANGE] > _STRANGE_SHARE * sums[N_OUT]
+        # Greys that are cut off look structured and are not: less of them would only be less.
+        if p[OK] > 0.0 and (p[OUTLIERS] < STRUCTURED or sums[CUT] > 0.0) and not strange:
+            break
+        fit = start.copy()
+        _fit_one(image, fit, max_iterations, tolerance_px, n_even, most_blur_px2, narrow, even, odd, rhs, sums)
+        clean = fit[OK] > 0.0 and fit[OUTLIERS] < STRUCTURED and fit[MISFIT] < _CLEAN * abs(fit[CONTRAST])
+        if clean and (p[OK] == 0.0 or fit[SD] < (_DEARER if strange else 1.0) * p[SD]):
+            p[:] = fit
+
+
+@compiled
 def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tolerance_px: float = 0.001,
               hold_shape: bool = False, most_blur_px2: float = 1e9) -> Array:
     """Fit every disc of `starts` in one picture.
@@ -200,7 +223,7 @@ def fit_discs(image: NDArray[Any], starts: Array, max_iterations: int = 12, tole
     # As plain numbers: of an argument left out the compiler knows more, and would compile everything below once more.
     iterations, tolerance, most_blur = int(max_iterations), float(tolerance_px), float(most_blur_px2)
     for i in range(len(out)):
-        _fit_one(image, out[i], iterations, tolerance, 2 if hold_shape else 8, most_blur, even, odd, rhs, sums)
+        _fit_narrowing(image, out[i], iterations, tolerance, 2 if hold_shape else 8, most_blur, even, odd, rhs, sums)
     return out
 
 

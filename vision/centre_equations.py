@@ -53,9 +53,11 @@ _BELL = tuple(np.float32(c) for c in (-0.5 / 32.0, 1 / 2, 1 / 6, 1 / 24, 1 / 120
 _TAIL = tuple(np.float32(c) for c in (0.2316419, 0.319381530, -0.356563782, 1.781477937, -1.821255978, 1.330274429))
 # What `sums` counts: edge squares, edge pixels, pixels wanted, pixels inside the picture, clipped edge pixels, flat pixels
 # inside the disc and their squares, outside and their squares, neighbouring flat pixels and squares of their differences, squared
-# slopes of the edge pixels, and those times their residuals' squares.
-EDGE2, N_EDGE, N_WANTED, N_SEEN, N_CLIPPED, N_IN, IN2, N_OUT, OUT2, N_PAIRS, PAIRS2, SLOPE2, SLOPE2_EDGE2 = range(13)
-N_SUMS = 13
+# slopes of the edge pixels, and those times their residuals' squares, flat pixels outside that are something else,
+# 1 where the window holds black or white.
+EDGE2, N_EDGE, N_WANTED, N_SEEN, N_CLIPPED, N_IN, IN2, N_OUT, OUT2, N_PAIRS, PAIRS2, SLOPE2, SLOPE2_EDGE2, N_STRANGE, CUT = range(15)
+N_SUMS = 15
+_STRANGE = np.float32(0.05)  # of the contrast: what is nearer to the background's level is the background
 _FIRST_MARGIN = 0.03  # of the contrast: how near to black and white counts as cut off while the noise is not yet known
 
 
@@ -69,7 +71,8 @@ def light_ratio(p: Array) -> float:
 def _plain(p: Singles, ratio: float, clip: float, pixels: Singles, n: int, rows: Singles, sums: Array) -> None:
     """Residuals (rows R), weights (W) and derivatives of the pixels away from the edge, which tell of levels and slopes only."""
     clip2, little, level, contrast = clip * clip, np.float32(1e-9), p[8], p[11]
-    n_in = in2 = out2 = n_pairs = pairs2 = _ZERO
+    strange2 = max(clip2, _STRANGE * contrast * _STRANGE * contrast)
+    n_in = in2 = out2 = n_pairs = pairs2 = n_strange = _ZERO
     for k in range(n):
         x, y, inside = pixels[X, k], pixels[Y, k], pixels[INSIDE, k]
         light = p[9] * x + p[10] * y
@@ -80,6 +83,7 @@ def _plain(p: Singles, ratio: float, clip: float, pixels: Singles, n: int, rows:
         # A neighbour in the ring is no light: it shall not lean the level.
         rows[W, k] = min(_ONE, clip2 / (square + little))
         rows[STEP, k], rows[LIT_X, k], rows[LIT_Y, k], rows[STEP_X, k], rows[STEP_Y, k] = inside, lit * x, lit * y, inside * x, inside * y
+        n_strange += (_ONE - inside) * (_ONE if square > strange2 else _ZERO)
         square = min(square, clip2)
         n_in += inside
         in2 += inside * square
@@ -88,7 +92,8 @@ def _plain(p: Singles, ratio: float, clip: float, pixels: Singles, n: int, rows:
         apart = rows[R, k] - rows[R, k - 1]
         n_pairs += pixels[AGAIN, k]
         pairs2 += pixels[AGAIN, k] * min(apart * apart, clip2 + clip2)
-    sums[N_IN], sums[IN2], sums[N_OUT], sums[OUT2], sums[N_PAIRS], sums[PAIRS2] = n_in, in2, n - n_in, out2, n_pairs, pairs2
+    sums[N_IN], sums[IN2], sums[N_OUT], sums[OUT2], sums[N_PAIRS], sums[PAIRS2], sums[N_STRANGE] = (
+        n_in, in2, n - n_in, out2, n_pairs, pairs2, n_strange)
 
 
 @compiled_fast
@@ -216,3 +221,4 @@ def normal_equations(window: Window, p: Array, clip: float, full: bool, n_even: 
     _add(rows, n_edge, ONE, n_even, full, even, rhs, 0)
     _add(rows, n_edge, GX, 6, full, odd, rhs, 8)
     sums[N_WANTED], sums[N_SEEN] = window.n_wanted, n_edge
+    sums[CUT] = 1.0 if window.black > -1e9 or window.white < 1e9 else 0.0

@@ -21,6 +21,7 @@ from vision.circle_centre import circle_centres, on_plane
 from vision.common_gaps import as_dropped, find_common_gaps
 from vision.exposure import arc_shift, spins
 from vision.eye import Eye
+from vision.first_names import names_by_geometry
 from vision.frame_times import frame_times
 from vision.frames import Source, open_sources, stream_chunks
 from vision.layouts import symmetry_notes
@@ -52,7 +53,7 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     recording : with frames of two cameras
     cameras : calibrated; the recording's cameras by name
     names : where markers are in the first frame (columns camera, marker, u_px, v_px, window pixels), for bodies
-        without `layout_m`
+        without `layout_m`; None: as the geometry suggests, see `vision.first_names`
     progress : called with (frames done, frames in all)
 
     Returns
@@ -73,6 +74,9 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
         names = check_names(names)
     sources, notes = open_sources(recording)
     followed = [by_name[camera.name] for camera in recording.cameras]
+    if names is None:
+        names, told = names_by_geometry(recording, followed, sources)
+        notes += told
     own_notes = list(notes)
     tracker, rows = _follow(recording, followed, sources, names, own_notes, progress)
     tracks = _table(tracker, recording)

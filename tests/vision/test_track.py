@@ -125,12 +125,25 @@ def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
     text = (folder / "recording.toml").read_text()
     (tmp_path / "recording.toml").write_text(re.sub(r"layout_m = .*\n", "", text).replace('frames = "', f'frames = "{folder}/'))
     rec = read_recording(tmp_path)
-    with pytest.raises(InputError, match="--names"):
-        track(rec, cameras)
     first = truth.loc[truth.frame == 0, ["camera", "marker", "u_px", "v_px"]]
     first.assign(u_px=first.u_px + 3).to_csv(tmp_path / "first_frame.csv", index=False)
     both = compared(truth, track(rec, cameras, read_names(tmp_path / "first_frame.csv")).tracks)
     assert both.error_px.isna().sum() == 7 and both.error_px.max() < 0.1
+
+
+def test_a_body_without_layout_or_names_is_named_by_geometry_and_keeps_its_names(fast_spin, tmp_path):
+    folder, cameras, truth, _ = fast_spin
+    text = re.sub(r"layout_m = .*\n", "", (folder / "recording.toml").read_text()).replace('frames = "', f'frames = "{folder}/')
+    (tmp_path / "recording.toml").write_text(text)
+    alone = track(read_recording(tmp_path), cameras)
+    assert any("named by the first frame's geometry" in note for note in alone.notes)
+    pairs = alone.tracks.merge(truth, on=["camera", "frame"], suffixes=("", "_true"))
+    pairs = pairs[np.hypot(pairs.u_px - pairs.u_px_true, pairs.v_px - pairs.v_px_true) < 0.1]
+    assert len(pairs) > 0.95 * len(truth)  # named by hand: 7 of 384 lack too
+    assert (pairs.groupby("marker").marker_true.nunique() == 1).all() and (pairs.marker.str[0] == pairs.marker_true.str[0]).all()
+    (tmp_path / "recording.toml").write_text(text.replace("'N5']", "'N5', 'N6', 'N7']"))  # more than there are
+    with pytest.raises(InputError, match="--names"):
+        track(read_recording(tmp_path), cameras)
 
 
 def test_names_that_make_no_sense_are_refused(fast_spin, tmp_path):
