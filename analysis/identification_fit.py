@@ -39,6 +39,11 @@ WALL_PRIOR_SD_M = {"radius": 3e-4, "centre_x": 2e-4, "centre_y": 2e-4, "disk_x":
 FEWEST_FOR_ELLIPSE = 12
 ELLIPSE_SHARE = 2.0
 ELLIPSE_CHANCE = 1e-4
+ELLIPSE_WORDS = "The impacts show a wall that is no circle, which [model] effects does not name; an ellipse was fitted."
+# An ellipse smaller than this share of the lens residual may be feigned by it (two sds of such ones, LENS_SHARE).
+FEIGNED_SHARE = 2.6
+FEIGNED_WORDS = ("The contact distances follow an ellipse of {:.2g} of the radius, no more than the lens residual that the flights show may feign: it "
+                 "was fitted along, the wall may be round.")
 # Spin and impulse may differ by this share, and by five sd, before radius or inertia are doubted.
 BALANCE_SHARE = 2e-3
 BALANCE_SD = 5.0
@@ -123,6 +128,9 @@ def _fit(runs: Sequence[Run], named: Sequence[str]) -> RigFit:
     wall, more = _wall(floor, named, angle)
     first = runs[0].data
     lens = lens_residual(floor.fits, floor.evidence, floor.names, PRIOR_SD, WEAK_SD, floor.scale)
+    size = float(np.hypot(*wall.wall.ellipse))
+    if 0 < size < FEIGNED_SHARE * lens.relative:
+        more = [FEIGNED_WORDS.format(size) if note == ELLIPSE_WORDS else note for note in more]
     balance = spin_balance(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
     data = law_data(wall.impacts, wall.used, first.radius_m, first.inertia_factor, balance.speed_floor_m_per_s)
     return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more), lens, balance)
@@ -150,7 +158,7 @@ def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit
         return ellipse, []
     if count < FEWEST_FOR_ELLIPSE or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m or not _surely_better(circle, ellipse):
         return circle, []
-    return ellipse, ["The impacts show a wall that is no circle, which [model] effects does not name; an ellipse was fitted."]
+    return ellipse, [ELLIPSE_WORDS]
 
 
 def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:

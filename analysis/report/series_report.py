@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from analysis.report.numbers import MISSING, interval, percent, value_with_digit
 from analysis.report.page import Page
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
 from analysis.report.results import Results, identification_notes, read_results
-from analysis.report.verdict import seen_share
+from analysis.report.verdict import actions_of_notes, seen_share
 from analysis.series_trend import Trend, weighted_trend
 from ovines.recording import Recording
 from ovines.tables import read_table
@@ -79,7 +80,7 @@ def series_page(
     tests = tests_of(results)
     number = np.arange(1, len(tests) + 1)
     found = {p: weighted_trend(number, tests[p], tests[f"{p}_sd"]) for p in PRINCIPAL}
-    trends = {p: trend for p, trend in found.items() if trend is not None}
+    trends = {p: _with_shared_errors(trend, joint, p) for p, trend in found.items() if trend is not None}
     page = Page(
         name,
         "Series report",
@@ -87,6 +88,9 @@ def series_page(
         footer=f"ovines {ovines.__version__}. Each recording has a report of its own in its folder.",
     )
     _add_verdict(page, tests, trends, joint)
+    page.actions.extend(actions_of_notes(notes))
+    if not page.actions:
+        page.actions.append("Nothing has to be done.")
     section = page.add_section("Parameters over all tests", "parameters")
     if joint is not None:
         section.add_text(paragraph(joint))
@@ -111,7 +115,8 @@ def series_page(
         ),
         [_trend_row(p, trend) for p, trend in trends.items()],
         "Mean and straight trend of the single tests, weighted by their sd; sd are enlarged where tests "
-        "scatter more than they should.",
+        "scatter more than they should, and a mean's is no less than that of the joint estimate: errors that "
+        "all tests share (a lens residual, a length) do not average out.",
         (0, 1),
     )
     shown = [
@@ -181,8 +186,12 @@ def _add_verdict(
         for p in PRINCIPAL
         if details and p not in trends and joint is None
     )
-    if not page.actions:
-        page.actions.append("Nothing has to be done.")
+
+
+def _with_shared_errors(trend: Trend, joint: pd.DataFrame | None, name: str) -> Trend:
+    """``trend`` with a mean no surer than the joint estimate, which holds what all tests have in common."""
+    sd = [] if joint is None else joint.loc[joint["parameter"] == name, "sd"].to_numpy(float)
+    return replace(trend, mean_sd=float(np.fmax(trend.mean_sd, sd[0]))) if len(sd) else trend
 
 
 def _in_words(trends: dict[str, Trend], tests: int) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from analysis.figures.markers import distance_scatter
@@ -92,15 +94,15 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
                 "launch the NES so that it "
                 "meets the wall steeply and obliquely, or analyse several recordings as a series."
             )
-    actions += _of_notes(results)
+    actions += actions_of_notes(results.notes)
     answer = "Yes" if not unknown and status == "good" else "Yes, with gaps" if known else "Motion only"
     return status, answer, details, actions
 
 
-def _of_notes(results: Results) -> list[str]:
+def actions_of_notes(notes: Sequence[str]) -> list[str]:
     """What the identification noted beyond parameters that are not determined, which are said already."""
     actions = []
-    for note in results.notes:
+    for note in notes:
         if "[model] effects does not name" in note:
             actions.append(f"{note} Run `ovines diagnose` on the series: is it the cause of a gap?")
         elif "determine" not in note:
