@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -19,6 +21,11 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
     if not trigger:
         return recording.times_s(frames), []
     numbers, times_s = read_trigger(recording.path(trigger))
+    notes = []
+    first = first_number(recording)
+    if first > 0 and len(frames) and numbers[0] == first and numbers[-1] > frames.max() and np.median(np.diff(numbers)) == 1:
+        numbers = numbers - first
+        notes.append(f"{trigger} counts frames as the pictures' names do, from {first}; so frame 0 is its {first}")
     absent = ~np.isin(frames, numbers)
     times = np.interp(frames, numbers, times_s)
     if len(numbers) > 1:
@@ -27,7 +34,6 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
         times = np.where(frames > numbers[-1], times_s[-1] + (frames - numbers[-1]) * period, times)
     elif absent.any():
         return recording.times_s(frames), []
-    notes = []
     if len(frames) and numbers[-1] > frames.max():
         notes.append(f"{trigger} goes on for {int(np.sum(numbers > frames.max()))} frames after the last picture (frame {frames.max()}): cameras stopped "
                      "earlier, or dropped frames that nothing in the pictures tells of")
@@ -38,3 +44,13 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
     notes.append(f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
                  "pulses about them")
     return times, notes
+
+
+def first_number(recording: Recording) -> int:
+    """Number in the name of every camera's first picture; 0 where they differ, have none, or are videos or tables."""
+    firsts = set()
+    for camera in recording.cameras:
+        files = recording.frame_files(camera.name) if camera.frames else []
+        digits = re.findall(r"\d+", files[0].stem) if len(files) > 1 else []
+        firsts.add(int(digits[-1]) if digits else 0)
+    return firsts.pop() if len(firsts) == 1 else 0
