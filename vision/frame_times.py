@@ -22,10 +22,10 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
         return recording.times_s(frames), []
     numbers, times_s = read_trigger(recording.path(trigger))
     notes = []
-    first = first_number(recording)
-    if first > 0 and len(frames) and numbers[0] == first and numbers[-1] > frames.max() and np.median(np.diff(numbers)) == 1:
-        numbers = numbers - first
-        notes.append(f"{trigger} counts frames as the pictures' names do, from {first}; so frame 0 is its {first}")
+    base = first_number(recording)
+    if base > 0 and len(frames) and numbers[0] == base and numbers[-1] > frames.max() and np.median(np.diff(numbers)) == 1:
+        numbers = numbers - base
+        notes.append(f"{trigger} counts frames as the pictures' names do, from {base}; so frame 0 is its {base}")
     absent = ~np.isin(frames, numbers)
     times = np.interp(frames, numbers, times_s)
     if len(numbers) > 1:
