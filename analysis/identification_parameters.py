@@ -21,13 +21,14 @@ from analysis.identification_intervals import (
     tangential_intervals,
     widened,
 )
+from analysis.lens_speeds import restitution_sd
 
 Array = NDArray[np.float64]
 Row = tuple[str, Interval, int | None]
 UNKNOWN = Interval(np.nan, np.nan, np.nan, np.nan)
 # Errors of the parameters over the lens residual's relative size (LensResidual.relative): rms over 28 blind series with one. The
 # wall friction compares speeds along the wall with speeds towards it, the tangential restitution speeds with the spin's.
-LENS_SHARE = {"restitution": 0.6, "wall_friction": 3.5, "tangential_restitution": 2.5, "floor_friction": 0.85, "contact_radius": 1.6,
+LENS_SHARE = {"wall_friction": 3.5, "tangential_restitution": 2.5, "floor_friction": 0.6, "contact_radius": 1.6,
               "ellipse": 1.3, "scatter": 1.0, "slope": 0.3, "wall_centre": 0.95}
 # What adapting the disk's radius to lengths that are off leaves of that error in the law.
 ADAPTED_SHARE = 0.03
@@ -35,7 +36,7 @@ ADAPTED_SHARE = 0.03
 SPEED_SHARE = 3.5e-4
 UNDETERMINED_FRICTION = 0.3
 # What integrating the law of friction otherwise changes: flights of 800 frames told friction to 4e-5 of itself and were 1e-4 off.
-FRICTION_MODEL_SHARE = 1.5e-4
+FRICTION_MODEL_SHARE = 7.5e-5
 FEWEST_FOR_SLOPE = 5
 FLOOR_NAMES = {"friction": "floor_friction", "viscous": "viscous_drag_per_s", "air": "air_drag_per_m", "tilt_x": "table_tilt_x_m_per_s2",
                "tilt_y": "table_tilt_y_m_per_s2", "drift": "friction_drift_per_s",
@@ -61,9 +62,10 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     shared = np.hypot(length_residual(rig), ADAPTED_SHARE * rig.length_doubt)
     if rig.wall.delay_s > 0:
         shared = np.hypot(shared, rig.wall.delay_s * HOST_ACCELERATION_M_PER_S2 / float(np.median(rig.data.before)))
+    lens = {name: LENS_SHARE[name] * rig.lens.relative for name in result if name in LENS_SHARE}
+    lens["restitution"] = restitution_sd(rig.lens, rig.wall.impacts, rig.data, rig.law, rig.wall.wall.contact_radius_m) / abs(value)
     # (1 + beta_0) goes with the ratio of two speeds, the others with one.
-    return {name: widened(i, np.hypot(shared, LENS_SHARE[name] * rig.lens.relative) * (abs(i.value) + (name == "tangential_restitution")))
-            for name, i in result.items()}
+    return {name: widened(i, np.hypot(shared, lens[name]) * (abs(i.value) + (name == "tangential_restitution"))) for name, i in result.items()}
 
 
 def length_residual(rig: RigFit) -> float:

@@ -22,17 +22,22 @@ Array = NDArray[np.float64]
 
 # Fall of -2 log L from which a lens residual is taken to be there: its size is bounded below, so 2.7 is 5 % of series without one.
 THERE = 2.71
+# Linear terms over those of degree two, of which alone the flights tell much: 2 L / R_c of a residual like sin(u/L).  L = 135 to 230 pixels of
+# 0.29 mm (what calibrations of the practice series leave), R_c = 40 mm.
+LINEAR_SHARE = 2.6
 SECOND = [k for k, name in enumerate(WARP) if sum(WARP_POWERS[k % len(WARP_POWERS)]) == 2]
 
 
 @dataclass(frozen=True, eq=False)
 class LensResidual:
     """``amplitude_m``: sd of the degree-two terms at a contact radius from the origin, 0 where the flights show none; ``relative``: the
-    same over the contact radius, the size of the length errors that go with it; ``covariance`` (W, W) of all terms of :data:`WARP`."""
+    same over the contact radius, the size of the length errors that go with it; ``covariance`` (W, W) of all terms of :data:`WARP` as fitted, the
+    linear ones held; ``whole`` the same with linear ones as large as :data:`LINEAR_SHARE` says."""
 
     amplitude_m: float
     relative: float
     covariance: Array
+    whole: Array
 
     def wall_sd(self, fit: WallFit) -> Array:
         """What the terms' uncertainty adds to each term of a fitted wall (P,): it moves all impacts at a place alike, in every run."""
@@ -56,17 +61,25 @@ def lens_residual(fits: Sequence[FlightFits], evidence: Sequence[Evidence], name
     ``names`` are the other shared unknowns that were fitted along; ``prior_sd`` and ``weak_sd`` the priors of the fit."""
     columns = columns_of([*names, *ORIGIN, *WARP])
     prior = np.array([prior_sd.get(SHARED[c], weak_sd) for c in columns]) ** -2.0
-    information = np.diag(prior)
+    told = np.zeros((len(columns), len(columns)))
     for e in evidence:
-        information = information + e.take(columns)[0] / max(scale, 1.0) ** 2
-    size = np.sqrt(np.diag(information))
-    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
+        told = told + e.take(columns)[0] / max(scale, 1.0) ** 2
     at = [columns.index(SHARED.index(name)) for name in WARP]
-    covariance = covariance[np.ix_(at, at)]
+    covariance = _inverse(told + np.diag(prior))[np.ix_(at, at)]
     if not fits:
-        return LensResidual(0.0, 0.0, covariance)
+        return LensResidual(0.0, 0.0, covariance, covariance)
     amplitude = _amplitude(fits[0].shared[2:][SECOND], covariance[np.ix_(SECOND, SECOND)], prior[at][SECOND])
-    return LensResidual(amplitude, amplitude / fits[0].run.contact_radius_m, covariance)
+    if amplitude == 0.0:
+        return LensResidual(0.0, 0.0, covariance, covariance)
+    freer = prior.copy()
+    freer[at] = [(amplitude * (LINEAR_SHARE if sum(WARP_POWERS[k % len(WARP_POWERS)]) == 1 else 1.0)) ** -2.0 for k in range(len(WARP))]
+    return LensResidual(amplitude, amplitude / fits[0].run.contact_radius_m, covariance, _inverse(told + np.diag(freer))[np.ix_(at, at)])
+
+
+def _inverse(information: Array) -> Array:
+    """Inverse, of unit diagonal first: friction, metres and rates differ by ten orders of magnitude."""
+    size = np.sqrt(np.diag(information))
+    return np.asarray(np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size), float)
 
 
 def _amplitude(estimate: Array, covariance: Array, prior: Array) -> float:
