@@ -99,6 +99,8 @@ def find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit:
         fit[0] = fit_by_sectors(image, fit[0], True)
         if _same_disc(start, fit[0], sized):
             return True
+        if hold_shape:  # what spoils so many sectors spoils the plain model first; now and then it is asked all the same
+            return False
         fit[0] = start
         fit[0, 0], fit[0, 1] = u, v
     held = hold_shape and start[MISFIT] < _STALE_SHAPE * start[NOISE] + 0.3
@@ -124,6 +126,8 @@ def find(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit:
 @compiled
 def find_though_covered(image: NDArray[Any], start: Floats, hold_shape: bool, sized: bool, fit: Floats) -> bool:
     """As `find`, where that failed: in a shadow's edge a shape fitted freely goes astray, so the known one is kept, or the sectors asked."""
+    if hold_shape and _sectors_first(start, hold_shape, sized):
+        return False  # `find` has asked them
     u, v = fit[0, 0], fit[0, 1]
     known = start[OK] > 0.0
     if known:
