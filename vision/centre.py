@@ -54,6 +54,7 @@ _LEAST_RATIO, _LEAST_RATIO_HELD = 0.12, 0.02
 _STRANGE_SHARE = 0.025  # of the flat pixels around a disc, which are something else: chance leaves 0.3 %
 _DEARER = 1.3  # how much less precise a fit may be that leaves it out
 _CLEAN = 0.08  # misfit over contrast that it may have: a square without its corners leaves 0.12, and too few flat pixels to see it
+_SURE_PX = 0.1  # sd from which on it is none
 _FIT_FREEDOM = 9.0  # unknowns that the edge pixels decide: position 2, shape 3, blur 3, contrast about 1
 
 
@@ -190,7 +191,8 @@ def _fit_narrowing(image: NDArray[Any], p: Array, max_iterations: int, tolerance
             break
         fit = start.copy()
         _fit_one(image, fit, max_iterations, tolerance_px, n_even, most_blur_px2, narrow, even, odd, rhs, sums)
-        clean = fit[OK] > 0.0 and fit[OUTLIERS] < STRUCTURED and fit[MISFIT] < _CLEAN * abs(fit[CONTRAST])
+        clean = (fit[OK] > 0.0 and fit[OUTLIERS] < STRUCTURED and fit[MISFIT] < _CLEAN * abs(fit[CONTRAST]) and fit[SD] < _SURE_PX
+                 and abs(fit[CONTRAST]) > 0.4 * abs(start[CONTRAST]))
         if clean and (p[OK] == 0.0 or fit[SD] < (_DEARER if strange else 1.0) * p[SD]):
             p[:] = fit
 

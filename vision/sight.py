@@ -62,8 +62,10 @@ class Sight(NamedTuple):
 @compiled
 def gate_m(sight: Sight, body: int) -> float:
     """How far a marker may lie from its place in the body."""
-    widest = sight.tolerance_m[body]
-    return min(max(5.0 * sight.scatter_m[body], 6e-5), widest) if sight.seen_times[body] > _SETTLED else widest
+    widest, scatter = sight.tolerance_m[body], sight.scatter_m[body]
+    if sight.seen_times[body] == 0:
+        return widest
+    return min(max(5.0 * scatter, 6e-5) if sight.seen_times[body] > _SETTLED else max(8.0 * scatter, 1e-4), widest)
 
 
 @compiled
@@ -112,8 +114,11 @@ def near(sight: Sight, body: int) -> bool:
 def sure(sight: Sight, body: int) -> bool:
     """Whether the markers seen say which is which: one or two of many fit anything (look-alikes a quarter turn on).
 
-    Two suffice of a body that hardly moves from frame to frame and is where it was expected.
+    Two suffice of a body that hardly moves from frame to frame and is where it was expected.  Until its spin and its layout are known
+    all of them have to be there, or it where it was: markers in a ring that turns by nearly their spacing seem to turn back.
     """
+    if sight.seen_times[body] <= _SETTLED and sight.n_seen[body] < sight.first[body + 1] - sight.first[body] and not near(sight, body):
+        return False
     if sight.n_seen[body] >= min(3, sight.first[body + 1] - sight.first[body]):
         return True
     speed = math.hypot(sight.velocity[body, 0], sight.velocity[body, 1])

@@ -15,6 +15,7 @@ from vision.eye import Eye
 _EPIPOLAR_PX = 4.0
 _LARGEST_HEIGHT_M = 0.05
 _UNLIKE_RADIUS = 0.25
+_BESIDE = 1.1  # times the farthest of the Host's markers from its centre: beyond, a disc is beside the Host
 
 
 def name_ground(eyes: Sequence[Eye], discs: Sequence[np.ndarray], frame: int, n_wanted: int,
@@ -38,6 +39,10 @@ def name_ground(eyes: Sequence[Eye], discs: Sequence[np.ndarray], frame: int, n_
         centre = eyes[0].pose[host, :2]
         if host_radius_m:
             found = [each for each in found if np.hypot(*(each[0][:2] - centre)) > host_radius_m]
+        # Screws of the ring are discs too; what lies beyond the Host's own markers is surely not on it.
+        reach_m = _BESIDE * np.hypot(*eyes[0].place_m[eyes[0].layout.of(host), :2].T).max()
+        beyond = [each for each in found if np.hypot(*(each[0][:2] - centre)) > reach_m]
+        found = beyond if len(beyond) >= n_wanted else found
     if len(found) < n_wanted and not (fewer and found):
         return None
     if len(found) > n_wanted:

@@ -91,7 +91,7 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     elif dropped:
         until = min(drop.from_frame for drop in dropped)
         tracks, rows = _timed(renumbered(tracks, dropped), recording), [row for row in rows if row["frame"] < until]
-    rims = expected_rims(recording)
+    rims = expected_rims(recording, tracker.layout)
     walls = wall_table(rows, *_instants(tracks))
     time_notes = frame_times(recording, np.unique(tracks["frame"]))[1]
     return Tracks(tracks, own_notes + told + time_notes + wall_notes(walls, rims), walls)
@@ -103,9 +103,8 @@ def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Sourc
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
     tracker = Tracker(recording, cameras, names, notes, len(numbers))
     notes.extend(symmetry_notes(tracker.layout, names))
-    rims = expected_rims(recording)
     rows: list[dict[str, Any]] = []
-    chosen = instants(numbers) if rims else set()
+    chosen = instants(numbers)
     done = 0
     for frames, pictures in stream_chunks(sources, notes):
         ends = [k + 1 for k, frame in enumerate(frames) if frame in chosen] + [len(frames)]
@@ -113,7 +112,7 @@ def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Sourc
             tracker.follow(frames[first:end], pictures[first:end])
             frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
             if frame in chosen and first < end and len(images) == 2:
-                offsets = [eye.offset for eye in tracker.eyes]
+                offsets, rims = [eye.offset for eye in tracker.eyes], expected_rims(recording, tracker.layout)
                 rows += rims_at(frame, images, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows)
         done += len(frames)
         if progress:

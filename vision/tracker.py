@@ -42,7 +42,7 @@ class Tracker:
         self._chunks = [[np.empty((room, KEPT))] for _ in cameras]
         self._filled = [[0] for _ in cameras]
         self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
-        self.tried_ground, self.ground_until = 0, int(np.clip(frames // 4, _GROUND_FRAMES, _GROUND_PATIENCE))
+        self.tried_ground, self.ground_until = 0, int(np.clip(frames // 4, 1, _GROUND_PATIENCE))
         self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
         self.settled, self.first_frame = np.zeros(len(self.layout.bodies), np.int64), -1
         self.pool = ThreadPoolExecutor(2)

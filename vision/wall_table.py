@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.recording import Recording
+from vision.eye import Layout
 from vision.walls import Rim, fit_rim
 
 AT_MOST = 16  # instants; a rim costs about as much as tracking 25 frames
@@ -33,14 +34,13 @@ def instants(numbers: Sequence[int]) -> set[int]:
     return {int(numbers[int(k)]) for k in place}
 
 
-def expected_rims(recording: Recording) -> dict[str, tuple[float, float]]:
-    """Per round body its radius [m] and the height at which its rim is looked for: that of its markers."""
+def expected_rims(recording: Recording, layout: Layout) -> dict[str, tuple[float, float]]:
+    """Per round body of known `layout` its radius [m] and the height at which its rim is looked for: that of its markers."""
     rims = {}
     for name, radius_m in (("host", getattr(recording.bodies.get("host"), "inner_radius_m", None)),
                            ("nes", getattr(recording.bodies.get("nes"), "radius_m", None))):
-        layout = getattr(recording.bodies.get(name), "layout_m", None)
-        if radius_m and layout:
-            rims[name] = (radius_m, float(np.mean([place[2] for place in layout])))
+        if radius_m and name in layout.bodies and layout.known[layout.bodies.index(name)]:
+            rims[name] = (radius_m, float(layout.position_m[layout.of(layout.bodies.index(name)), 2].mean()))
     return rims
 
 

@@ -1,23 +1,10 @@
-"""Recordings as a stranger would bring them, drawn by `other_renderer`, and how true the whole chain is on them.
+"""Recordings as a stranger would bring them, drawn by `other_renderer`: a folder with views of a ChArUco board by both cameras, frames, recording.toml.
 
-    python -m tests.vision.other_films [--only plain] [--frames 40] [--seed 1] [--keep FOLDER]
-
-Each kind is a folder: views of a ChArUco board by both cameras, frames, recording.toml.  ``ovines run`` goes from boards to motion;
-what it wrote is compared with the truth, which never leaves this process.  ``seen``: of the markers that lie wholly in both pictures,
-those with a point.  ``swaps``: tracks nearer to another marker than to their own.  ``px``: median error of the centres, share inside
-1.645 sd.  ``um``: RMS of the points' error in space as they are / once one rigid motion (the calibration's) is taken off, the share of the latter
-inside 1.645 sd.  ``NES``: RMS of x, y [um] and of the angle [mrad] without their mean (the calibration's), and the shares inside.
-``walls``: error of R_H and R_N [um] and the sd that the notes tell.
+`judge_films` says how true the chain is on them.
 """
 
 from __future__ import annotations
 
-import argparse
-import re
-import subprocess
-import sys
-import tempfile
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -32,7 +19,6 @@ BOARDS = {"charuco_5x7_8mm": (5, 7, 0.008, 0.006, "DICT_5X5_50"), "charuco_7x10_
           "charuco_9x13_20mm": (9, 13, 0.02, 0.015, "DICT_5X5_100")}
 MIDDLE = np.array([0.045, -0.055])  # where the ring rests, seen from the board's corner
 STILL = Bodies((0, 0), (0, 0), np.empty((0, 7)))
-HEAD = (f"{'kind':30s}    seen swaps |  px: med   in | um:  raw  fitted   in | NES: seen   um  mrad   in   in | walls: R_H    sd    R_N    sd |   s")
 
 
 @dataclass(frozen=True)
@@ -48,7 +34,7 @@ class Kind:
     distance_m: float = 1.1
     bend: tuple[float, float, float, float, float] = (-0.08, 0.12, 3e-4, -2e-4, -0.05)
     rate_hz: float = 800.0
-    exposure_s: float = 2e-4
+    exposure_s: float = 2e-5
     spin: float = 60.0
     shaken_m: float = 0.016
     nes_deg: tuple[float, ...] = (0, 83, 150, 262)
@@ -75,7 +61,8 @@ class Kind:
     layout_sd_m: float = 0.0  # how far the stickers lie from their design
     jitter_s: float = 0.0
     board: str = "charuco_7x10_15mm"
-    views: int = 14
+    views: int = 10
+    print_of: dict[str, bool] = field(default_factory=dict)  # legacy, inverted: unlike what the board's TOML says
     printed: Callable[[np.ndarray], np.ndarray] = lambda picture: picture  # what a mistaken user does to the board's pictures
     toml: Callable[[str], str] = lambda text: text
 
@@ -166,7 +153,7 @@ def drawn(folder: Path, kind: Kind, frames: int, seed: int) -> pd.DataFrame:
         u, v = lens.pixels(np.append(MIDDLE, 0.5 * kind.bodies.wall))
         low = [int(np.clip(at - 0.5 * size, 0, whole - size)) for at, size, whole in zip((u, v), kind.window, kind.sensor, strict=True)]
         offsets.append((low[0] // 4 * 4, low[1] // 2 * 2))
-        _boards(folder, kind, lens, rng)
+        _boards(folder, kind, lens, np.random.default_rng([seed, len(lens.name)]))
     motion = plant(kind, frames / kind.rate_hz, rng)
     times = np.arange(frames) / kind.rate_hz + rng.normal(0, kind.jitter_s, frames) if kind.jitter_s else np.arange(frames) / kind.rate_hz
     if kind.jitter_s:
@@ -180,7 +167,8 @@ def drawn(folder: Path, kind: Kind, frames: int, seed: int) -> pd.DataFrame:
         for frame, now in enumerate(times):
             middle = scene(kind, placed, motion(now))
             ends = [window.lens.pixels(scene(kind, placed, motion(now + half * kind.exposure_s)).stickers[:, :3]) for half in (-0.5, 0.5)]
-            light, n = window.bodies(middle), 1 + 2 * int(np.ceil(1.2 * np.abs(ends[1] - ends[0]).max()))
+            moved = np.abs(ends[1] - ends[0]).max()
+            light, n = window.bodies(middle), 1 if moved < 0.15 else 1 + 2 * int(np.ceil(1.2 * moved))
             if n > 1:
                 box = _box(window, middle)
                 light[box[1]:box[3], box[0]:box[2]] = np.mean(
@@ -235,25 +223,36 @@ def pattern(board: str, legacy: bool = False, inverted: bool = False) -> tuple[n
     return (picture < 128) != inverted, cells
 
 
+_TAKEN: dict[str, list[np.ndarray]] = {}  # kinds of the same cameras share their boards' pictures
+
+
 def _boards(folder: Path, kind: Kind, lens: Lens, rng: np.random.Generator) -> None:
-    columns, rows, square, _, _ = BOARDS[kind.board]
-    black, cells = pattern(kind.board)
+    key = repr((lens, kind.board, kind.views, kind.blur, kind.noise, kind.print_of))
+    if key not in _TAKEN:
+        _TAKEN[key] = _views(kind, lens, rng)
     here = folder / "boards" / lens.name
     (here / "lens").mkdir(parents=True, exist_ok=True)
-    window = Window(lens, 0, 0, *lens.size)
-    half = 0.5 * square * np.array([columns, rows])
+    for k, picture in enumerate(_TAKEN[key]):
+        path = here / ("world.png" if k == kind.views else f"lens/board{k:02d}.png")
+        cv2.imwrite(str(path), kind.printed(picture), [cv2.IMWRITE_PNG_COMPRESSION, 1])
+
+
+def _views(kind: Kind, lens: Lens, rng: np.random.Generator) -> list[np.ndarray]:
+    """The board held in front of a camera, tilted, near and far; at last lying in the world's place."""
+    columns, rows, square, _, _ = BOARDS[kind.board]
+    black, cells = pattern(kind.board, **kind.print_of)
+    window, pictures = Window(lens, 0, 0, *lens.size), []
     for k in range(kind.views + 1):
         if k == kind.views:
-            turn, shift, path = lens.turn @ np.diag([1.0, -1.0, -1.0]), lens.shift, here / "world.png"
+            turn, shift = lens.turn @ np.diag([1.0, -1.0, -1.0]), lens.shift
         else:
             tilt = rng.uniform(0.2, 0.7)
             turn = cv2.Rodrigues(tilt * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0]))[0] @ cv2.Rodrigues(np.array([0, 0, rng.uniform(-0.6, 0.6)]))[0]
-            depth = kind.distance_m * rng.uniform(0.85, 1.15)
             at = np.array([((k % 4) + 0.5) / 4 - 0.5, ((k // 4 % 4) + 0.5) / 4 - 0.5]) * 0.7 * np.array(lens.size)
-            shift = depth * np.array([at[0] / lens.focal[0], at[1] / lens.focal[1], 1.0]) - turn @ np.append(half, 0.0)
-            path = here / "lens" / f"board{k:02d}.png"
-        light = window.board((columns, rows), square, cells, black, turn, shift)
-        cv2.imwrite(str(path), kind.printed(exposed(light, rng, kind.blur, kind.noise)), [cv2.IMWRITE_PNG_COMPRESSION, 1])
+            middle = np.append(0.5 * square * np.array([columns, rows]), 0.0)
+            shift = kind.distance_m * rng.uniform(0.85, 1.15) * np.array([at[0] / lens.focal[0], at[1] / lens.focal[1], 1.0]) - turn @ middle
+        pictures.append(exposed(window.board((columns, rows), square, cells, black, turn, shift), rng, kind.blur, kind.noise))
+    return pictures
 
 
 def _toml(kind: Kind, cameras: list[Lens], offsets: list[tuple[int, int]], design: dict[str, np.ndarray]) -> str:
@@ -307,90 +306,3 @@ KINDS: dict[str, Kind] = {
     "table 10 mm below": Kind(bodies=replace(STILL, table=-0.01)),
     "stickers 30 um off": Kind(layout_sd_m=3e-5),
 }
-
-
-def run(folder: Path) -> tuple[int, str, float]:
-    """``ovines run``: exit status, what it said, seconds."""
-    before = time.time()
-    done = subprocess.run([sys.executable, "-m", "ovines", "run", str(folder), "--out", str(folder / "results")], capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout + done.stderr, time.time() - before
-
-
-def judged(folder: Path, truth: pd.DataFrame, kind: Kind) -> str:
-    """A row of the table."""
-    results = folder / "results"
-    tracks, points, motion, walls = (pd.read_parquet(results / f"{name}.parquet") for name in ("tracks", "points", "motion", "walls"))
-    return " | ".join([_centres(truth, tracks), _space(truth, points), _pose(truth, motion), _walls(walls, kind)])
-
-
-def _centres(truth: pd.DataFrame, tracks: pd.DataFrame) -> str:
-    both = truth.merge(tracks, on=["camera", "frame", "marker"], suffixes=("_true", ""), how="left")
-    off = both[["u_px", "v_px"]].to_numpy() - both[["u_px_true", "v_px_true"]].to_numpy()
-    found, swaps = both["u_px"].notna().to_numpy(), 0
-    for _, own in both.groupby(["camera", "frame"]):
-        here = own[own["u_px"].notna()]
-        apart = np.hypot(*(here[[f"{k}_px"]].to_numpy() - own[f"{k}_px_true"].to_numpy() for k in "uv"))
-        swaps += int((own["marker"].to_numpy()[apart.argmin(1)] != here["marker"].to_numpy()).sum())
-    whole = both.groupby(["frame", "marker"])["share"].transform("min").to_numpy() > 0.99
-    pair = both["u_px"].notna().groupby([both["frame"], both["marker"]]).transform("all").to_numpy()
-    inside = np.mean(np.abs(off[found]) < 1.645 * both.loc[found, ["sd_px"]].to_numpy())
-    return f"{pair[whole].mean():7.2%} {swaps:5d} | {np.median(np.hypot(*off[found].T)):7.4f} {inside:4.0%}"
-
-
-def _space(truth: pd.DataFrame, points: pd.DataFrame) -> str:
-    both = points.merge(truth.drop_duplicates(["frame", "marker"]), on=["frame", "marker"], suffixes=("", "_true"))
-    a, b = both[["x_m", "y_m", "z_m"]].to_numpy(), both[["x_m_true", "y_m_true", "z_m_true"]].to_numpy()
-    left, _, right = np.linalg.svd((a - a.mean(0)).T @ (b - b.mean(0)))
-    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
-    fitted = (a - a.mean(0)) @ turn - (b - b.mean(0))
-    inside = np.mean(np.abs(fitted) < 1.645 * both[["x_sd_m", "y_sd_m", "z_sd_m"]].to_numpy())
-    raw, left_over = (1e6 * np.sqrt(np.mean(np.sum(each**2, -1))) for each in (a - b, fitted))
-    return f"{raw:9.1f} {left_over:7.1f} {inside:4.0%}"
-
-
-def _pose(truth: pd.DataFrame, motion: pd.DataFrame) -> str:
-    own = truth.drop_duplicates("frame").merge(motion, on="frame", how="left", suffixes=("_true", ""))
-    seen = own["nes_x_m"].notna().to_numpy()
-    off, sd = {}, {}
-    for key, name in (("x_m", "x_sd_m"), ("y_m", "y_sd_m"), ("angle_rad", "angle_sd_rad")):
-        off[key] = (own[f"nes_{key}"] - own[f"nes_{key}_true"]).to_numpy(float)[seen]
-        if key == "angle_rad":
-            off[key] = np.angle(np.exp(1j * off[key]))
-        off[key] = off[key] - np.median(off[key])
-        sd[key] = own[f"nes_{name}"].to_numpy(float)[seen]
-    inside = {key: np.mean(np.abs(off[key]) < 1.645 * sd[key]) for key in off}
-    place = 1e6 * np.sqrt(np.mean(np.r_[off["x_m"], off["y_m"]] ** 2))
-    return (f"{seen.mean():9.1%} {place:5.2f} {1e3 * np.sqrt(np.mean(off['angle_rad']**2)):5.2f} {0.5 * (inside['x_m'] + inside['y_m']):4.0%} "
-            f"{inside['angle_rad']:4.0%}")
-
-
-def _walls(walls: pd.DataFrame, kind: Kind) -> str:
-    from vision.wall_table import scatter_of
-    told = []
-    for body, radius in (("host", kind.bodies.inner), ("nes", kind.bodies.washer)):
-        own = walls[walls["body"] == body]
-        told.append(f"{'-':>6s} {'-':>5s}" if len(own) < 3 else "{:6.1f} {:5.1f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius, 0])))
-    return "       " + "  ".join(told)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Recordings by another renderer, through the whole chain")
-    parser.add_argument("--only", default="", help="kinds whose name holds this")
-    parser.add_argument("--frames", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="where the recordings stay")
-    args = parser.parse_args()
-    print(HEAD)
-    for name, kind in ((n, k) for n, k in KINDS.items() if args.only in n):
-        with tempfile.TemporaryDirectory() as scratch:
-            folder = (args.keep or Path(scratch)) / re.sub(r"\W+", "-", name)
-            truth = drawn(folder, kind, args.frames, args.seed)
-            if args.keep:
-                truth.to_parquet(folder / "hidden_truth.parquet")
-            status, said, seconds = run(folder)
-            print(f"{name:30s} {judged(folder, truth, kind) if status == 0 else f'exit {status}: {said[-300:]}'} | {seconds:4.0f}", flush=True)
-            (folder / "said.txt").write_text(said, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
