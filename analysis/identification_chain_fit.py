@@ -34,6 +34,8 @@ FEWEST_FRAMES = 4
 # Hops shorter than this have one or two frames, and minima of their own: other restitutions (this many of the prior's sds away) are tried from
 # the one found where the impact is faster than chatter's last hops.
 SHORT_HOP_FRAMES, MOVED_SD, SEARCH_ROUNDS, SEARCHED_M_PER_S = 2.5, 2.0, 3, 0.09
+# Rounds towards the chain of the law's own restitutions, and from it.
+LAW_ROUNDS = 12
 # Minima up to this much worse count too, by their likelihood; two whose restitutions differ by less than this (prior's sd) are one.
 NEARLY, SAME_SD = 12.0, 0.3
 # Frames added at a time, by the paths that are tried.
@@ -128,7 +130,8 @@ class ChainFit:
 
     def _searched(self, here: _Evaluated, count: int) -> list[_Evaluated]:
         """The best minimum and those beside it that are nearly as good: an impact before a short hop given another restitution."""
-        minima = [here]
+        minima = [here, self._from_the_law(here, count)]
+        here = min(minima, key=lambda m: m.cost)
         for number in self._before_short_hops(here, count):
             for step in (-MOVED_SD, MOVED_SD):
                 theta = here.theta.copy()
@@ -141,19 +144,27 @@ class ChainFit:
                 told.append(one)
         return told
 
+    def _from_the_law(self, here: _Evaluated, count: int) -> _Evaluated:
+        """The minimum next to the best chain of the law's own restitutions."""
+        theta = here.theta.copy()
+        theta[COMMON - 1:] = 0.0
+        held = self._improve(self.evaluate(theta, count), count, LAW_ROUNDS, COMMON - 1)
+        return self._improve(held, count, LAW_ROUNDS)
+
     def _before_short_hops(self, here: _Evaluated, count: int) -> list[int]:
         """Impacts above the reported speed after which the disk is back within a few frames."""
         time, speed = here.records[:, 0], here.records[:, 1]
         short = np.diff(time) < SHORT_HOP_FRAMES * self.period
         return [int(j) for j in np.flatnonzero(short & (speed[:-1] > SEARCHED_M_PER_S) & (time[:-1] < self.times[count - 1])) if j < MOST_IMPACTS - 1]
 
-    def _improve(self, here: _Evaluated, count: int, rounds: int) -> _Evaluated:
-        """Levenberg-Marquardt steps."""
+    def _improve(self, here: _Evaluated, count: int, rounds: int, free: int | None = None) -> _Evaluated:
+        """Levenberg-Marquardt steps, of the first ``free`` unknowns only where it is given."""
         damping = 1e-4
         for _ in range(rounds):
             normal = here.jacobian.T @ here.jacobian
             right = -here.jacobian.T @ here.residual - self.prior**2 * here.theta
-            step = np.linalg.solve(normal + np.diag(damping * np.diag(normal) + self.prior**2 + 1e-12), right)
+            step, system = np.zeros(len(right)), normal + np.diag(damping * np.diag(normal) + self.prior**2 + 1e-12)
+            step[:free] = np.linalg.solve(system[:free, :free], right[:free])
             there = self.evaluate(here.theta + step, count)
             gained = here.cost - there.cost
             if gained > 0:
