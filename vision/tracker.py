@@ -105,6 +105,8 @@ class Tracker:
         for body in np.flatnonzero(self.layout.known):
             if all(eye.last[body] != frame for eye in self.eyes):
                 self._resolve(int(body), frame, images)
+        if not self.layout.known.all():
+            self._name_ground(int(np.flatnonzero(~self.layout.known)[0]), frame, images)
         self._keep(frame)
 
     def _resolve(self, body: int, frame: int, images: list[np.ndarray | None]) -> None:
