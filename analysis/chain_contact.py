@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
+from analysis.flight_model import host_at
 
 Array = NDArray[np.float64]
 #: columns of an impact's record
@@ -48,23 +49,9 @@ def wall_frequency(restitution: float, delay_s: float) -> float:
 
 
 @compiled
-def _host_place(t: float, harmonics: Array, omega: float, host: Array) -> None:
-    for axis in range(4):
-        host[axis] = harmonics[axis, 0]
-        host[4 + axis] = 0.0
-    for n in range((harmonics.shape[1] - 1) // 2):
-        w = omega * (n + 1)
-        c, s = np.cos(w * t), np.sin(w * t)
-        for axis in range(4):
-            u, v = harmonics[axis, 1 + 2 * n], harmonics[axis, 2 + 2 * n]
-            host[axis] += u * c + v * s
-            host[4 + axis] += w * (v * c - u * s)
-
-
-@compiled
 def contact_view(y: Array, t: float, harmonics: Array, rig: Array, shift: float, host: Array, view: Array) -> None:
     """view = gap beyond the wall (m, > 0: outside), normal and tangential speed of the contact point, azimuth, normal's direction."""
-    _host_place(t, harmonics, rig[11], host)
+    host_at(t, harmonics, rig[11], host)
     c, s = np.cos(host[3]), np.sin(host[3])
     cd, sd = np.cos(y[2]), np.sin(y[2])
     cx = y[0] + cd * rig[3] - sd * rig[4]
