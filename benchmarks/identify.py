@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import linear_sum_assignment
 
 from analysis.contact_law import LawData
 from analysis.identify import Identified, identify_series
@@ -43,19 +44,18 @@ def motions_of(folder: Path) -> tuple[list[Recording], list[pd.DataFrame]]:
 
 def scored(found: pd.DataFrame, true: np.ndarray, first_s: float, last_s: float) -> tuple[int, int, int, list[float]]:
     """True fast impacts, missed ones, false fast ones, time errors (s)."""
-    times, free, errors, fast, missed = found["time_s"].to_numpy(), np.ones(len(found), bool), [], 0, 0
-    for moment, speed, _ in true:
-        counted = speed > FAST_M_PER_S and first_s < moment < last_s
-        fast += counted
-        distance = np.where(free, np.abs(times - moment), np.inf)
-        if len(distance) and distance.min() < SAME_S:
-            free[distance.argmin()] = False
-            if counted:
-                errors.append(float(times[distance.argmin()] - moment))
-        else:
-            missed += counted
-    false = int(np.sum(free & (found["normal_speed_before_m_per_s"].to_numpy() > FAST_M_PER_S)))
-    return fast, missed, false, errors
+    times, true = found["time_s"].to_numpy(), true.reshape(-1, 3)
+    apart = np.abs(times - true[:, :1])
+    # Most pairs, then the nearest: taken one by one, a displaced hop would take the next one's partner.
+    own, partner = linear_sum_assignment(np.where(apart < SAME_S, apart, 1.0))
+    paired = apart[own, partner] < SAME_S
+    own, partner = own[paired], partner[paired]
+    counted = (true[:, 1] > FAST_M_PER_S) & (first_s < true[:, 0]) & (true[:, 0] < last_s)
+    fast, seen = int(counted.sum()), counted[own]
+    left = np.ones(len(times), bool)
+    left[partner] = False
+    false = int(np.sum(left & (found["normal_speed_before_m_per_s"].to_numpy() > FAST_M_PER_S)))
+    return fast, fast - int(seen.sum()), false, list((times[partner] - true[own, 0])[seen])
 
 
 def row_of(shared: Path, name: str) -> dict[str, object]:
