@@ -16,6 +16,7 @@ from analysis.lens_residual import LensResidual
 
 Array = NDArray[np.float64]
 
+
 def warp_gradient(xy_m: Array, contact_radius_m: float) -> Array:
     """(K, len(WARP_POWERS), 2) derivative of ``flights.warp_basis`` with respect to x and y, 1/m."""
     x, y = xy_m[:, 0] / contact_radius_m, xy_m[:, 1] / contact_radius_m

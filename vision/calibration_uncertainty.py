@@ -14,8 +14,6 @@ from vision.calibration_adjust import INTRINSICS, pinhole
 Array = NDArray[np.float64]
 
 PARAMETERS = (*INTRINSICS, "rx", "ry", "rz", "tx", "ty", "tz")  # r: a rotation vector applied after the camera's own rotation
-
-
 _AT_ONCE = 10_000  # points: each takes 2 kB of derivatives
 
 

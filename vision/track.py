@@ -82,7 +82,9 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     tracks = _table(tracker, recording)
     dropped = _dropped(tracks, tracker, recording)
     told = [f"{drop}; its later frames are renumbered" for drop in dropped]
-    again = dropped and names is None and all(source.video is None for source in sources)
+    # Names are those of the first frame's pictures: they serve again unless that frame itself is given another number.
+    named_alike = names is None or all(drop.from_frame > 0 for drop in dropped)
+    again = dropped and named_alike and all(source.video is None for source in sources)
     if again:  # with equal numbers for equal instants no body seems to be in two places, and the walls are seen
         sources = [_moved(source, dropped) for source in sources]
         own_notes = list(notes)

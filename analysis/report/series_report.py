@@ -91,6 +91,26 @@ def series_page(
     page.actions.extend(actions_of_notes(notes))
     if not page.actions:
         page.actions.append("Nothing has to be done.")
+    _add_parameters(page, tests, trends, joint, notes)
+    section = page.add_section("Tests", "tests")
+    section.add_table(
+        (
+            "test",
+            "drive",
+            "NES seen",
+            "impacts",
+            *(quantity(p).symbol for p in PRINCIPAL),
+        ),
+        [_test_row(row, len(_shared_words(tests["test"]))) for _, row in tests.iterrows()],
+        "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
+        "μ_s floor friction; in parentheses the sd of the last digits.",
+    )
+    return page
+
+
+def _add_parameters(
+    page: Page, tests: pd.DataFrame, trends: dict[str, Trend], joint: pd.DataFrame | None, notes: Sequence[str]
+) -> None:
     section = page.add_section("Parameters over all tests", "parameters")
     if joint is not None:
         section.add_text(paragraph(joint))
@@ -133,20 +153,6 @@ def series_page(
         )
     else:
         section.add_missing("trend over the series", "No test determined a parameter.")
-    section = page.add_section("Tests", "tests")
-    section.add_table(
-        (
-            "test",
-            "drive",
-            "NES seen",
-            "impacts",
-            *(quantity(p).symbol for p in PRINCIPAL),
-        ),
-        [_test_row(row, len(_shared_words(tests["test"]))) for _, row in tests.iterrows()],
-        "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
-        "μ_s floor friction; in parentheses the sd of the last digits.",
-    )
-    return page
 
 
 def _add_verdict(
