@@ -1,0 +1,1 @@
+"""From motion to parameters, reports, and what separates simulator and experiment."""

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights_ahead import one_flight_ahead
-from analysis.run_statistics import run_statistics
-from analysis.simulated_rig import host_motion_of, nominal_scenario, states_after
+from analysis.comparison.flights_ahead import one_flight_ahead
+from analysis.comparison.run_statistics import run_statistics
+from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
 from ovines.core import Scenario
 from ovines.recording import Recording
 
@@ -62,9 +62,7 @@ def compare(
     states = states_after(impacts, host_motion, scenario.nes.radius_m, scenario.host.radius_m or 0.0)
     flights = one_flight_ahead(motion, impacts, states, scenario, host_motion, contacts_s)
     after = one_impact_ahead(impacts, scenario)
-    statistics, samples = run_statistics(
-        motion, impacts, states, scenario, host_motion, rng, runs, contacts_s
-    )
+    statistics, samples = run_statistics(motion, impacts, states, scenario, host_motion, rng, runs, contacts_s)
     return Comparison(flights, after, statistics, samples, scenario)
 
 
@@ -85,9 +83,9 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
         )
     )
     with np.errstate(divide="ignore", invalid="ignore"):
-        sliding = -1 + law.wall_friction * (1 + law.restitution) * (1 + 1 / nes.inertia_factor) * np.abs(
-            v_n
-        ) / np.abs(v_t)
+        sliding = -1 + law.wall_friction * (1 + law.restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(
+            v_t
+        )
     tangential = np.where(v_t == 0, 0.0, -np.minimum(law.tangential_restitution, sliding) * v_t)
     out = impacts[
         [
@@ -100,7 +98,5 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
     ].copy()
     out["simulated_normal_speed_after_m_per_s"] = law.restitution * v_n
     out["simulated_tangential_speed_after_m_per_s"] = tangential
-    out["simulated_spin_after_rad_per_s"] = spin + (tangential - v_t) / (
-        nes.radius_m * (1 + nes.inertia_factor)
-    )
+    out["simulated_spin_after_rad_per_s"] = spin + (tangential - v_t) / (nes.radius_m * (1 + nes.inertia_factor))
     return out.reset_index(drop=True)

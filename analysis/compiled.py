@@ -1,4 +1,6 @@
-"""Compiled code of analysis.compiled's importers, kept on disk under a hash of all their sources (see :mod:`ovines.core.compiled`)."""
+"""Compiled code of analysis.compiled's importers, kept on disk under a hash of all their sources (see
+:mod:`ovines.core.compiled`).
+"""
 
 from __future__ import annotations
 
@@ -6,4 +8,7 @@ from pathlib import Path
 
 from ovines.core.compiled import compiler, stamp_above
 
-compiled = compiler(stamp_above(Path(__file__).parent))
+#: files whose numbers compiled code holds, though they compile nothing themselves
+CONSTANTS = ("flights/parameters.py", "flights/noise.py", "contact/law.py")
+
+compiled = compiler(stamp_above(Path(__file__).parent, CONSTANTS))

@@ -2,10 +2,10 @@
 
     python benchmarks/centre.py [--pictures 150] [--seed 1] [--only photon]
 
-Discs drawn on an eight times finer grid, blurred there, averaged over pixels (not the estimator's own model), with noise and
-rounding to whole greys.  ``bound``: 1.062 (noise / contrast) sqrt(blur / radius), rounding's 1/12 in the noise and the pixel's
-own 1/12 in the blur.  ``inside``: share of errors within 1.645 sd, 90 % if the sd is honest.  The bias is known to
-RMS / sqrt(pictures) only.
+Discs drawn on an eight times finer grid, blurred there, averaged over pixels (not the estimator's own model), with
+noise and rounding to whole greys.  ``bound``: 1.062 (noise / contrast) sqrt(blur / radius), rounding's 1/12 in the
+noise and the pixel's own 1/12 in the blur.  ``inside``: share of errors within 1.645 sd, 90 % if the sd is honest.  The
+bias is known to RMS / sqrt(pictures) only.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from vision.centre import OK, SD, U, disc_start, fit_discs
+from vision.markers.fit import OK, SD, U, disc_start, fit_discs
 
 FINE = 8
-# name: radius, blur, contrast, noise, background, slope of the light per px, what a pixel's noise gains per grey (photons), full scale
+# name: radius, blur, contrast, noise, background, slope of the light per px, what a pixel's noise gains per grey
+# (photons), full scale
 CASES: dict[str, tuple[float, float, float, float, float, tuple[float, float], float, int]] = {
     "R 4": (4, 0.85, 180, 2, 60, (0, 0), 0, 255),
     "R 4, blur 1.5": (4, 1.5, 180, 2, 60, (0, 0), 0, 255),
@@ -40,8 +41,9 @@ CASES: dict[str, tuple[float, float, float, float, float, tuple[float, float], f
 }
 
 
-def picture(case: tuple[float, float, float, float, float, tuple[float, float], float, int], rng: np.random.Generator
-            ) -> tuple[NDArray[np.integer], NDArray[np.float64]]:
+def picture(
+    case: tuple[float, float, float, float, float, tuple[float, float], float, int], rng: np.random.Generator
+) -> tuple[NDArray[np.integer], NDArray[np.float64]]:
     """A picture and the disc's centre in it."""
     radius, blur, contrast, noise, level, slope, photons, full = case
     size = 2 * int(np.ceil(radius + 8)) + 1
@@ -68,18 +70,24 @@ def main() -> None:
         error, sd = [], []
         for _ in range(args.pictures):
             image, centre = picture(case, rng)
-            start = disc_start(*(centre + rng.uniform(-0.8, 0.8, 2)), radius * rng.uniform(0.9, 1.1), np.clip(level, 0, full), contrast)
+            start = disc_start(
+                *(centre + rng.uniform(-0.8, 0.8, 2)), radius * rng.uniform(0.9, 1.1), np.clip(level, 0, full), contrast
+            )
             fit = fit_discs(image, start[None])[0]
             if fit[OK]:
-                error.append(fit[U:U + 2] - centre)
+                error.append(fit[U : U + 2] - centre)
                 sd.append(fit[SD])
         errors, sds = np.array(error), np.array(sd)
         rms = float(np.sqrt((errors**2).mean()))
         middle = np.sqrt(noise**2 + photons * max(level + contrast / 2, 0) + 1 / 12)  # noise at the edge
         bound = 1.062 * middle / abs(contrast) * np.sqrt(np.sqrt(blur**2 + 1 / 12) / radius)
-        print(f"{name:30s} {rms:.4f} {rms / bound:8.2f}       {np.abs(errors.mean(0)).max():.4f}  {rms / np.sqrt(len(errors)):.4f}"
-              f"  {np.mean(np.abs(errors) < 1.645 * sds[:, None]):6.1%}" + (f"  {args.pictures - len(errors)} refused"
-                                                                          if len(errors) < args.pictures else ""), flush=True)
+        print(
+            f"{name:30s} {rms:.4f} {rms / bound:8.2f}       {np.abs(errors.mean(0)).max():.4f}  "
+            f"{rms / np.sqrt(len(errors)):.4f}"
+            f"  {np.mean(np.abs(errors) < 1.645 * sds[:, None]):6.1%}"
+            + (f"  {args.pictures - len(errors)} refused" if len(errors) < args.pictures else ""),
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

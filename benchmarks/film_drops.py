@@ -1,4 +1,6 @@
-"""``benchmarks/films.py --drops``: pictures taken away as cameras drop them, under a trigger that jitters and misses pulses."""
+"""``benchmarks/films.py --drops``: pictures taken away as cameras drop them, under a trigger that jitters and misses
+pulses.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +14,17 @@ import numpy as np
 import pandas as pd
 from film_kinds import Kind, filmed
 
-from analysis.motion import motion_from_points
+from analysis.motion.bodies import motion_from_points
 from ovines.camera import read_calibration
 from ovines.recording import read_recording
 from vision.track import track
 from vision.triangulate import triangulate
 
 FRAMES, RATE_HZ = 120, 800.0
-JITTER_S = 5e-6  # of the stamps: the pictures are rendered at even times, so that more would be an error of the times, not a jitter
-# name: instants that the first camera lacks, that the second lacks, whether file names keep the hole, rows that trigger.csv lacks
+# of the stamps: the pictures are rendered at even times, so that more would be an error of the times, not a jitter
+JITTER_S = 5e-6
+# name: instants that the first camera lacks, that the second lacks, whether file names keep the hole, rows that
+# trigger.csv lacks
 DROPS: dict[str, tuple[Sequence[int], Sequence[int], bool, Sequence[int]]] = {
     "nothing": ((), (), False, ()),
     "trigger misses five": ((), (), False, (0, 7, 60, 61, 119)),
@@ -51,7 +55,9 @@ def drops(seed: int) -> None:
             print(f"{name:30s} {judged(part, truth, times_s, untimed)}", flush=True)
 
 
-def without(whole: Path, part: Path, lost: Sequence[Sequence[int]], hole: bool, times_s: np.ndarray, untimed: Sequence[int]) -> Path:
+def without(
+    whole: Path, part: Path, lost: Sequence[Sequence[int]], hole: bool, times_s: np.ndarray, untimed: Sequence[int]
+) -> Path:
     """The recording without some pictures, numbered on without a hole (or with it), and its trigger.csv."""
     shutil.rmtree(part, ignore_errors=True)
     for camera, gone in zip(("VW1", "VW2"), lost, strict=True):
@@ -60,7 +66,9 @@ def without(whole: Path, part: Path, lost: Sequence[Sequence[int]], hole: bool, 
             os.link(whole / camera / f"frame_{n:05d}.bmp", part / camera / f"frame_{n if hole else k:05d}.bmp")
     shutil.copy(whole / "true_calibration.json", part)
     text = (whole / "recording.toml").read_text(encoding="utf-8")
-    (part / "recording.toml").write_text(text.replace("[time]\n", '[time]\ntrigger = "trigger.csv"\n'), encoding="utf-8")
+    (part / "recording.toml").write_text(
+        text.replace("[time]\n", '[time]\ntrigger = "trigger.csv"\n'), encoding="utf-8"
+    )
     timed = np.setdiff1d(np.arange(FRAMES), untimed)
     pd.DataFrame({"frame": timed, "time_s": times_s[timed]}).to_csv(part / "trigger.csv", index=False)
     return part
@@ -77,6 +85,11 @@ def judged(part: Path, truth: pd.DataFrame, times_s: np.ndarray, untimed: Sequen
     late = np.abs(found.tracks["time_s"] - times_s[found.tracks["frame"].to_numpy()])[timed].max()
     motion = motion_from_points(triangulate(found.tracks, cameras, recording.window_offset_px), recording)
     own = motion.merge(truth.drop_duplicates("frame"), on="frame", suffixes=("", "_true"))
-    um = 1e6 * np.sqrt(np.nanmean(np.r_[own["nes_x_m"] - own["nes_x_m_true"], own["nes_y_m"] - own["nes_y_m_true"]] ** 2))
+    um = 1e6 * np.sqrt(
+        np.nanmean(np.r_[own["nes_x_m"] - own["nes_x_m_true"], own["nes_y_m"] - own["nes_y_m_true"]] ** 2)
+    )
     notes = [note.split(":")[0] for note in found.notes if "from images" not in note]
-    return f"{len(wrong):4d} of {len(both.drop_duplicates(['camera', 'frame'])):3d} {1e6 * late:30.3f} {um:14.2f}   {'; '.join(notes) or 'none'}"
+    return (
+        f"{len(wrong):4d} of {len(both.drop_duplicates(['camera', 'frame'])):3d} {1e6 * late:30.3f} {um:14.2f}   "
+        f"{'; '.join(notes) or 'none'}"
+    )

@@ -1,4 +1,6 @@
-"""The kinds of films that ``benchmarks/films.py`` renders: light, blur, spin, rigs, cameras and clocks that make markers hard to follow."""
+"""The kinds of films that ``benchmarks/films.py`` renders: light, blur, spin, rigs, cameras and clocks that make
+markers hard to follow.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vision.render import Band, Glare, Look, Markers
-from vision.render_motion import bouncing
-from vision.render_recording import Motion, Setup, look_at, render_recording, thesis_setup
-from vision.render_scene import Pose, Rig
+from vision.rendering.images import Band, Glare, Look, Markers
+from vision.rendering.motion import bouncing
+from vision.rendering.recording import Motion, Setup, look_at, render_recording, thesis_setup
+from vision.rendering.scene import Pose, Rig
 
 WINDOW_PX = (1400, 688)
 # Light in window pixels: the ring lies in the middle half of the picture, ground markers left and right of it.
@@ -25,7 +27,8 @@ Looks = Callable[[str, int], Look]
 class Kind:
     """What differs from the thesis' rig in even light.
 
-    ``spin_rad_per_s`` is added to the NES' own; ``looks(camera, frame)``: light that changes; ``setup``: changes cameras or rig;
+    ``spin_rad_per_s`` is added to the NES' own; ``looks(camera, frame)``: light that changes; ``setup``: changes
+    cameras or rig;
     ``clock_s``: the second camera sees the world so much later.
     """
 
@@ -42,24 +45,35 @@ def filmed(folder: Path, kind: Kind, frames: int, seed: int) -> pd.DataFrame:
     rng = np.random.default_rng(seed)
     setup = kind.setup(replace(thesis_setup(rng, WINDOW_PX), look=kind.look, exposure_s=kind.exposure_s))
     motion = spun(bouncing(frames / setup.frame_rate_hz), kind.spin_rad_per_s)
-    truth = render_recording(folder, setup, motion, frames, rng, views=0, suffix=".bmp", looks=kind.looks, clock_s=kind.clock_s)
+    truth = render_recording(
+        folder, setup, motion, frames, rng, views=0, suffix=".bmp", looks=kind.looks, clock_s=kind.clock_s
+    )
     text = (folder / "recording.toml").read_text(encoding="utf-8")
     head, tail = text.split("[calibration]", 1)
-    (folder / "recording.toml").write_text(head + '[calibration]\nfile = "true_calibration.json"\n\n' + tail[tail.index("[bodies"):], encoding="utf-8")
+    (folder / "recording.toml").write_text(
+        head + '[calibration]\nfile = "true_calibration.json"\n\n' + tail[tail.index("[bodies") :], encoding="utf-8"
+    )
     return truth
 
 
 def spun(motion: Motion, spin_rad_per_s: float) -> Motion:
     """The motion with a spin added to the NES'."""
+
     def at(t: float) -> Mapping[str, Pose]:
         poses = motion(t)
         return {**poses, "nes": replace(poses["nes"], angle_rad=poses["nes"].angle_rad + spin_rad_per_s * t)}
+
     return at
 
 
 def moving_glare(camera: str, frame: int) -> Look:
     """Two highlights that run over the ring at 6 and 9 px per frame."""
-    return Look(glares=(Glare(450 + 6 * frame + 40 * (camera == "VW2"), 250 + 3 * frame, 40, 110), Glare(950 - 9 * frame, 420, 20, 130)))
+    return Look(
+        glares=(
+            Glare(450 + 6 * frame + 40 * (camera == "VW2"), 250 + 3 * frame, 40, 110),
+            Glare(950 - 9 * frame, 420, 20, 130),
+        )
+    )
 
 
 def hidden(camera: str, frame: int) -> Look:
@@ -74,7 +88,9 @@ def high_wall(setup: Setup) -> Setup:
     return replace(setup, rig=replace(setup.rig, wall_height_m=0.02, markers={**setup.rig.markers, "host": raised}))
 
 
-def nes_markers(*angles_deg: float, radius_m: float = 0.0062, disc_m: float = 0.0013, grey: float = 20.0, centre: bool = False) -> Markers:
+def nes_markers(
+    *angles_deg: float, radius_m: float = 0.0062, disc_m: float = 0.0013, grey: float = 20.0, centre: bool = False
+) -> Markers:
     turn = np.radians(angles_deg)
     layout = np.stack([radius_m * np.cos(turn), radius_m * np.sin(turn), 0 * turn + 0.01], -1)
     layout = np.concatenate([[[0.0, 0.0, 0.01]], layout]) if centre else layout
@@ -86,34 +102,68 @@ def nes(markers: Markers) -> Callable[[Setup], Setup]:
 
 
 def all_markers(scale: float = 1.0, grey: float = 20.0) -> Callable[[Setup], Setup]:
-    return lambda setup: replace(setup, rig=replace(setup.rig, markers={
-        body: replace(own, radius_m=scale * own.radius_m, grey=grey) for body, own in setup.rig.markers.items()}))
+    return lambda setup: replace(
+        setup,
+        rig=replace(
+            setup.rig,
+            markers={
+                body: replace(own, radius_m=scale * own.radius_m, grey=grey) for body, own in setup.rig.markers.items()
+            },
+        ),
+    )
 
 
 def light_on_dark(setup: Setup) -> Setup:
-    dark = Rig(setup.rig.markers, background_grey=40.0, ring_grey=60.0, outer_wall_grey=30.0, inner_wall_grey=110.0, floor_grey=90.0,
-               nes_grey=45.0, nes_side_grey=25.0)
+    dark = Rig(
+        setup.rig.markers,
+        background_grey=40.0,
+        ring_grey=60.0,
+        outer_wall_grey=30.0,
+        inner_wall_grey=110.0,
+        floor_grey=90.0,
+        nes_grey=45.0,
+        nes_side_grey=25.0,
+    )
     return all_markers(grey=225.0)(replace(setup, rig=dark))
 
 
 def seen_from(tilt_rad: float, distance_m: float, focal_px: float) -> Callable[[Setup], Setup]:
     """Cameras elsewhere, each leaning by `tilt_rad`."""
+
     def moved(setup: Setup) -> Setup:
         middle = np.array([0.02, -0.028, 0.0])
         cameras, offsets = [], []
         for camera, side in zip(setup.cameras, (-1, 1), strict=True):
             eye = middle + distance_m * np.array([side * np.sin(tilt_rad), 0.1, np.cos(tilt_rad)])
-            cameras.append(look_at(camera.name, eye, middle, focal_px, camera.sensor_size_px, camera.distortion, (2030.0, 1550.0), 0.02 * side))
+            cameras.append(
+                look_at(
+                    camera.name,
+                    eye,
+                    middle,
+                    focal_px,
+                    camera.sensor_size_px,
+                    camera.distortion,
+                    (2030.0, 1550.0),
+                    0.02 * side,
+                )
+            )
             u, v = cameras[-1].project(middle)
             offsets.append((int(u - WINDOW_PX[0] / 2), int(v - WINDOW_PX[1] / 2)))
         return replace(setup, cameras=tuple(cameras), window_offset_px=tuple(offsets))
+
     return moved
 
 
 def window(size_px: tuple[int, int], shift_px: tuple[int, int]) -> Callable[[Setup], Setup]:
     """A smaller window, moved."""
-    return lambda setup: replace(setup, window_size_px=size_px, window_offset_px=tuple(
-        (u + (WINDOW_PX[0] - size_px[0]) // 2 + shift_px[0], v + (WINDOW_PX[1] - size_px[1]) // 2 + shift_px[1]) for u, v in setup.window_offset_px))
+    return lambda setup: replace(
+        setup,
+        window_size_px=size_px,
+        window_offset_px=tuple(
+            (u + (WINDOW_PX[0] - size_px[0]) // 2 + shift_px[0], v + (WINDOW_PX[1] - size_px[1]) // 2 + shift_px[1])
+            for u, v in setup.window_offset_px
+        ),
+    )
 
 
 FAINT = Look(gain=0.25, noise_grey=2.0)
@@ -146,4 +196,3 @@ KINDS: dict[str, Kind] = {
     "longer lens, discs of 10-20 px": Kind(setup=lambda s: all_markers(1.25)(seen_from(0.36, 1.0, 7600.0)(s))),
     "second camera 0.3 ms late": Kind(clock_s=3e-4),
 }
-

@@ -1,13 +1,16 @@
-"""Least sd of a restitution under a lens residual: noise, impacts' scatter, and the residual's map known up to its size.
+"""Least sd of a restitution under a lens residual: noise, impacts' scatter, and the residual's map known up to its
+size.
 
     python benchmarks/identify_bound.py SHARED NUMBER [NUMBER ...]
 
-The bound of Cramer and Rao with the residual's coefficients as unknowns of known size (van Trees): polynomials of degree 1 to 4 in the place,
-each coefficient of degree two and more of the sd that the flights show for degree two (``LensResidual.amplitude_m``), friction and the markers' origin
-besides.  What the flights of all runs tell of them is their information matrix; what a coefficient does to the restitution is the difference of two
-identifications.  The linear terms bend no flight: their size is the prior's, as large as the others (``bound_equal``) or as a residual like sin(u/L) has
-them whose degree-two terms are those seen, 2 L / R_c times as large (``bound_wave``; the plant's L is 135 to 230 pixels, 1.3 contact radii on average).
-One row per series: ``noise_bound`` without a lens residual, these two, the sd given, the error, and the sd over both.
+The bound of Cramer and Rao with the residual's coefficients as unknowns of known size (van Trees): polynomials of
+degree 1 to 4 in the place, each coefficient of degree two and more of the sd that the flights show for degree two
+(``LensResidual.amplitude_m``), friction and the markers' origin besides.  What the flights of all runs tell of them is
+their information matrix; what a coefficient does to the restitution is the difference of two identifications.  The
+linear terms bend no flight: their size is the prior's, as large as the others (``bound_equal``) or as a residual like
+sin(u/L) has them whose degree-two terms are those seen, 2 L / R_c times as large (``bound_wave``; the plant's L is 135
+to 230 pixels, 1.3 contact radii on average). One row per series: ``noise_bound`` without a lens residual, these two,
+the sd given, the error, and the sd over both.
 """
 
 from __future__ import annotations
@@ -20,15 +23,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.contact_law import fit_restitution, law_data
-from analysis.evidence import columns_of
-from analysis.flight_model import INDEX, PARAMETERS
-from analysis.flights import ORIGIN, SHARED, WARP, fit_flights
-from analysis.identification_fit import RigFit
-from analysis.identification_floor import ORIGIN_SD_M, WEAK_SD
+from analysis.contact.impacts import intersect, measure
+from analysis.contact.law import fit_restitution, law_data
+from analysis.flights.evidence import columns_of
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, fit_flights
+from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.identification.fit import RigFit
+from analysis.identification.floor import ORIGIN_SD_M, WEAK_SD
+from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.identify import identify_series
-from analysis.impacts import measure, meet
-from analysis.lens_residual import LINEAR_SHARE
 from benchmarks.identify import motions_of, restitution_bound
 
 # Steps of the shared unknowns: a micrometre of lens residual or origin, 1e-4 of everything else.
@@ -45,29 +48,40 @@ def restitution_of(rig: RigFit, change: dict[str, float]) -> float:
                 parameters[INDEX[name]] += step
             else:
                 shared[SHARED.index(name) - len(PARAMETERS)] += step
-        fits.append(fit_flights(fit.run, fit.flights, parameters, shared, fit, rig.floor.correlation))
-    meetings, first = meet(fits), rig.runs[0].data
-    key = {(int(r), int(f)) for r, f in zip(rig.wall.impacts.meetings.run[rig.data.index], rig.wall.impacts.meetings.flight[rig.data.index], strict=True)}
-    used = np.array([(int(r), int(f)) in key for r, f in zip(meetings.run, meetings.flight, strict=True)])
-    data = law_data(measure(meetings, rig.wall.wall), used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s)
+        fits.append(fit_flights(fit.run, fit.flights, parameters, shared, fit, rig.floor.noise))
+    junctions, first = intersect(fits), rig.runs[0].data
+    seen = rig.wall.impacts.junctions
+    key = {(int(r), int(f)) for r, f in zip(seen.run[rig.data.index], seen.flight[rig.data.index], strict=True)}
+    used = np.array([(int(r), int(f)) in key for r, f in zip(junctions.run, junctions.flight, strict=True)])
+    data = law_data(
+        measure(junctions, rig.wall.wall), used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s
+    )
     return float(fit_restitution(data)[0][0])
 
 
 def lens_bounds(rig: RigFit, scatter: float, linear: Sequence[float]) -> list[float]:
-    """Least sd of the restitution, the residual's coefficients known to ``rig.lens.amplitude_m`` before the flights tell more; one for each
-    size of the linear ones, as multiples of the others'."""
-    names = [SHARED[c] for c in columns_of([*rig.floor.names, *ORIGIN, *WARP])]
+    """Least sd of the restitution, the residual's coefficients known to ``rig.lens.amplitude_m`` before the flights
+    tell more; one for each size of the linear ones, as multiples of the others'."""
+    names = [SHARED[c] for c in columns_of([*rig.floor.names, *ORIGIN, *LENS_TERMS])]
     slopes = []
     for name in names:
-        step = STEP_M if name in (*WARP, *ORIGIN) else STEP
+        step = STEP_M if name in (*LENS_TERMS, *ORIGIN) else STEP
         slopes.append((restitution_of(rig, {name: step}) - restitution_of(rig, {name: -step})) / (2 * step))
-    slope, told = np.array(slopes), sum(e.take(columns_of(names))[0] for e in rig.floor.evidence) / max(rig.floor.scale, 1.0) ** 2
+    slope, told = (
+        np.array(slopes),
+        sum(e.take(columns_of(names))[0] for e in rig.floor.evidence) / max(rig.floor.scale, 1.0) ** 2,
+    )
     bounds = []
     for times in linear:
-        sizes = {name: max(rig.lens.amplitude_m, 1e-9) * (times if int(name[-2]) + int(name[-1]) == 1 else 1.0) for name in WARP}
+        sizes = {
+            name: max(rig.lens.amplitude_m, 1e-9) * (times if int(name[-2]) + int(name[-1]) == 1 else 1.0)
+            for name in LENS_TERMS
+        }
         prior_sd = np.array([{**sizes, **dict.fromkeys(ORIGIN, ORIGIN_SD_M)}.get(name, WEAK_SD) for name in names])
         # In units of the priors: friction, metres and rates differ by ten orders of magnitude.
-        covariance = np.linalg.inv(told * np.outer(prior_sd, prior_sd) + np.eye(len(names))) * np.outer(prior_sd, prior_sd)
+        covariance = np.linalg.inv(told * np.outer(prior_sd, prior_sd) + np.eye(len(names))) * np.outer(
+            prior_sd, prior_sd
+        )
         bounds.append(float(np.sqrt(restitution_bound(rig.data, scatter) ** 2 + slope @ covariance @ slope)))
     return bounds
 
@@ -81,8 +95,17 @@ def row_of(shared: Path, name: str) -> dict[str, object]:
     rig = runs[0].rig
     equal, wave = lens_bounds(rig, truth["eps_sd"], (1.0, LINEAR_SHARE))
     error, sd = float(found["value"]) - truth["eps"], float(found["sd"])
-    return {"series": name, "lens_um": 1e6 * rig.lens.amplitude_m, "noise_bound": restitution_bound(rig.data, truth["eps_sd"]), "bound_equal": equal,
-            "bound_wave": wave, "sd": sd, "error": error, "sd_over_equal": sd / equal, "sd_over_wave": sd / wave}
+    return {
+        "series": name,
+        "lens_um": 1e6 * rig.lens.amplitude_m,
+        "noise_bound": restitution_bound(rig.data, truth["eps_sd"]),
+        "bound_equal": equal,
+        "bound_wave": wave,
+        "sd": sd,
+        "error": error,
+        "sd_over_equal": sd / equal,
+        "sd_over_wave": sd / wave,
+    }
 
 
 def main() -> None:

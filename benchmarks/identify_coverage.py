@@ -1,10 +1,13 @@
-"""How often the 90 % intervals of the identification hold the truth, on series of the independent plant without any effect.
+"""How often the 90 % intervals of the identification hold the truth, on series of the independent plant without any
+effect.
 
     python benchmarks/identify_coverage.py SERIES [FIRST] [--rows FILE.csv]
 
-SERIES series of twelve runs, their noise white, correlated and with a lens residual in turn, drawn from seeds FIRST (0), FIRST + 1, ...
-One row per parameter, then one per parameter and kind of noise: intervals that held, rms of error over sd, mean and rms of the error, median sd; for the restitution the rms of the error over that of the least
-possible one (benchmarks/identify.py).  ``--rows`` keeps every series' figures, written after each series.
+SERIES series of twelve runs, rigs, worlds and clocks drawn (analysis/blind/recording/place.py), their noise white,
+correlated and with a lens residual in turn, drawn from seeds FIRST (0), FIRST + 1, ... One row per parameter, then one
+per parameter and kind of noise: intervals that held, rms of error over sd, mean and rms of the error, median sd; for
+the restitution the rms of the error over that of the least possible one (benchmarks/identify.py).  ``--rows`` keeps
+every series' figures, written after each series.
 """
 
 from __future__ import annotations
@@ -18,46 +21,76 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from analysis.blind.observe import Marks
-from analysis.blind.plant import NOISE_KINDS, outline_series, run_outline, write_series
-from analysis.blind.views import HOST_M
+from analysis.blind.recording.observe import Marks
+from analysis.blind.recording.place import Place, draw_place
+from analysis.blind.recording.views import HOST_M
+from analysis.blind.series import NOISE_KINDS, outline_series, run_outline, write_series
 from analysis.identify import identify_series
-from analysis.pose import MarkerCloud, fit_pose
+from analysis.motion.pose import MarkerCloud, fit_pose
 from benchmarks.identify import motions_of, restitution_bound
 
 SAME_NAME = ("restitution", "restitution_scatter", "wall_friction", "tangential_restitution", "floor_friction")
-# True in every series of the plant: its wall is round, 40 mm from the disk's centre, the disk's mass is in its middle, the drive at 11 Hz.
-ALWAYS = {"restitution_speed_slope_s_per_m": 0.0, "contact_radius_m": 0.04, "wall_ellipticity_cos": 0.0, "wall_ellipticity_sin": 0.0,
-          "disk_centre_x_m": 0.0, "disk_centre_y_m": 0.0, "drive_frequency_hz": 11.0}
+# True in every series of the plant: its wall is round and the disk's mass in its middle.
+ALWAYS = dict.fromkeys(
+    (
+        "restitution_speed_slope_s_per_m",
+        "wall_ellipticity_cos",
+        "wall_ellipticity_sin",
+        "disk_centre_x_m",
+        "disk_centre_y_m",
+    ),
+    0.0,
+)
+RUNS = 12
 
 
 def rows_of(seed: int, noise: str) -> list[dict[str, object]]:
     """One series, made and identified: each parameter's error, sd, and whether its interval held the truth."""
     rng = np.random.default_rng([77, seed])
-    outline = outline_series("none", 1.0, rng, noise=noise)
+    place = draw_place(np.random.default_rng([76, seed]), RUNS)
+    outline = outline_series("none", 1.0, rng, RUNS, noise, place=place)
     series = run_outline(outline, rng)
     with tempfile.TemporaryDirectory() as folder:
         write_series(series, Path(folder) / "series")
         recordings, motions = motions_of(Path(folder) / "series")
     joint, runs = identify_series(motions, recordings)
     found = joint.set_index("parameter")
-    truth = {**ALWAYS, **{name: series.truth["plant"][name] for name in SAME_NAME},
-             **dict(zip(("wall_centre_x_m", "wall_centre_y_m"), wall_centre(outline.marks), strict=True))}
+    truth = {
+        **ALWAYS,
+        "contact_radius_m": 0.04 * place.scale,
+        "drive_frequency_hz": place.in_units("_hz", place.drive_hz),
+        **{name: series.truth["plant"][name] for name in SAME_NAME},
+        **dict(zip(("wall_centre_x_m", "wall_centre_y_m"), wall_centre(outline.marks, place), strict=True)),
+    }
     rows = []
     for name in truth.keys() & set(found.index):
         value, sd, low, high = (float(found.loc[name, c]) for c in ("value", "sd", "low", "high"))
-        rows.append({"parameter": name, "noise": noise, "seed": seed, "error": value - truth[name], "sd": sd,
-                     "bound": restitution_bound(runs[0].rig.data, truth["restitution_scatter"]) if name == "restitution" else np.nan,
-                     "held": not low > truth[name] and not high < truth[name]})
+        rows.append(
+            {
+                "parameter": name,
+                "noise": noise,
+                "seed": seed,
+                "scale": place.scale,
+                "frame_rate_hz": place.in_units("_hz", place.frame_rate_hz),
+                "error": value - truth[name],
+                "sd": sd,
+                "bound": restitution_bound(runs[0].rig.data, truth["restitution_scatter"])
+                if name == "restitution"
+                else np.nan,
+                "held": not low > truth[name] and not high < truth[name],
+            }
+        )
     return rows
 
 
-def wall_centre(marks: Marks) -> tuple[float, float]:
-    """Where the plant's wall has its centre in the frame of the layout, which was fitted to markers glued a little off."""
+def wall_centre(marks: Marks, place: Place) -> tuple[float, float]:
+    """Where the plant's wall has its centre in the frame of the layout, which was fitted to markers glued a little
+    off.
+    """
     one = MarkerCloud(np.zeros(1, np.int64), np.zeros(1), marks.host_m[None], np.full((1, *HOST_M.shape), 3e-5))
     pose = fit_pose(one, HOST_M.round(6), 0.0)
     seen = -complex(*pose.xy_m[0]) * np.exp(-1j * pose.angle_rad[0])
-    return seen.real, seen.imag
+    return seen.real * place.scale, seen.imag * place.scale
 
 
 def main() -> None:
@@ -79,9 +112,17 @@ def main() -> None:
 def summary(table: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     """Intervals that held, and errors against their sds (over the series that gave a value), per group."""
     grouped = table.assign(z=table["error"] / table["sd"]).groupby(by)
-    return pd.DataFrame({"series": grouped.size(), "held": grouped["held"].mean(), "error_over_sd_rms": grouped["z"].apply(rms),
-                         "error_mean": grouped["error"].mean(), "error_rms": grouped["error"].apply(rms), "sd_median": grouped["sd"].median(),
-                         "error_over_bound_rms": grouped["error"].apply(rms) / grouped["bound"].apply(rms)})
+    return pd.DataFrame(
+        {
+            "series": grouped.size(),
+            "held": grouped["held"].mean(),
+            "error_over_sd_rms": grouped["z"].apply(rms),
+            "error_mean": grouped["error"].mean(),
+            "error_rms": grouped["error"].apply(rms),
+            "sd_median": grouped["sd"].median(),
+            "error_over_bound_rms": grouped["error"].apply(rms) / grouped["bound"].apply(rms),
+        }
+    )
 
 
 def rms(values: pd.Series) -> float:

@@ -18,8 +18,8 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipk
 
 from ovines.core import Host, ImpactLaw, Nes, Scenario, simulate, simulate_ensemble
-from ovines.core.friction import floor_friction
-from ovines.core.named import named_scenario
+from ovines.core.system.friction import floor_friction
+from ovines.core.system.named import named_scenario
 
 TABLE_13_RADIUS = 0.8
 

@@ -2,13 +2,16 @@
 
     python benchmarks/track.py [--frames 2000] [--long 20000] [--distinct 24] [--times 3] [--formats tif png jpg]
 
-A rendered recording of the thesis' rig (bouncing NES); its ``--distinct`` pictures are played to and fro, by hard links, to make
+A rendered recording of the thesis' rig (bouncing NES); its ``--distinct`` pictures are played to and fro, by hard
+links, to make
 ``--frames`` pictures per camera, so that the page cache holds them: the figures are those of computing, not of a disk.
-Each figure is taken in a process of its own.  ``start``: what the first 20 frames cost (loading, first search), and ``walls``: the 16
-instants at which the rims are fitted, once per recording however long.  Both are taken off the other figures.  ``pictures/s`` counts
-those of both cameras; ``track/decode`` compares the clock with that of decoding alone; ``cpu`` is computing per frame of both cameras;
-``share`` the processors' use while tracking; ``whole``: pictures/s of all there is, start and walls included.  Of ``--times`` runs the
-fastest counts: on a machine that others share the clock tells of them too.  ``--long 0`` leaves the memory out.
+Each figure is taken in a process of its own.  ``start``: what the first 20 frames cost (loading, first search), and
+``walls``: the 16 instants at which the rims are fitted, once per recording however long.  Both are taken off the other
+figures.  ``pictures/s`` counts those of both cameras; ``track/decode`` compares the clock with that of decoding alone;
+``cpu`` is computing per frame of both cameras;
+``share`` the processors' use while tracking; ``whole``: pictures/s of all there is, start and walls included.  Of
+``--times`` runs the fastest counts: on a machine that others share the clock tells of them too.  ``--long 0`` leaves
+the memory out.
 """
 
 from __future__ import annotations
@@ -29,11 +32,11 @@ import numpy as np
 import vision.track
 from ovines.camera import read_calibration
 from ovines.recording import Recording, read_recording
-from vision.frames import open_sources, stream
-from vision.render_motion import bouncing
-from vision.render_recording import render_recording, thesis_setup
+from vision.frames.sources import open_sources, stream
+from vision.rendering.motion import bouncing
+from vision.rendering.recording import render_recording, thesis_setup
 from vision.track import track
-from vision.wall_table import rims_at
+from vision.walls.table import rims_at
 
 RECORDED_PER_S = 1600.0
 
@@ -56,10 +59,13 @@ def played(source: Path, folder: Path, suffix: str, frames: int, distinct: int) 
     for camera in ("VW1", "VW2"):
         (folder / camera).mkdir(parents=True)
         for frame in range(frames):
-            os.link(source / camera / f"frame_{order[frame % len(order)]:05d}.{suffix}", folder / camera / f"frame_{frame:05d}.{suffix}")
+            os.link(
+                source / camera / f"frame_{order[frame % len(order)]:05d}.{suffix}",
+                folder / camera / f"frame_{frame:05d}.{suffix}",
+            )
     text = (source / "recording.toml").read_text(encoding="utf-8")
     head, tail = text.split("[calibration]", 1)
-    text = head + '[calibration]\nfile = "calibration.json"\n\n' + tail[tail.index("[bodies"):]
+    text = head + '[calibration]\nfile = "calibration.json"\n\n' + tail[tail.index("[bodies") :]
     (folder / "recording.toml").write_text(text.replace("/*.png", f"/*.{suffix}"), encoding="utf-8")
     (folder / "calibration.json").write_bytes((source / "true_calibration.json").read_bytes())
 
@@ -74,7 +80,9 @@ def decode_only(recording: Recording) -> None:
 
 
 def timed(folder: Path, what: str) -> None:
-    """Print seconds of the clock and of computing, the walls' own, and the peak of memory in MB: one job of a process."""
+    """Print seconds of the clock and of computing, the walls' own, and the peak of memory in MB: one job of a
+    process.
+    """
     recording = read_recording(folder)
     cameras = read_calibration(folder / "calibration.json")
     walls = [0.0, 0.0]
@@ -87,16 +95,20 @@ def timed(folder: Path, what: str) -> None:
         return rows
 
     vision.track.rims_at = rims_timed  # type: ignore[attr-defined,assignment]
-    job: Callable[[], object] = (lambda: decode_only(recording)) if what == "decode" else (lambda: track(recording, cameras))
+    job: Callable[[], object] = (
+        (lambda: decode_only(recording)) if what == "decode" else (lambda: track(recording, cameras))
+    )
     wall, cpu = time.perf_counter(), time.process_time()
     job()
     print(time.perf_counter() - wall, time.process_time() - cpu, *walls, peak_mb())
 
 
 def peak_mb() -> float:
-    """Most memory this process has held.  Not getrusage's maximum, which begins with that of the process that started this one."""
+    """Most memory this process has held.  Not getrusage's maximum, which begins with that of the process that started
+    this one.
+    """
     status = Path("/proc/self/status").read_text(encoding="ascii")
-    return int(status[status.index("VmHWM:"):].split()[1]) / 1024
+    return int(status[status.index("VmHWM:") :].split()[1]) / 1024
 
 
 class Cost(NamedTuple):
@@ -113,7 +125,9 @@ def measured(folder: Path, what: str, times: int = 1) -> Cost:
     """The fastest of so many runs, each in a process of its own."""
     costs = []
     for _ in range(times):
-        done = subprocess.run([sys.executable, __file__, "--job", what, str(folder)], capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, __file__, "--job", what, str(folder)], capture_output=True, text=True, check=True
+        )
         wall, cpu, walls_wall, walls_cpu, peak = map(float, done.stdout.split())
         costs.append(Cost(wall - walls_wall, cpu - walls_cpu, walls_wall, walls_cpu, peak))
     return min(costs)
@@ -144,15 +158,24 @@ def main() -> None:
             decode, whole = (measured(root / suffix, what, args.times) for what in ("decode", "track"))
             wall, cpu = max(whole.wall_s - start.wall_s, 1e-9), whole.cpu_s - start.cpu_s
             alone = decode.wall_s - begun.wall_s, decode.cpu_s - begun.cpu_s
-            print(f"{suffix:6s} {2 * more / wall:11.0f} {2 * more / wall / RECORDED_PER_S:8.2f} {wall / alone[0]:13.2f} {1e3 * cpu / more:13.2f}"
-                  f" {1e3 * alone[1] / more:20.2f} {cpu / wall:6.2f} {2 * args.frames / (whole.wall_s + whole.walls_wall_s):6.0f}"
-                  f" {whole.peak_mb:8.0f}", flush=True)
+            print(
+                f"{suffix:6s} {2 * more / wall:11.0f} {2 * more / wall / RECORDED_PER_S:8.2f} {wall / alone[0]:13.2f} "
+                f"{1e3 * cpu / more:13.2f}"
+                f" {1e3 * alone[1] / more:20.2f} {cpu / wall:6.2f} "
+                f"{2 * args.frames / (whole.wall_s + whole.walls_wall_s):6.0f}"
+                f" {whole.peak_mb:8.0f}",
+                flush=True,
+            )
         if args.long:
             for frames in (200, args.long):
                 played(root / "film", root / f"long{frames}", "tif", frames, args.distinct)
                 whole = measured(root / f"long{frames}", "track")
-                print(f"memory: {frames} frames, peak {whole.peak_mb:.0f} MB, {2 * frames / (whole.wall_s + whole.walls_wall_s):.0f} pictures/s "
-                      "with start and walls", flush=True)
+                print(
+                    f"memory: {frames} frames, peak {whole.peak_mb:.0f} MB, "
+                    f"{2 * frames / (whole.wall_s + whole.walls_wall_s):.0f} pictures/s "
+                    "with start and walls",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

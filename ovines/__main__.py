@@ -20,6 +20,7 @@ import ovines
 import ovines.commands
 from ovines.errors import InputError, refusal_of
 from ovines.system_library import missing_library
+from ovines.workers.budget import given_up
 
 ORDER = (
     "new",
@@ -47,6 +48,7 @@ def command_names() -> list[str]:
 
 
 def command(name: str) -> ModuleType:
+    """The module of a command, loaded when it is asked for."""
     return importlib.import_module(f"ovines.commands.{name}{'_' * keyword.iskeyword(name)}")
 
 
@@ -66,6 +68,18 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 def main(arguments: list[str] | None = None) -> int:
     """0 done, 2 the input or the command line is wrong, 1 a mistake of ours (with its traceback)."""
+    for name in ("stdout", "stderr"):  # closed by who started the program: nobody listens, and writing must not fail
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  open to the process's end
+    status = _guarded(arguments)
+    if arguments is None and given_up():  # a compiled loop that nobody waits for any more would keep the process
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return status
+
+
+def _guarded(arguments: list[str] | None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):  # a name that the terminal cannot show is no reason to stop
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
@@ -74,7 +88,7 @@ def main(arguments: list[str] | None = None) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    except ImportError as error:
+    except (ImportError, MemoryError) as error:
         message = missing_library(error)
         if message is None:
             raise
@@ -87,7 +101,7 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        said = refusal_of(error)
+        said = refusal_of(error) or missing_library(error)
         if said is None:
             raise
         print(said, file=sys.stderr)

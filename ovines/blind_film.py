@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.plant import Outline, Series
-from analysis.blind.series_files import Poses, recording_text
-from analysis.blind.views import GROUND_M, HOST_M
+from analysis.blind.recording.files import Poses, calibration_of, recording_text
+from analysis.blind.recording.views import GROUND_M, HOST_M
+from analysis.blind.series import Outline, Series
 from ovines.camera import read_calibration
-from vision.render import Look, Markers, Pose, Rig, View, render_frame
+from vision.rendering.images import Look, Markers, Pose, Rig, View, render_frame
 
 # The rig fills a quarter of the window's width: the rest would be rendered and stored for nothing.
 FILM_COLUMNS = (1440, 1216)
@@ -30,8 +30,11 @@ def film_series(series: Series, outline: Outline, folder: Path) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     calibration = folder / "calibration.json"
-    calibration.write_text(json.dumps(series.calibration, indent=1))
+    # Rendered in the usual rig's frame and units: the same cameras around the rig where it stands see the same
+    # pictures.
+    calibration.write_text(json.dumps(calibration_of(outline.views), indent=1))
     cameras = read_calibration(calibration)
+    calibration.write_text(json.dumps(series.calibration, indent=1))
     views = [
         replace(
             view,
@@ -49,7 +52,7 @@ def film_series(series: Series, outline: Outline, folder: Path) -> None:
         for camera, view, poses in zip(cameras, views, series.poses[number], strict=True):
             (run / camera.name).mkdir(parents=True, exist_ok=True)
             jobs += [(run / camera.name, k, camera, view, rig, poses) for k in range(len(poses.nes))]
-        toml = recording_text(name, level, views, outline.model, HOST_M * OUTWARD, "{camera}/*.png")
+        toml = recording_text(name, level, views, outline.model, HOST_M * OUTWARD, "{camera}/*.png", outline.place)
         (run / "recording.toml").write_text(toml)
     blocks = [jobs[i : i + 100] for i in range(0, len(jobs), 100)]
     Parallel(n_jobs=-1)(delayed(_film)(block, index) for index, block in enumerate(blocks))

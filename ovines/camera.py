@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ovines.errors import InputError
-from ovines.written_whole import write_text_whole
+from ovines.io.atomic_write import write_text_whole
 
 Array = NDArray[np.float64]
+MOST_SIDE_PX = 1_000_000  # as recording.toml allows
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +63,7 @@ class Camera:
         focal = self.matrix[:2, :2]
         uv = np.stack([xd, yd], -1) @ focal.T + self.matrix[:2, 2]
         inverse, zero = 1.0 / z, np.zeros_like(z)
-        jn = np.stack([np.stack([inverse, zero, -x * inverse], -1),
-                       np.stack([zero, inverse, -y * inverse], -1)], -2)
+        jn = np.stack([np.stack([inverse, zero, -x * inverse], -1), np.stack([zero, inverse, -y * inverse], -1)], -2)
         return uv, focal @ jd @ jn @ self.rotation
 
     def normalise(self, uv_px: ArrayLike) -> Array:
@@ -79,8 +79,13 @@ class Camera:
             xd, yd, jacobian = _distort(guess[..., 0], guess[..., 1], self.distortion)
             error = np.stack([xd, yd], -1) - target
             determinant = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] * jacobian[..., 1, 0]
-            step = np.stack([jacobian[..., 1, 1] * error[..., 0] - jacobian[..., 0, 1] * error[..., 1],
-                             jacobian[..., 0, 0] * error[..., 1] - jacobian[..., 1, 0] * error[..., 0]], -1)
+            step = np.stack(
+                [
+                    jacobian[..., 1, 1] * error[..., 0] - jacobian[..., 0, 1] * error[..., 1],
+                    jacobian[..., 0, 0] * error[..., 1] - jacobian[..., 1, 0] * error[..., 0],
+                ],
+                -1,
+            )
             step /= determinant[..., None]
             guess = guess - step
             if not (np.abs(step) > 1e-14).any():
@@ -125,7 +130,9 @@ class Triangulated:
     reprojection_px: Array
 
 
-def triangulate_points(cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd_px: Sequence[ArrayLike]) -> Triangulated:
+def triangulate_points(
+    cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd_px: Sequence[ArrayLike]
+) -> Triangulated:
     """World points seen by two cameras: the minimum of the weighted squared pixel errors.
 
     Parameters
@@ -138,7 +145,9 @@ def triangulate_points(cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd
     Multiple View Geometry, ch. 12); vectorised over the points.
     """
     if len(cameras) != 2:
-        raise InputError(f"{len(cameras)} cameras to triangulate with", "two cameras", "give two [[cameras]] in recording.toml")
+        raise InputError(
+            f"{len(cameras)} cameras to triangulate with", "two cameras", "give two [[cameras]] in recording.toml"
+        )
     pixels = [np.asarray(uv, float) for uv in uv_px]
     weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
     points = _midpoints(cameras, pixels)
@@ -157,15 +166,16 @@ def triangulate_points(cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd
     null *= np.where(null[:, 3:] < 0, -1.0, 1.0)
     scale = np.sqrt(np.mean([1 / w**2 for w in weights], 0))
     pixel_residual = residual / np.repeat(np.stack(weights, -1), 2, -1)
-    return Triangulated(points, covariance, np.einsum("ni,ni->n", null, residual) * scale,
-                        np.sqrt(np.mean(pixel_residual**2, -1)))
+    return Triangulated(
+        points, covariance, np.einsum("ni,ni->n", null, residual) * scale, np.sqrt(np.mean(pixel_residual**2, -1))
+    )
 
 
 def epipolar_residual_px(cameras: Sequence[Camera], first_xy: ArrayLike, second_xy: ArrayLike) -> Array:
     """What undistorted coordinates (..., 2) of two views (:meth:`Camera.normalise`) lack of meeting, in pixels.
 
-    To first order (Sampson; Hartley and Zisserman, Multiple View Geometry, ch. 11.4), scaled to the sd of a single coordinate as
-    :func:`triangulate_points` gives it, at a tenth of the work.  Its sign is its own.
+    To first order (Sampson; Hartley and Zisserman, Multiple View Geometry, ch. 11.4), scaled to the sd of a single
+    coordinate as :func:`triangulate_points` gives it, at a tenth of the work.  Its sign is its own.
     """
     rotation = cameras[1].rotation @ cameras[0].rotation.T
     x, y, z = cameras[1].translation_m - rotation @ cameras[0].translation_m
@@ -175,7 +185,9 @@ def epipolar_residual_px(cameras: Sequence[Camera], first_xy: ArrayLike, second_
     back = b @ essential[:2] + essential[2]
     focal = [float(np.sqrt(camera.matrix[0, 0] * camera.matrix[1, 1])) for camera in cameras]
     missed = (b * ahead[..., :2]).sum(-1) + ahead[..., 2]
-    return missed / np.sqrt((ahead[..., :2] ** 2).sum(-1) / focal[1] ** 2 + (back[..., :2] ** 2).sum(-1) / focal[0] ** 2)
+    return missed / np.sqrt(
+        (ahead[..., :2] ** 2).sum(-1) / focal[1] ** 2 + (back[..., :2] ** 2).sum(-1) / focal[0] ** 2
+    )
 
 
 def _midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
@@ -189,8 +201,9 @@ def _midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
     return 0.5 * (cameras[0].centre_m + s[:, None] * first + cameras[1].centre_m + t[:, None] * second)
 
 
-def _stacked(cameras: Sequence[Camera], pixels: Sequence[Array], weights: Sequence[Array],
-             points: Array) -> tuple[Array, Array]:
+def _stacked(
+    cameras: Sequence[Camera], pixels: Sequence[Array], weights: Sequence[Array], points: Array
+) -> tuple[Array, Array]:
     """Weighted residuals (N, 4), measured minus projected, and the weighted Jacobian (N, 4, 3)."""
     residuals, jacobians = [], []
     for camera, uv, weight in zip(cameras, pixels, weights, strict=True):
@@ -212,13 +225,19 @@ def read_calibration(path: Path) -> list[Camera]:
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise InputError(f"no file {path}", "a calibration.json", "check [calibration] file in recording.toml, or run "
-                         "`ovines calibrate`") from None
+        raise InputError(
+            f"no file {path}",
+            "a calibration.json",
+            "check [calibration] file in recording.toml, or run `ovines calibrate`",
+        ) from None
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: {error}", "a JSON file with format = 1", "write the calibration again") from None
     if not isinstance(content, dict) or content.get("format") != 1 or not isinstance(content.get("cameras"), list):
-        raise InputError(f"{path}: no `format: 1` with a list of cameras", '{"format": 1, "world": "board", "cameras": [...]}',
-                         "see calibration.json in docs/formats.md")
+        raise InputError(
+            f"{path}: no `format: 1` with a list of cameras",
+            '{"format": 1, "world": "board", "cameras": [...]}',
+            "see calibration.json in docs/formats.md",
+        )
     cameras = [_camera_from_json(entry, f"{path}: cameras[{i}]") for i, entry in enumerate(content["cameras"])]
     names = [camera.name for camera in cameras]
     if len(set(names)) != len(names):
@@ -236,28 +255,63 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
         except (TypeError, ValueError, OverflowError):
             value = np.empty(0)
         if value.shape != shape or not np.isfinite(value).all():
-            raise InputError(f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
-                             f"finite numbers of shape {shape}", f"write {key} again, e.g. with `ovines calibrate`")
+            raise InputError(
+                f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
+                f"finite numbers of shape {shape}",
+                f"write {key} again, e.g. with `ovines calibrate`",
+            )
         return value
 
     rotation = numbers("rotation", (3, 3))
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
-        raise InputError(f"{where} ({entry['name']}): rotation is not one (R R^T differs from 1, or det R < 0)",
-                         "a proper rotation matrix", "check rows and columns, and that no axis is mirrored")
+        raise InputError(
+            f"{where} ({entry['name']}): rotation is not one (R R^T differs from 1, or det R < 0)",
+            "a proper rotation matrix",
+            "check rows and columns, and that no axis is mirrored",
+        )
     matrix = numbers("matrix", (3, 3))
     if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
-        raise InputError(f"{where} ({entry['name']}): focal lengths {matrix[0, 0]}, {matrix[1, 1]}", "positive numbers of pixels",
-                         "check the intrinsic matrix")
+        raise InputError(
+            f"{where} ({entry['name']}): focal lengths {matrix[0, 0]}, {matrix[1, 1]}",
+            "positive numbers of pixels",
+            "check the intrinsic matrix",
+        )
     rms_px = float("nan") if entry.get("rms_px") is None else float(numbers("rms_px", ()))
     width, height = numbers("sensor_size_px", (2,))
-    return Camera(entry["name"], (int(width), int(height)), matrix, numbers("distortion", (5,)), rotation,
-                  numbers("translation_m", (3,)), rms_px)
+    if not all(0 < side <= MOST_SIDE_PX and side == int(side) for side in (width, height)):
+        raise InputError(
+            f"{where} ({entry['name']}): sensor_size_px = [{width:g}, {height:g}]",
+            f"whole numbers from 1 to {MOST_SIDE_PX}",
+            "write the sensor's size as recording.toml has it",
+        )
+    return Camera(
+        entry["name"],
+        (int(width), int(height)),
+        matrix,
+        numbers("distortion", (5,)),
+        rotation,
+        numbers("translation_m", (3,)),
+        rms_px,
+    )
 
 
 def write_calibration(cameras: Sequence[Camera], path: Path, world: str = "board", **extra: Any) -> None:
     """Write ``calibration.json``; ``extra`` keys (provenance, standard deviations) go beside the cameras."""
-    entries = [{"name": c.name, "sensor_size_px": list(c.sensor_size_px), "matrix": c.matrix.tolist(),
-                "distortion": c.distortion.tolist(), "rotation": c.rotation.tolist(), "translation_m": c.translation_m.tolist(),
-                "rms_px": c.rms_px if np.isfinite(c.rms_px) else None} for c in cameras]
-    content = {"format": 1, "world": world, "cameras": entries, **extra}
-    write_text_whole(json.dumps(content, indent=1), path)
+    write_text_whole(json.dumps({**calibration_json(cameras, world), **extra}, indent=1), path)
+
+
+def calibration_json(cameras: Sequence[Camera], world: str = "board") -> dict[str, Any]:
+    """The cameras as ``calibration.json`` has them, in JSON's own values."""
+    entries = [
+        {
+            "name": c.name,
+            "sensor_size_px": list(c.sensor_size_px),
+            "matrix": c.matrix.tolist(),
+            "distortion": c.distortion.tolist(),
+            "rotation": c.rotation.tolist(),
+            "translation_m": c.translation_m.tolist(),
+            "rms_px": c.rms_px if np.isfinite(c.rms_px) else None,
+        }
+        for c in cameras
+    ]
+    return {"format": 1, "world": world, "cameras": entries}

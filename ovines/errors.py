@@ -27,12 +27,27 @@ class InputError(Exception):
         self.expected = expected
         self.do = do
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:  # workers hand it through a pickle; the default would lose two fields
+    def __reduce__(
+        self,
+    ) -> tuple[
+        type[InputError], tuple[str, str, str]
+    ]:  # workers hand it through a pickle; the default would lose two fields
         return type(self), (self.found, self.expected, self.do)
 
 
-ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO)
-PATHS = (errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EEXIST)
+ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+PERMISSION = (errno.EACCES, errno.EPERM)
+PATHS = (
+    errno.ENAMETOOLONG,
+    errno.ELOOP,
+    errno.ENOTDIR,
+    errno.EISDIR,
+    errno.EEXIST,
+    errno.ENOENT,
+    errno.EINVAL,
+    errno.ENXIO,
+    errno.EBUSY,
+)
 
 
 def refusal_of(error: OSError, place: str | Path = "") -> InputError | None:
@@ -45,6 +60,12 @@ def refusal_of(error: OSError, place: str | Path = "") -> InputError | None:
     if error.errno in ROOM:
         return InputError(found, "room and permission to write there",
                           "free some space or name another --out, and run again: finished stages are kept")  # fmt: skip
+    if error.errno in PERMISSION:
+        return InputError(
+            found,
+            "room and permission to read and write there",
+            "change its permissions or name another --out, and run again: finished stages are kept",
+        )
     if error.errno in PATHS:
         return InputError(found, "a path that can be read or written", "check the path, and --out")
     return None

@@ -26,9 +26,21 @@ if TYPE_CHECKING:
     from vision.track import Tracks
 
 __all__ = [
-    "analyse", "calibrate", "compare", "diagnose", "identify", "read_calibration", "read_recording", "read_scenario", "read_series", "read_table",
-    "simulate", "track", "triangulate",
-]  # fmt: skip
+    "analyse",
+    "calibrate",
+    "compare",
+    "diagnose",
+    "diagnose_recordings",
+    "identify",
+    "read_calibration",
+    "read_recording",
+    "read_scenario",
+    "read_series",
+    "read_table",
+    "simulate",
+    "track",
+    "triangulate",
+]
 Progress = Callable[[int, int], None]
 
 
@@ -39,8 +51,12 @@ def calibrate(recording: Recording, progress: Progress | None = None) -> Calibra
     return calibrate_recording(recording, progress)
 
 
-def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None = None, progress: Progress | None = None) -> Tracks:
-    """Frames -> table ``tracks`` and ``notes``; ``names`` (camera, marker, u_px, v_px of the first frame) where no layout is known."""
+def track(
+    recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None = None, progress: Progress | None = None
+) -> Tracks:
+    """Frames -> table ``tracks`` and ``notes``; ``names`` (camera, marker, u_px, v_px of the first frame) where no
+    layout is known.
+    """
     from vision.track import track as track_markers
 
     return track_markers(recording, cameras, names, progress)
@@ -55,7 +71,7 @@ def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Reco
 
 def analyse(points: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     """Table ``points`` -> table ``motion`` of NES and Host."""
-    from analysis.motion import motion_from_points
+    from analysis.motion.bodies import motion_from_points
 
     return motion_from_points(points, recording)
 
@@ -67,7 +83,9 @@ def identify(motion: pd.DataFrame, recording: Recording) -> Identified:
     return identify_parameters(motion, recording)
 
 
-def compare(motion: pd.DataFrame, found: Identified, recording: Recording, rng: np.random.Generator, runs: int = 40) -> Comparison:
+def compare(
+    motion: pd.DataFrame, found: Identified, recording: Recording, rng: np.random.Generator, runs: int = 40
+) -> Comparison:
     """Measured against simulated: one flight and one impact ahead, and ``runs`` whole runs as distributions."""
     from analysis.compare import compare as compare_runs
 
@@ -79,12 +97,21 @@ def compare(motion: pd.DataFrame, found: Identified, recording: Recording, rng: 
 def diagnose(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], rng: np.random.Generator) -> Diagnosis:
     """Tables ``motion`` of a series -> ``summary`` (as diagnosis.json) and ``predictions`` on held-out runs.
 
-    The command sees more when the recordings bring tracks or points: only those tell errors of the cameras.
+    Motion tells nothing of the cameras; where recordings bring frames, tracks or points, see `diagnose_recordings`.
     """
     from analysis.gap.diagnose import diagnose as diagnose_series
     from analysis.gap.series import from_motions
 
     return diagnose_series(from_motions(recordings, motions), rng)
+
+
+def diagnose_recordings(recordings: Sequence[Recording], out: str | Path, rng: np.random.Generator) -> Diagnosis:
+    """The same from the recordings' own entries, as `ovines diagnose` does it; tracks of frames are kept in ``out``."""
+    from analysis.gap.diagnose import diagnose as diagnose_series
+    from ovines.pipeline.diagnosis import load_series
+
+    series, _ = load_series(recordings, Path(out))
+    return diagnose_series(series, rng)
 
 
 def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> SimulationResult:
@@ -96,7 +123,7 @@ def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> Simu
 
 def read_scenario(path: str | Path) -> Scenario:
     """A scenario.toml, or a name of `ovines simulate --list`."""
-    from ovines.core.named import NAMED
+    from ovines.core.system.named import NAMED
     from ovines.scenario import read_scenario as read_file
 
     return NAMED[str(path)].make() if str(path) in NAMED else read_file(Path(path))

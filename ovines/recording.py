@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ovines.errors import InputError
+from ovines.io.toml_input import read_toml
 from ovines.recording_schema import Body, CameraSettings, Excitation, Nominal, RecordingFile
-from ovines.toml_input import read_toml
 
 __all__ = [
     "ENTRY_TABLES",
@@ -48,6 +48,7 @@ class Recording:
 
     @property
     def name(self) -> str:
+        """As recording.toml gives it, or its folder's."""
         return self.settings.name or self.folder.resolve().name
 
     @property
@@ -57,9 +58,11 @@ class Recording:
 
     @property
     def cameras(self) -> tuple[CameraSettings, ...]:
+        """The cameras in the order of recording.toml."""
         return self.settings.cameras
 
     def camera(self, name: str) -> CameraSettings:
+        """The camera of that name; `InputError` where there is none."""
         for camera in self.cameras:
             if camera.name == name:
                 return camera
@@ -81,14 +84,17 @@ class Recording:
 
     @property
     def markers(self) -> tuple[str, ...]:
+        """All markers, body by body."""
         return tuple(marker for body in self.bodies.values() for marker in body.markers)
 
     @property
     def excitation(self) -> Excitation | None:
+        """The drive as recording.toml gives it; None without ``[excitation]``."""
         return self.settings.excitation
 
     @property
     def model(self) -> Nominal | None:
+        """The nominal simulator; None without ``[model]``."""
         return self.settings.model
 
     @property
@@ -177,7 +183,9 @@ def read_recording(folder: str | Path) -> Recording:
     try:
         str(folder.resolve()).encode()
     except UnicodeEncodeError:  # names go into tables and pages, which are UTF-8
-        raise InputError(f"a path with bytes that are no UTF-8: {str(folder)!r}", "a path in UTF-8", "rename that folder") from None
+        raise InputError(
+            f"a path with bytes that are no UTF-8: {str(folder)!r}", "a path in UTF-8", "rename that folder"
+        ) from None
     return Recording(folder, read_toml(folder / FILE, RecordingFile))
 
 
@@ -192,10 +200,8 @@ def series_folders(folder: str | Path) -> list[Path]:
     if (folder / FILE).is_file():
         return [folder]
     if not folder.is_dir():
-        raise InputError(
-            f"{folder} is not there", "the folder of a recording or of a series", "check the path"
-        )
-    found = sorted(entry for entry in folder.iterdir() if (entry / FILE).is_file())
+        raise InputError(f"{folder} is not there", "the folder of a recording or of a series", "check the path")
+    found = sorted(entry for entry in folder.iterdir() if _may_be_recording(entry))
     if not found:
         raise InputError(
             f"{folder}: no {FILE}, neither there nor one folder below",
@@ -203,6 +209,16 @@ def series_folders(folder: str | Path) -> list[Path]:
             "check the path, or write recording.toml",
         )
     return found
+
+
+def _may_be_recording(entry: Path) -> bool:
+    """Whether a folder holds recording.toml; one that cannot be looked into counts, so that its own line says so."""
+    try:
+        return (entry / FILE).is_file()
+    except PermissionError:
+        return True
+    except OSError:
+        return False
 
 
 def read_series(folder: str | Path) -> list[Recording]:
@@ -240,9 +256,7 @@ def read_trigger(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
                 frames.append(frame)
                 times_s.append(time_s)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"{path}: {str(error)[:200]}", "a CSV file with frame,time_s", "check the path"
-        ) from None
+        raise InputError(f"{path}: {str(error)[:200]}", "a CSV file with frame,time_s", "check the path") from None
     if not frames:
         raise InputError(f"{path}: no rows", "one row per frame", do)
     return np.array(frames), np.array(times_s)

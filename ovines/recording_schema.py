@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from ovines.toml_input import Section
+from ovines.io.toml_input import Section
 
 
 def _plain(name: str) -> str:
@@ -33,6 +33,8 @@ Point3 = tuple[float, float, float]
 
 
 class Time(Section):
+    """``[time]``: frame rate, and the file of trigger times where one was recorded."""
+
     frame_rate_hz: Positive | None = None
     trigger: PathText | None = None
 
@@ -83,14 +85,10 @@ class Calibration(Section):
         images = {"board": self.board, "intrinsic": self.intrinsic, "extrinsic": self.extrinsic}
         given = [key for key, value in images.items() if value is not None]
         if self.file is not None and given:
-            raise ValueError(
-                f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic"
-            )
+            raise ValueError(f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic")
         if self.file is None and len(given) < 3:
             missing = [key for key in images if key not in given]
-            raise ValueError(
-                f"no {', '.join(missing)} | either 'file' or all of board, intrinsic and extrinsic"
-            )
+            raise ValueError(f"no {', '.join(missing)} | either 'file' or all of board, intrinsic and extrinsic")
         return self
 
 
@@ -99,7 +97,7 @@ class Body(Section):
 
     markers: tuple[Name, ...] = ()
     layout_m: tuple[Point3, ...] | None = None
-    layout_sd_m: Positive | None = None
+    layout_sd_m: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None  # from an atom's size to a metre
 
     @model_validator(mode="after")
     def _markers_fit(self) -> Body:
@@ -109,10 +107,18 @@ class Body(Section):
             raise ValueError(
                 f"{len(self.layout_m)} positions in layout_m | one for each of {len(self.markers)} markers | layout_m"
             )
+        if self.layout_m is not None and len(set(self.layout_m)) < len(self.layout_m):
+            place = next(one for one in self.layout_m if self.layout_m.count(one) > 1)
+            raise ValueError(
+                f"{list(place)} stands for more than one marker in layout_m | each marker at a place of its own | "
+                f"layout_m"
+            )
         return self
 
 
 class Ground(Body):
+    """``[bodies.ground]``: markers that stand still in the world."""
+
     pass
 
 
@@ -126,26 +132,26 @@ class Host(Body):
     @model_validator(mode="after")
     def _wall(self) -> Host:
         if (self.inner_radius_m is None) == (self.polygon_m is None):
-            given = (
-                "neither inner_radius_m nor polygon_m"
-                if self.polygon_m is None
-                else "inner_radius_m and polygon_m"
-            )
+            given = "neither inner_radius_m nor polygon_m" if self.polygon_m is None else "inner_radius_m and polygon_m"
             raise ValueError(f"{given} | one of the two")
         if self.polygon_m is not None:
             corners = zip(self.polygon_m, (*self.polygon_m[1:], self.polygon_m[0]), strict=True)
             if sum(a[0] * b[1] - a[1] * b[0] for a, b in corners) <= 0:
                 raise ValueError("polygon_m runs clockwise or has no area | corners counter-clockwise | polygon_m")
         if self.inner_radius_m and self.obstacle_radius_m and self.obstacle_radius_m >= self.inner_radius_m:
-            raise ValueError("obstacle_radius_m reaches the wall | an obstacle smaller than inner_radius_m | obstacle_radius_m")
+            raise ValueError(
+                "obstacle_radius_m reaches the wall | an obstacle smaller than inner_radius_m | obstacle_radius_m"
+            )
         return self
 
 
 class Nes(Body):
+    """``[bodies.nes]``: the disk, its markers, radius, mass and inertia factor (J = factor m R^2)."""
+
     centre_marker: Name | None = None
     radius_m: Positive
     mass_kg: Positive | None = None
-    inertia_factor: Annotated[float, Field(gt=0, le=1)] | None = None
+    inertia_factor: Annotated[float, Field(ge=1e-3, le=1)] | None = None  # below: a body that turns without inertia
 
     @model_validator(mode="after")
     def _centre(self) -> Nes:
@@ -157,6 +163,8 @@ class Nes(Body):
 
 
 class Bodies(Section):
+    """``[bodies]``: what the markers sit on; each marker belongs to one body."""
+
     ground: Ground | None = None
     host: Host | None = None
     nes: Nes | None = None
@@ -168,7 +176,8 @@ class Bodies(Section):
             for marker in getattr(getattr(self, body), "markers", ()):
                 if marker in seen:
                     raise ValueError(
-                        f"marker {marker!r} is on {seen[marker]} and on {body} | each marker on one body | {body}.markers"
+                        f"marker {marker!r} is on {seen[marker]} and on {body} | each marker on one body | "
+                        f"{body}.markers"
                     )
                 seen[marker] = body
         if self.host and self.nes and self.host.inner_radius_m:
@@ -182,6 +191,8 @@ class Bodies(Section):
 
 
 class Excitation(Section):
+    """``[excitation]``: the drive's frequency (Hz), level (g) and axis."""
+
     frequency_hz: Positive
     acceleration_g: Positive | None = None
     axis: Literal["x", "y", "z"] | None = None
@@ -198,6 +209,8 @@ class Nominal(Section):
 
 
 class RecordingFile(Section):
+    """The whole file (FORMATS ``recording.toml``)."""
+
     format: Literal[1]
     name: Name | None = None
     time: Time = Time()

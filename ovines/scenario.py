@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 from ovines import core
 from ovines.core.packing import pack
 from ovines.errors import InputError
+from ovines.io.toml_input import Section, read_toml
 from ovines.tables import read_table
-from ovines.toml_input import Section, read_toml
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -59,12 +59,16 @@ class Motion(Section):
 
 
 class SuspensionEntry(Section):
+    """``[host.suspension]``: springs (N/m, N/m, N m/rad) and dampers of x, y and rotation, and the ground's motion."""
+
     stiffness: tuple[NotNegative, NotNegative, NotNegative]
     damping: tuple[NotNegative, NotNegative, NotNegative]
     ground: Motion = Motion()
 
 
 class HostEntry(Section):
+    """``[host]``: its wall (m), how it moves, and its mass (kg) where it is free."""
+
     radius_m: Positive | None = None
     polygon_m: tuple[tuple[float, float], ...] | None = None
     obstacle_radius_m: Positive | None = None
@@ -76,18 +80,24 @@ class HostEntry(Section):
 
 
 class NesEntry(Section):
+    """``[nes]``: radius (m), mass (kg), inertia factor."""
+
     radius_m: Positive
     mass_kg: Positive
     inertia_factor: Positive = 0.5
 
 
 class ImpactEntry(Section):
+    """``[impact]``: restitution, wall friction, tangential restitution."""
+
     restitution: Annotated[float, Field(ge=0, le=1)]
     wall_friction: NotNegative
     tangential_restitution: Annotated[float, Field(ge=-1, le=1)]
 
 
 class FrictionEntry(Section):
+    """``[friction]``: the floor's coefficient and law, what it moves with, and its load (m/s^2)."""
+
     coefficient: NotNegative
     law: Literal["coulomb", "farkas"] = "farkas"
     support: Literal["host", "ground"] = "host"
@@ -96,16 +106,20 @@ class FrictionEntry(Section):
 
 
 class Initial(Section):
+    """``[initial]``: x, y (m), velocities (m/s), angle (rad), spin (rad/s) of NES and free Host."""
+
     nes: State = (0.0,) * 6
     host: State = (0.0,) * 6
 
 
 class Run(Section):
+    """``[run]``: duration (s), samples per second, limits and tolerance."""
+
     duration_s: Positive
     sample_rate_hz: Positive = 800.0
-    max_impacts: Annotated[int, Field(ge=1)] = 10000
-    number: Annotated[int, Field(ge=0)] = 0
-    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-11
+    max_impacts: Annotated[int, Field(ge=1, le=1_000_000_000)] = 10000
+    number: Annotated[int, Field(ge=0, le=1_000_000_000)] = 0
+    tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = 1e-11  # below: rounding, which no step size reaches
 
 
 class ScenarioFile(Section):

@@ -9,6 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+# As the commands do (ovines/__main__.py), and before numpy is loaded: with a thread per core in each of two test
+# processes, the small matrices of identification took 2.5 times as long.
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -17,8 +22,8 @@ from hypothesis import HealthCheck, settings
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
 
-# Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long` draws others
-# each time, and twenty times as many.
+# Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
+# draws others each time, and twenty times as many.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
 settings.load_profile("ci")
@@ -151,18 +156,14 @@ def bouncing_motion(frames: int, rate_hz: float, restitution: float = 0.72) -> p
     )  # fmt: skip
 
 
-def tracks_of(
-    motion: pd.DataFrame, cameras: Sequence[Camera], sd_px: float, rng: np.random.Generator
-) -> pd.DataFrame:
+def tracks_of(motion: pd.DataFrame, cameras: Sequence[Camera], sd_px: float, rng: np.random.Generator) -> pd.DataFrame:
     """Exact projections of the markers with Gaussian noise, in window pixels."""
     parts = []
     for prefix, body, layout in (("H", "host", HOST_LAYOUT_M), ("N", "nes", NES_LAYOUT_M)):
         pose = [motion[f"{body}_{name}"].to_numpy() for name in ("x_m", "y_m", "angle_rad")]
         points = moved(layout, *pose)
         for camera in cameras:
-            uv = (
-                camera.project(points) - OFFSET_PX[camera.name] + rng.normal(0, sd_px, (*points.shape[:2], 2))
-            )
+            uv = camera.project(points) - OFFSET_PX[camera.name] + rng.normal(0, sd_px, (*points.shape[:2], 2))
             for i in range(len(layout)):
                 parts.append(
                     pd.DataFrame(

@@ -17,19 +17,24 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.boards import WORLD_FROM_BOARD, Board
-from vision.calibration_adjust import FIXED, INTRINSICS, Adjusted, Sighting, State, adjust, project
-from vision.calibration_advice import advise, coverage
-from vision.calibration_detect import MINIMUM_POINTS, View
-from vision.calibration_images import read_views
-from vision.calibration_single import Single, board_pose, make_setting, sightings_of, solve_camera, unbiased
+from vision.calibration.advice import EXTRINSIC, advise, coverage
+from vision.calibration.boards import WORLD_FROM_BOARD, Board
+from vision.calibration.bundle_adjustment import FIXED, INTRINSICS, Adjusted, Sighting, State, adjust, project
+from vision.calibration.detection import MINIMUM_POINTS, View
+from vision.calibration.images import read_views
+from vision.calibration.shared_views import taken_at_once
+from vision.calibration.single_camera import (
+    Single,
+    board_pose,
+    make_setting,
+    sightings_of,
+    solve_camera,
+    unbiased,
+)
 
 Array = NDArray[np.float64]
-EXTRINSIC = "extrinsic view"
 # Views of one name taken as simultaneous may raise the residuals by this factor (they have fewer unknowns), no more.
 SIMULTANEOUS = 1.15
-# Depth of a small board is known to a percent: views of one instant lie that far apart, in pixels of the second camera.
-NEAR_PX = 200.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +42,8 @@ class Calibration:
     """The cameras and how well they are known.
 
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
-    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance``
-    (15 C, 15 C) over ``labels`` (camera, parameter): fx, fy, cx, cy, k1, k2, p1, p2, k3, then rotation (a left-multiplied
+    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (15 C, 15
+    C) over ``labels`` (camera, parameter): fx, fy, cx, cy, k1, k2, p1, p2, k3, then rotation (a left-multiplied
     rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the cameras' views were tied.
     """
 
@@ -52,14 +57,20 @@ class Calibration:
     simultaneous: bool
 
 
-def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px: Mapping[str, tuple[int, int]],
-              extrinsic: Mapping[str, View], simultaneous: bool | None = None, known_baseline_m: float | None = None) -> Calibration:
+def calibrate(
+    board: Board,
+    views: Mapping[str, Sequence[View]],
+    sensor_size_px: Mapping[str, tuple[int, int]],
+    extrinsic: Mapping[str, View],
+    simultaneous: bool | None = None,
+    known_baseline_m: float | None = None,
+) -> Calibration:
     """Cameras from detected board views.
 
     Parameters
     ----------
     board : the board as printed
-    views : per camera, its views (full-sensor pixels), see :func:`vision.calibration_detect.detect`
+    views : per camera, its views (full-sensor pixels), see :func:`vision.calibration.detection.detect`
     sensor_size_px : per camera
     extrinsic : per camera, the view of the board in the world position
     simultaneous : whether views of one name show one board pose; None: asked of the data
@@ -68,28 +79,56 @@ def calibrate(board: Board, views: Mapping[str, Sequence[View]], sensor_size_px:
     Raises `InputError` for too few views, a board not seen in the world position, swapped extrinsic views.
     """
     names = list(views)
+    if len(names) > 1 and board.ends_alike:
+        raise _alike(board)
     singles = {name: _solved(name, views[name], board, sensor_size_px[name]) for name in names}
     for name in names:
         if len(extrinsic[name].points) < MINIMUM_POINTS:
-            raise InputError(f"{name}: {len(extrinsic[name].points)} points of the board in its extrinsic view",
-                             f"at least {MINIMUM_POINTS}", "take the view of the board in the world position again")
+            raise InputError(
+                f"{name}: {len(extrinsic[name].points)} points of the board in its extrinsic view",
+                f"at least {MINIMUM_POINTS}",
+                "take the view of the board in the world position again",
+            )
     _refuse_swapped(names, singles, extrinsic, board)
     sizes = [sensor_size_px[name] for name in names]
-    best, tied = _joint(names, singles, extrinsic, board, sizes, tie=False), False
-    shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if len(names) > 1 else set()
-    if simultaneous or (simultaneous is None and shared and _may_be_simultaneous(best, names, singles, extrinsic, shared, board)):
-        trial = _joint(names, singles, extrinsic, board, sizes, tie=True)
+    best, tied = _joint(names, singles, extrinsic, board, sizes, set()), False
+    if simultaneous:
+        shared = set.intersection(*({v.when for v in s.views} for s in singles.values()))
+    else:
+        shared = taken_at_once(names, singles, extrinsic, board) if simultaneous is None else set()
+    if shared:
+        trial = _joint(names, singles, extrinsic, board, sizes, shared)
         agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + 0.002).all())
-        if simultaneous and not agrees:  # the board moved between the cameras' exposures: that tells nothing about lenses
-            trial = _joint(names, singles, extrinsic, board, sizes, tie=True, lenses_known=True)
+        if (
+            simultaneous and not agrees
+        ):  # the board moved between the cameras' exposures: that tells nothing about lenses
+            trial = _joint(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
         if simultaneous or agrees:
             best, tied = trial, True
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
     parameters = _parameter_table(names, best, singles, sensor_size_px, cameras)
     table = _view_table(names, singles, best, views, extrinsic)
-    advice = advise(names, singles, sensor_size_px, parameters, cameras, known_baseline_m, board)
-    return Calibration(cameras, table, parameters, advice, best.covariance,
-                       [(names[c], label) for c, label in best.labels], board, tied)
+    advice = advise(
+        names,
+        singles,
+        sensor_size_px,
+        parameters,
+        cameras,
+        known_baseline_m,
+        board,
+        table,
+        {name: extrinsic[name].name for name in names},
+    )
+    return Calibration(
+        cameras,
+        table,
+        parameters,
+        advice,
+        best.covariance,
+        [(names[c], label) for c, label in best.labels],
+        board,
+        tied,
+    )
 
 
 def calibrate_recording(recording: Recording, progress: Callable[[int, int], None] | None = None) -> Calibration:
@@ -101,18 +140,39 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     return result
 
 
+def _alike(board: Board) -> InputError:
+    columns, rows = board.squares
+    return InputError(
+        f"a chessboard of {columns} x {rows} squares looks the same turned by half: nothing tells the cameras which "
+        f"corner is the first",
+        "one even and one odd number of squares, or a ChArUco board",
+        f"cover one row of squares and set squares = [{columns}, {rows - 1}], or calibrate with another board",
+    )
+
+
 def _solved(name: str, views: Sequence[View], board: Board, size_px: tuple[int, int]) -> Single:
     single = solve_camera(views, board, size_px)  # the extrinsic view joins later: it may be another camera's
     if single is None:
         found = sum(len(v.points) >= MINIMUM_POINTS for v in views)
-        raise InputError(f"{name}: board {board.name} usable in {found} of {len(views)} images", "at least three usable views",
-                         "take 10 to 20 views with the board tilted, near every corner of the image, sharp and well lit")
+        raise InputError(
+            f"{name}: board {board.name} usable in {found} of {len(views)} images",
+            "at least three usable views",
+            "take 10 to 20 views with the board tilted, near every corner of the image, sharp and well lit",
+        )
     return single
 
 
-def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View], board: Board,
-           sizes: Sequence[tuple[int, int]], tie: bool, lenses_known: bool = False) -> Adjusted:
-    """All cameras together.  The board of the extrinsic view is the world; tied views have their pose in it.
+def _joint(
+    names: Sequence[str],
+    singles: Mapping[str, Single],
+    extrinsic: Mapping[str, View],
+    board: Board,
+    sizes: Sequence[tuple[int, int]],
+    tied: set[str],
+    lenses_known: bool = False,
+) -> Adjusted:
+    """All cameras together.  The board of the extrinsic view is the world; views of the instants `tied` have their pose
+    in it.
 
     ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
     """
@@ -122,14 +182,16 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
     camera_turns: list[Array] = []
     camera_shifts: list[Array] = []
     pose_of: dict[str, int] = {}
-    shared = set.intersection(*({v.name for v in s.views} for s in singles.values())) if tie else set()
     for c, name in enumerate(names):
         single, world = singles[name], extrinsic[name]
         values = single.adjusted.state.intrinsics[0]
         placed = board_pose(board.points_m()[world.points], world.uv_px, values)
         if placed is None:
-            raise InputError(f"{name}: no pose fits its extrinsic view", "the whole flat board, in focus, in the world position",
-                             "take that view again")
+            raise InputError(
+                f"{name}: no pose fits its extrinsic view",
+                "the whole flat board, in focus, in the world position",
+                "take that view again",
+            )
         turn, shift = placed
         uv = world.uv_px if world.discs is None else unbiased(world.discs, values, turn, shift)
         sightings.append(Sighting(c, FIXED, True, board.points_m()[world.points], uv))
@@ -139,19 +201,27 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
         for view, sighting in zip(single.views, own, strict=True):
             if view.name == world.name:
                 continue  # already there, as the world
-            turn, shift = single.adjusted.state.rotation[sighting.pose], single.adjusted.state.translation[sighting.pose]
-            tied = view.name in shared
-            if tied and view.name in pose_of:
-                pose = pose_of[view.name]
+            turn, shift = (
+                single.adjusted.state.rotation[sighting.pose],
+                single.adjusted.state.translation[sighting.pose],
+            )
+            at_once = view.when in tied
+            if at_once and view.when in pose_of:
+                pose = pose_of[view.when]
             else:
                 pose = len(turns)
-                turns.append(camera_turns[c].T @ turn if tied else turn)
-                shifts.append(camera_turns[c].T @ (shift - camera_shifts[c]) if tied else shift)
-                pose_of[view.name] = pose
-            sightings.append(Sighting(c, pose, tied, sighting.points_m, sighting.uv_px))
+                turns.append(camera_turns[c].T @ turn if at_once else turn)
+                shifts.append(camera_turns[c].T @ (shift - camera_shifts[c]) if at_once else shift)
+                pose_of[view.when] = pose
+            sightings.append(Sighting(c, pose, at_once, sighting.points_m, sighting.uv_px))
     intrinsics = np.concatenate([singles[name].adjusted.state.intrinsics for name in names])
-    state = State(intrinsics, np.array(camera_turns), np.array(camera_shifts), np.array(turns).reshape(-1, 3, 3),
-                  np.array(shifts).reshape(-1, 3))
+    state = State(
+        intrinsics,
+        np.array(camera_turns),
+        np.array(camera_shifts),
+        np.array(turns).reshape(-1, 3, 3),
+        np.array(shifts).reshape(-1, 3),
+    )
     setting = make_setting(sizes, state, WORLD_FROM_BOARD)
     setting.free = np.concatenate([singles[name].setting.free for name in names])
     setting.one_sigma = lenses_known
@@ -162,24 +232,9 @@ def _joint(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mappi
     return adjust(sightings, state, setting)
 
 
-def _may_be_simultaneous(found: Adjusted, names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View],
-                         shared: set[str], board: Board) -> bool:
-    """Whether the first camera's view, carried over by the cameras' poses, falls on the other's within NEAR_PX: a cheap first look."""
-    misses = []
-    for name in shared - {view.name for view in extrinsic.values()}:
-        poses, state = [], found.state
-        for camera in names:
-            k = [view.name for view in singles[camera].views].index(name)
-            own = singles[camera].adjusted.state
-            poses.append((own.rotation[k], own.translation[k]))
-        middle = np.append(0.5 * np.array(board.size_m), 0.0)
-        places = [state.camera_rotation[c].T @ (turn @ middle + shift - state.camera_translation[c])
-                  for c, (turn, shift) in enumerate(poses)]
-        misses.append(np.linalg.norm(places[1] - places[0]) * state.intrinsics[1, 0] / poses[1][1][2])
-    return bool(misses) and float(np.median(misses)) < NEAR_PX
-
-
-def _refuse_swapped(names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View], board: Board) -> None:
+def _refuse_swapped(
+    names: Sequence[str], singles: Mapping[str, Single], extrinsic: Mapping[str, View], board: Board
+) -> None:
     """Extrinsic images in the wrong cameras' folders: each fits the other camera's lens clearly better than its own."""
     if len(names) != 2:
         return
@@ -191,53 +246,91 @@ def _refuse_swapped(names: Sequence[str], singles: Mapping[str, Single], extrins
             return np.inf
         sighting = Sighting(0, 0, False, board.points_m()[view.points], view.uv_px)
         state = State(values[None], np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None])
-        return float(np.mean((view.uv_px - project(sighting, state, singles[camera].setting)[0])**2))
+        return float(np.mean((view.uv_px - project(sighting, state, singles[camera].setting)[0]) ** 2))
 
     a, b = names
     noise = max(s.adjusted.sigma_px[0] for s in singles.values())
     straight, crossed = error(a, a) + error(b, b), error(a, b) + error(b, a)
     if straight > 4 * crossed and straight > 8 * noise**2:
-        raise InputError(f"the extrinsic view of {a} fits the lens of {b} and the other way round "
-                         f"({np.sqrt(straight):.2f} px as given, {np.sqrt(crossed):.2f} px swapped)",
-                         "each camera's own images", "swap the cameras' calibration folders")
+        raise InputError(
+            f"the extrinsic view of {a} fits the lens of {b} and the other way round "
+            f"({np.sqrt(straight):.2f} px as given, {np.sqrt(crossed):.2f} px swapped)",
+            "each camera's own images",
+            "swap the cameras' calibration folders",
+        )
 
 
 def _camera(name: str, size_px: tuple[int, int], found: Adjusted, c: int) -> Camera:
     fx, fy, cx, cy, *distortion = found.state.intrinsics[c]
-    return Camera(name, size_px, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array(distortion),
-                  found.state.camera_rotation[c], found.state.camera_translation[c], _rms(found, c))
+    return Camera(
+        name,
+        size_px,
+        np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
+        np.array(distortion),
+        found.state.camera_rotation[c],
+        found.state.camera_translation[c],
+        _rms(found, c),
+    )
 
 
 def _rms(found: Adjusted, c: int) -> float:
     own = [r for r, count in zip(found.residuals_px, found.camera_of, strict=True) if count == c]
-    return float(np.sqrt(2 * np.mean(np.concatenate(own)**2)))
+    return float(np.sqrt(2 * np.mean(np.concatenate(own) ** 2)))
 
 
-def _parameter_table(names: Sequence[str], found: Adjusted, singles: Mapping[str, Single],
-                     sensor_size_px: Mapping[str, tuple[int, int]], cameras: Sequence[Camera]) -> pd.DataFrame:
+def _parameter_table(
+    names: Sequence[str],
+    found: Adjusted,
+    singles: Mapping[str, Single],
+    sensor_size_px: Mapping[str, tuple[int, int]],
+    cameras: Sequence[Camera],
+) -> pd.DataFrame:
     sd = np.sqrt(np.diag(found.covariance))
     rows = []
     for c, (name, camera) in enumerate(zip(names, cameras, strict=True)):
-        rows += [(name, label, value, s if np.isfinite(s) else None) for label, value, s in
-                 zip(INTRINSICS, found.state.intrinsics[c], sd[15 * c:15 * c + 9], strict=True)]
-        rows += [(name, label, value, s) for label, value, s in
-                 zip(("tx_m", "ty_m", "tz_m"), camera.translation_m, sd[15 * c + 12:15 * c + 15], strict=True)]
+        rows += [
+            (name, label, value, s if np.isfinite(s) else None)
+            for label, value, s in zip(INTRINSICS, found.state.intrinsics[c], sd[15 * c : 15 * c + 9], strict=True)
+        ]
+        rows += [
+            (name, label, value, s)
+            for label, value, s in zip(
+                ("tx_m", "ty_m", "tz_m"), camera.translation_m, sd[15 * c + 12 : 15 * c + 15], strict=True
+            )
+        ]
         rows.append((name, "rms_px", camera.rms_px, None))
         rows.append((name, "coverage", coverage(singles[name].views, sensor_size_px[name]), None))
     return pd.DataFrame(rows, columns=["camera", "parameter", "value", "sd"]).astype({"sd": float})
 
 
-def _view_table(names: Sequence[str], singles: Mapping[str, Single], found: Adjusted, views: Mapping[str, Sequence[View]],
-                extrinsic: Mapping[str, View]) -> pd.DataFrame:
+def _view_table(
+    names: Sequence[str],
+    singles: Mapping[str, Single],
+    found: Adjusted,
+    views: Mapping[str, Sequence[View]],
+    extrinsic: Mapping[str, View],
+) -> pd.DataFrame:
     rows: list[tuple[object, ...]] = []
     for c, name in enumerate(names):
         residuals = [r for r, camera in zip(found.residuals_px, found.camera_of, strict=True) if camera == c]
         rms = [float(np.sqrt(2 * np.mean(r**2))) for r in residuals]
-        fitted = dict(zip([EXTRINSIC] + [v.name for v in singles[name].views if v.name != extrinsic[name].name], rms, strict=True))
+        fitted = dict(
+            zip([EXTRINSIC] + [v.name for v in singles[name].views if v.name != extrinsic[name].name], rms, strict=True)
+        )
         rows.append((name, EXTRINSIC, len(extrinsic[name].points), True, fitted[EXTRINSIC], None))
         for view in views[name]:
             if view.name == extrinsic[name].name:
                 continue
-            rows.append((name, view.name, len(view.points), view.name in fitted, fitted.get(view.name),
-                         singles[name].dropped.get(view.name)))
-    return pd.DataFrame(rows, columns=["camera", "view", "points", "used", "rms_px", "reason"]).astype({"rms_px": float})
+            rows.append(
+                (
+                    name,
+                    view.name,
+                    len(view.points),
+                    view.name in fitted,
+                    fitted.get(view.name),
+                    singles[name].dropped.get(view.name),
+                )
+            )
+    return pd.DataFrame(rows, columns=["camera", "view", "points", "used", "rms_px", "reason"]).astype(
+        {"rms_px": float}
+    )

@@ -1,4 +1,6 @@
-"""Compiled code of vision.compiled's importers, kept on disk under a hash of all their sources (see :mod:`ovines.core.compiled`)."""
+"""Compiled code of vision.compiled's importers, kept on disk under a hash of all their sources (see
+:mod:`ovines.core.compiled`).
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Images to tracks: every marker's sub-pixel centre in every frame of both cameras, under its own name.
 
-The three bodies are followed as rigid bodies in both cameras at once (`vision.tracker`).  See `vision.identity` for naming,
-`vision.centre` for centres.
+The three bodies are followed as rigid bodies in both cameras at once (`vision.tracking.tracker`).  See
+`vision.identity.matching` for naming,
+`vision.markers.fit` for centres.
 """
 
 from __future__ import annotations
@@ -17,20 +18,22 @@ import pandas as pd
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.circle_centre import circle_centres, on_plane
-from vision.common_gaps import as_dropped, find_common_gaps
-from vision.exposure import arc_shift, spins
-from vision.eye import Eye
-from vision.first_names import names_by_geometry
-from vision.frame_times import frame_times
-from vision.frames import Source, open_sources, stream_chunks
-from vision.layouts import symmetry_notes
-from vision.named import check_names
-from vision.shared_discs import unshared
-from vision.sight import KEPT
-from vision.sync import DroppedFrames, find_dropped_frames, renumbered, true_numbers
-from vision.tracker import Tracker
-from vision.wall_table import expected_rims, instants, rims_at, wall_notes, wall_table
+from vision.frames.dropped import DroppedFrames, find_dropped_frames, renumbered, true_numbers
+from vision.frames.dropped_by_both import as_dropped, find_common_gaps
+from vision.frames.sources import Source, open_sources, stream_chunks
+from vision.frames.times import frame_times
+from vision.identity.default_names import names_by_geometry
+from vision.identity.layouts import symmetry_notes
+from vision.markers.fit import radius_px
+from vision.markers.perspective import circle_centres, on_plane
+from vision.tracking.camera_tracker import Eye
+from vision.tracking.disc_sizes import LARGEST_PX, SMALLEST_PX, size_notes
+from vision.tracking.duplicate_assignments import unshared
+from vision.tracking.exposure import arc_shift, spins
+from vision.tracking.manual_names import check_names
+from vision.tracking.state import KEPT
+from vision.tracking.tracker import Tracker
+from vision.walls.table import expected_rims, instants, rims_at, wall_notes, wall_table
 
 _LEAST_TURN_RAD = 1e-4  # during the exposure; less draws a marker 20 mm from the turning point in by less than 1e-11 m
 
@@ -44,8 +47,12 @@ class Tracks(NamedTuple):
     walls: pd.DataFrame
 
 
-def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None = None,
-          progress: Callable[[int, int], None] | None = None) -> Tracks:
+def track(
+    recording: Recording,
+    cameras: Sequence[Camera],
+    names: pd.DataFrame | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Tracks:
     """Track every marker of a recording.
 
     Parameters
@@ -53,7 +60,7 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     recording : with frames of two cameras
     cameras : calibrated; the recording's cameras by name
     names : where markers are in the first frame (columns camera, marker, u_px, v_px, window pixels), for bodies
-        without `layout_m`; None: as the geometry suggests, see `vision.first_names`
+        without `layout_m`; None: as the geometry suggests, see `vision.identity.default_names`
     progress : called with (frames done, frames in all)
 
     Returns
@@ -68,8 +75,11 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     by_name = {camera.name: camera for camera in cameras}
     strangers = [camera.name for camera in recording.cameras if camera.name not in by_name]
     if strangers or len(recording.cameras) != 2:
-        raise InputError(f"cameras {[c.name for c in recording.cameras]} with a calibration of {sorted(by_name)}",
-                         "two cameras, both calibrated", "give recording.toml and calibration.json the same names")
+        raise InputError(
+            f"cameras {[c.name for c in recording.cameras]} with a calibration of {sorted(by_name)}",
+            "two cameras, both calibrated",
+            "give recording.toml and calibration.json the same names",
+        )
     if names is not None:
         names = check_names(names)
     sources, notes = open_sources(recording)
@@ -99,8 +109,14 @@ def track(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame |
     return Tracks(tracks, own_notes + told + time_notes + wall_notes(walls, rims), walls)
 
 
-def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Source], names: pd.DataFrame | None, notes: list[str],
-            progress: Callable[[int, int], None] | None) -> tuple[Tracker, list[dict[str, Any]]]:
+def _follow(
+    recording: Recording,
+    cameras: Sequence[Camera],
+    sources: list[Source],
+    names: pd.DataFrame | None,
+    notes: list[str],
+    progress: Callable[[int, int], None] | None,
+) -> tuple[Tracker, list[dict[str, Any]]]:
     """All bodies through all frames, and the walls' rows at some instants; `notes` are added to."""
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
     tracker = Tracker(recording, cameras, names, notes, len(numbers))
@@ -115,7 +131,9 @@ def _follow(recording: Recording, cameras: Sequence[Camera], sources: list[Sourc
             frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
             if frame in chosen and first < end and len(images) == 2:
                 offsets, rims = [eye.offset for eye in tracker.eyes], expected_rims(recording, tracker.layout)
-                rows += rims_at(frame, images, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows)
+                rows += rims_at(
+                    frame, images, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows
+                )
         done += len(frames)
         if progress:
             progress(done, len(numbers))
@@ -130,16 +148,29 @@ def _dropped(tracks: pd.DataFrame, tracker: Tracker, recording: Recording) -> li
     dropped = find_dropped_frames(tracks, cameras, offsets, heights)
     if "host" not in layout.bodies or not layout.known[layout.bodies.index("host")]:
         return dropped
-    gaps = find_common_gaps(_timed(renumbered(tracks, dropped), recording), cameras, offsets, heights,
-                            layout.markers[layout.of(layout.bodies.index("host"))])
+    gaps = find_common_gaps(
+        _timed(renumbered(tracks, dropped), recording),
+        cameras,
+        offsets,
+        heights,
+        layout.markers[layout.of(layout.bodies.index("host"))],
+    )
     return dropped + as_dropped(gaps, dropped, tracks)
 
 
 def _moved(source: Source, dropped: Sequence[DroppedFrames]) -> Source:
     """The camera's pictures under the numbers of the instants that they show."""
     own = sorted(source.files)
-    return replace(source, files=dict(zip(true_numbers(np.array(own), dropped, source.camera.name).tolist(),
-                                          (source.files[number] for number in own), strict=True)))
+    return replace(
+        source,
+        files=dict(
+            zip(
+                true_numbers(np.array(own), dropped, source.camera.name).tolist(),
+                (source.files[number] for number in own),
+                strict=True,
+            )
+        ),
+    )
 
 
 def _timed(tracks: pd.DataFrame, recording: Recording) -> pd.DataFrame:
@@ -155,7 +186,7 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
     tables = []
     for i, eye in enumerate(tracker.eyes):
         rows = tracker.kept(i)
-        frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6:KEPT - 1]
+        frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6 : KEPT - 1]
         uv = np.empty((len(rows), 2))
         for chunk in np.array_split(np.arange(len(rows)), len(rows) // 100_000 + 1):
             if len(chunk):
@@ -163,23 +194,39 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
         exposure_s = recording.camera(eye.camera.name).exposure_s
         if exposure_s and len(rows):
             uv += _arc_px(tracker, eye, rows, uv, frame_times(recording, frames)[0], exposure_s)
-        tables.append(pd.DataFrame({
-            "camera": eye.camera.name, "frame": frames, "time_s": np.nan, "marker": markers[marker], "u_px": uv[:, 0],
-            "v_px": uv[:, 1], "sd_px": rows[:, KEPT - 1]}))
-        own = unshared(frames, marker, uv, tracker.body_of)
+        tables.append(
+            pd.DataFrame(
+                {
+                    "camera": eye.camera.name,
+                    "frame": frames,
+                    "time_s": np.nan,
+                    "marker": markers[marker],
+                    "u_px": uv[:, 0],
+                    "v_px": uv[:, 1],
+                    "sd_px": rows[:, KEPT - 1],
+                }
+            )
+        )
+        own = unshared(frames, marker, uv, radius_px(fits), tracker.body_of)
         tables[-1] = tables[-1][own]
+        notes.extend(size_notes(eye.camera.name, tracker.layout, marker, radius_px(fits)))
         for name in markers[np.bincount(marker[own], minlength=len(markers)) == 0]:
             notes.append(f"{eye.camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)
     if not len(tracks):
-        raise InputError("no marker was found in any frame of either camera",
-                         "round markers laid out as layout_m says, in focus, in both windows",
-                         "check layout_m, the calibration and window_offset_px, or give --names first_frame.csv")
+        raise InputError(
+            "no marker was found in any frame of either camera",
+            f"round markers of {SMALLEST_PX:g} to {LARGEST_PX:.0f} px radius laid out as layout_m says, in focus, in "
+            f"both windows",
+            "check layout_m, the calibration and window_offset_px, or give --names first_frame.csv",
+        )
     return _timed(tracks, recording)
 
 
-def _arc_px(tracker: Tracker, eye: Eye, rows: np.ndarray, uv: np.ndarray, times_s: np.ndarray, exposure_s: float) -> np.ndarray:
-    """What turning during the exposure took off the markers' pixels (n, 2); see `vision.exposure`."""
+def _arc_px(
+    tracker: Tracker, eye: Eye, rows: np.ndarray, uv: np.ndarray, times_s: np.ndarray, exposure_s: float
+) -> np.ndarray:
+    """What turning during the exposure took off the markers' pixels (n, 2); see `vision.tracking.exposure`."""
     marker = rows[:, 1].astype(int)
     spin = np.zeros(len(rows))
     for body in range(len(tracker.layout.bodies)):

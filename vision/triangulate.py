@@ -14,8 +14,9 @@ from ovines.errors import InputError
 FIRST_GUESS_SD_PX = 0.1
 
 
-def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
-                window_offset_px: Mapping[str, Sequence[float]]) -> pd.DataFrame:
+def triangulate(
+    tracks: pd.DataFrame, cameras: Sequence[Camera], window_offset_px: Mapping[str, Sequence[float]]
+) -> pd.DataFrame:
     """Points in metres of every marker that both cameras saw in a frame.
 
     Parameters
@@ -36,11 +37,17 @@ def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
     names = [name for name in by_name if name in set(tracks["camera"])]
     strangers = sorted(set(tracks["camera"]) - set(by_name))
     if strangers:
-        raise InputError(f"tracks of camera {strangers[0]!r}", f"one of the calibrated cameras {sorted(by_name)}",
-                         "give recording.toml and calibration.json the same camera names")
+        raise InputError(
+            f"tracks of camera {strangers[0]!r}",
+            f"one of the calibrated cameras {sorted(by_name)}",
+            "give recording.toml and calibration.json the same camera names",
+        )
     if len(names) != 2:
-        raise InputError(f"tracks of {len(names)} camera(s): {names}", "tracks of two cameras",
-                         "one camera alone gives no depth: check the second camera's tracks")
+        raise InputError(
+            f"tracks of {len(names)} camera(s): {names}",
+            "tracks of two cameras",
+            "one camera alone gives no depth: check the second camera's tracks",
+        )
     views = []
     for name in names:
         view = tracks.loc[tracks["camera"] == name, ["frame", "time_s", "marker", "u_px", "v_px", "sd_px"]].copy()
@@ -52,8 +59,11 @@ def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
     uv = [pairs[["u_px", "v_px"]].to_numpy(float), pairs[["u_px_2", "v_px_2"]].to_numpy(float)]
     sd = [pairs[column].to_numpy(float) for column in ("sd_px", "sd_px_2")]
     if any((s <= 0).any() for s in sd):
-        raise InputError("tracks with sd_px of 0 or below", "a standard deviation above 0, or null where it is unknown",
-                         "write null where it is unknown")
+        raise InputError(
+            "tracks with sd_px of 0 or below",
+            "a standard deviation above 0, or null where it is unknown",
+            "write null where it is unknown",
+        )
     unknown = np.isnan(sd[0]) | np.isnan(sd[1])
     sd = [np.where(unknown, FIRST_GUESS_SD_PX, s) for s in sd]
     pair = [by_name[name] for name in names]
@@ -64,10 +74,16 @@ def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera],
             sd = [np.where(unknown, spread, s) for s in sd]
             result = triangulate_points(pair, uv, sd)
     position_sd = np.sqrt(np.diagonal(result.covariance_m2, axis1=1, axis2=2))
-    points = pd.DataFrame({
-        "frame": pairs["frame"].to_numpy(), "time_s": pairs["time_s"].to_numpy(float), "marker": pairs["marker"].to_numpy(),
-        **{f"{axis}_m": result.points_m[:, i] for i, axis in enumerate("xyz")},
-        **{f"{axis}_sd_m": position_sd[:, i] for i, axis in enumerate("xyz")},
-        "reprojection_px": result.reprojection_px, "epipolar_px": result.epipolar_px})
+    points = pd.DataFrame(
+        {
+            "frame": pairs["frame"].to_numpy(),
+            "time_s": pairs["time_s"].to_numpy(float),
+            "marker": pairs["marker"].to_numpy(),
+            **{f"{axis}_m": result.points_m[:, i] for i, axis in enumerate("xyz")},
+            **{f"{axis}_sd_m": position_sd[:, i] for i, axis in enumerate("xyz")},
+            "reprojection_px": result.reprojection_px,
+            "epipolar_px": result.epipolar_px,
+        }
+    )
     points = points[np.isfinite(points["x_m"])]
     return points.sort_values(["frame", "marker"], kind="stable").reset_index(drop=True)

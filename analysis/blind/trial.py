@@ -10,18 +10,20 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.causes import CAUSES
-from analysis.blind.listed_causes import LISTED
-from analysis.blind.plant import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
-from analysis.blind.unlisted_causes import UNLISTED
+from analysis.blind.causes.listed import LISTED
+from analysis.blind.causes.named import CAUSES
+from analysis.blind.causes.unlisted import UNLISTED
+from analysis.blind.recording.place import draw_place
+from analysis.blind.series import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
 from ovines.errors import InputError
-from ovines.written_whole import write_text_whole
+from ovines.io.atomic_write import write_text_whole
 
 Film = Callable[[Series, Outline, Path], None]
 
@@ -118,9 +120,11 @@ def outlines(
     for index, (kind, size, noise) in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
         salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
-        outline = outline_series(
-            kind, size, rng, FILMED_RUNS if noise == "image" else runs, noise, f"case-{index + 1:03d}", told
-        )
+        shots = FILMED_RUNS if noise == "image" else runs
+        place = draw_place(np.random.default_rng([seed, index + 1, 2]), shots)
+        if noise == "image":  # frames carry numbers from 0 and no times
+            place = replace(place, start_s=(), first_frame=())
+        outline = outline_series(kind, size, rng, shots, noise, f"case-{index + 1:03d}", told, place)
         outline.truth["salt"] = salt
         yield outline
 
@@ -230,8 +234,7 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, An
         truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
     else:
         truths = {
-            c["case"]: json.loads((folder / "sealed" / f"{c['case']}.json").read_text())
-            for c in manifest["cases"]
+            c["case"]: json.loads((folder / "sealed" / f"{c['case']}.json").read_text()) for c in manifest["cases"]
         }
     for case in manifest["cases"]:
         if truth_hash(truths[case["case"]]) != case["truth_sha256"]:

@@ -60,9 +60,7 @@ def run_distributions(samples: dict[str, tuple[NDArray[np.float64], NDArray[np.f
         if len(measured) == 1:
             ax.axvline(measured[0], color=BLUE, lw=1.4, label="measured")
         else:
-            ax.step(
-                measured, np.linspace(0, 1, len(measured)), color=BLUE, lw=1.4, label="measured", where="post"
-            )
+            ax.step(measured, np.linspace(0, 1, len(measured)), color=BLUE, lw=1.4, label="measured", where="post")
         ax.axhline(0.5, color=GREY, lw=0.5)
         ax.locator_params(axis="x", nbins=4)
         ax.set_xlabel(title, fontsize=8)

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
+from analysis.contact.wall_sources import WallSource
 from analysis.figures.style import BLUE, GREEN, GREY, MM, RED, label, legend, length_scale, new_figure
-from analysis.wall_sources import WallSource
 
 NORMAL_90 = 1.6449
 # Semi-axes of an ellipse that holds 90 % of a normal pair, in sd.
@@ -18,27 +18,33 @@ COLOURS = {"Host markers": RED, "image edges": GREEN, "impacts": BLUE, "recordin
 
 
 def wall_comparison(sources: Sequence[WallSource]) -> Figure | None:
-    """Left: contact radius of each source; right: the wall's centre in the Host's frame.  None where there is neither."""
-    told = [s for s in sources if np.isfinite(s.contact_radius_m)]
+    """Left: contact radius of each source; right: the wall's centre in the Host's frame.  None where there is
+    neither.
+    """
+    known = [s for s in sources if np.isfinite(s.contact_radius_m)]
     placed = [s for s in sources if np.all(np.isfinite(s.centre_m))]
-    if not told and not placed:
+    if not known and not placed:
         return None
     figure, axes = new_figure(1, 2, height_in=2.7, margins_in=(1.15, 0.12, 0.46, 0.32), gap_in=(0.85, 0.3))
     ax = axes[0, 0]
-    middle = next((s.contact_radius_m for s in told), 0.0)
-    unit, per_m = length_scale([s.contact_radius_m - middle for s in told] + [NORMAL_90 * s.contact_radius_sd_m for s in told])
-    for row, source in enumerate(told):
+    middle = next((s.contact_radius_m for s in known), 0.0)
+    unit, per_m = length_scale(
+        [s.contact_radius_m - middle for s in known] + [NORMAL_90 * s.contact_radius_sd_m for s in known]
+    )
+    for row, source in enumerate(known):
         at, half = per_m * (source.contact_radius_m - middle), NORMAL_90 * per_m * source.contact_radius_sd_m
         if np.isfinite(half):
             ax.plot([at - half, at + half], [row, row], color=COLOURS[source.name], lw=2.2, alpha=0.6)
         ax.plot(at, row, "o", color=COLOURS[source.name], ms=5)
     ax.axvline(0.0, color=GREY, lw=0.8, ls="--")
-    ax.set_yticks(range(len(told)), [s.name for s in told])
-    ax.set_ylim(len(told) - 0.5, -0.5)
+    ax.set_yticks(range(len(known)), [s.name for s in known])
+    ax.set_ylim(len(known) - 0.5, -0.5)
     ax.margins(x=0.12)
     label(ax, f"contact radius − {MM * middle:.3f} mm ({unit})", title="Contact radius, 90 %")
     ax = axes[0, 1]
-    unit, per_m = length_scale([x for s in placed for x in s.centre_m], [PAIR_90 * x for s in placed for x in s.centre_sd_m])
+    unit, per_m = length_scale(
+        [x for s in placed for x in s.centre_m], [PAIR_90 * x for s in placed for x in s.centre_sd_m]
+    )
     for source in placed:
         x, y = (per_m * c for c in source.centre_m)
         ax.plot(x, y, "o", color=COLOURS[source.name], ms=4, label=source.name)

@@ -41,9 +41,7 @@ def impact_detection(
     figure, axes = new_figure(2, 1, height_in=4.4, sharex=True, height_ratios=(1, 1.2))
     t, norm = thinned(smooth["time_s"], smooth["acceleration_m_per_s2"])
     axes[0, 0].plot(t, norm, color=BLUE, lw=0.9)
-    axes[0, 0].plot(
-        thesis["time_s"], thesis["acceleration_m_per_s2"], "v", color=ORANGE, ms=5, label="maxima (thesis)"
-    )
+    axes[0, 0].plot(thesis["time_s"], thesis["acceleration_m_per_s2"], "v", color=ORANGE, ms=5, label="maxima (thesis)")
     label(axes[0, 0], y="acceleration norm (m/s²)")
     axes[0, 0].set_ylim(bottom=0)
     time_s = motion["time_s"].to_numpy(float)
@@ -55,9 +53,7 @@ def impact_detection(
     if impacts is not None:
         for ax in axes[:, 0]:
             for i, time in enumerate(impacts["time_s"]):
-                ax.axvline(
-                    time, color=GREEN, lw=0.7, alpha=0.8, label="impacts (flight model)" if i == 0 else None
-                )
+                ax.axvline(time, color=GREEN, lw=0.7, alpha=0.8, label="impacts (flight model)" if i == 0 else None)
     for ax in axes[:, 0]:
         shade(ax, contacts_s, "sustained contact")
         legend(ax)
@@ -100,9 +96,7 @@ def restitution_by_both(
         if np.isfinite(restitution):
             ax.axhline(restitution, color=BLACK, lw=0.9, label=f"identified: {restitution:.3f}")
             if np.isfinite(restitution_sd):
-                ax.axhspan(
-                    restitution - restitution_sd, restitution + restitution_sd, color=BLACK, alpha=0.12, lw=0
-                )
+                ax.axhspan(restitution - restitution_sd, restitution + restitution_sd, color=BLACK, alpha=0.12, lw=0)
         label(ax, x_label)
     label(axes[0, 0], y="restitution")
     everything = np.concatenate([column(t, "restitution") for t in (impacts, thesis) if t is not None])

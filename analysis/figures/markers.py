@@ -30,7 +30,8 @@ from analysis.figures.style import (
     robust_limits,
     thinned,
 )
-from analysis.host_circle import marker_positions
+from analysis.motion.host_circle import marker_positions
+from analysis.statistics.robust import residual_sd, spread
 
 # White letters stay readable on white markers.
 OUTLINE = [withStroke(linewidth=2, foreground="#222222")]
@@ -55,13 +56,11 @@ def tracks_over_frame(
         else tuple(tracks.loc[tracks["camera"] == camera, ["u_px", "v_px"]].max() + 20)
         for camera in cameras
     ]
-    views = [
-        _around(tracks[tracks["camera"] == camera], size) for camera, size in zip(cameras, sizes, strict=True)
-    ]
+    views = [_around(tracks[tracks["camera"] == camera], size) for camera, size in zip(cameras, sizes, strict=True)]
     height = min(sum(6.8 * (v[3] - v[2]) / (v[1] - v[0]) + 0.8 for v in views), 9.0)
     figure, axes = new_figure(len(cameras), 1, height_in=height, gap_in=(0.5, 0.7))
     body_of = {marker: body for body, markers in bodies.items() for marker in markers}
-    for ax, camera, (width, tall), view in zip(axes[:, 0], cameras, sizes, views, strict=True):
+    for ax, camera, view in zip(axes[:, 0], cameras, views, strict=True):
         image = (frames or {}).get(camera)
         if image is not None:
             _show_part(ax, image, view)
@@ -149,8 +148,7 @@ def distance_scatter(points: pd.DataFrame, markers: Sequence[str]) -> pd.DataFra
     """``pair, mean_m, sd_m, frames`` of the distances between markers of one body, which a rigid body keeps
     constant.
 
-    The sd is robust (1.4826 times the median deviation): one lost track must not speak for the whole
-    recording.
+    The sd is robust (from the median deviation): one lost track must not speak for the whole recording.
     """
     _, _, position_m = marker_positions(points, tuple(markers))
     rows = []
@@ -163,7 +161,7 @@ def distance_scatter(points: pd.DataFrame, markers: Sequence[str]) -> pd.DataFra
                 (
                     f"{markers[i]}–{markers[j]}",
                     middle,
-                    1.4826 * float(np.median(np.abs(distance - middle))),
+                    spread(distance),
                     len(distance),
                 )
             )
@@ -190,7 +188,7 @@ def host_distances(points: pd.DataFrame, markers: Sequence[str]) -> Figure:
     unit, per_m = length_scale(*(one - middle for one, middle in zip(distances, middles, strict=True)))
     everything = [per_m * (one - middle) for one, middle in zip(distances, middles, strict=True)]
     for n, (ax, (i, j)) in enumerate(zip(axes.flat, pairs, strict=False)):
-        scatter = 1.4826 * np.nanmedian(np.abs(everything[n])) if np.isfinite(middles[n]) else np.nan
+        scatter = residual_sd(everything[n])
         t, shown = thinned(time_s, everything[n], points=500)
         ax.plot(t, shown, color=CYCLE[0], lw=0.7)
         ax.axhspan(-scatter, scatter, color=CYCLE[4], alpha=0.25, lw=0)

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.figures.style import BLACK, BLUE, FONT_PT, GREY, ORANGE, label, new_figure
-from analysis.series_trend import weighted_trend
+from analysis.identification.trend import weighted_trend
 
 
 def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, float]]) -> Figure:
@@ -31,9 +31,7 @@ def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, f
     number = np.arange(1, len(tests) + 1)
     for n, (ax, (name, text, scale)) in enumerate(zip(axes.flat, parameters, strict=False)):
         value, sd = (scale * tests[column].to_numpy(float) for column in (name, f"{name}_sd"))
-        ax.errorbar(
-            number, value, yerr=np.nan_to_num(sd), fmt="o", ms=4, color=BLUE, lw=0.9, label="test ± sd"
-        )
+        ax.errorbar(number, value, yerr=np.nan_to_num(sd), fmt="o", ms=4, color=BLUE, lw=0.9, label="test ± sd")
         for end, marker in (("low", "^"), ("high", "v")):
             bound = scale * tests[f"{name}_{end}"].to_numpy(float)
             alone = ~np.isfinite(value) & np.isfinite(bound)
@@ -64,10 +62,6 @@ def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, f
         ax.locator_params(axis="x", integer=True)
     for ax in axes.flat[len(parameters) :]:
         ax.set_visible(False)
-    named = {
-        text: handle for ax in axes.flat for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(
-        list(named.values()), list(named), loc="upper right", ncols=5, frameon=False, fontsize=FONT_PT - 1
-    )
+    named = {text: handle for ax in axes.flat for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(named.values()), list(named), loc="upper right", ncols=5, frameon=False, fontsize=FONT_PT - 1)
     return figure

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
-from ovines.written_whole import written_whole
+from ovines.io.atomic_write import written_whole
 
 FigureFormat = Literal["svg", "png", "pdf"]
 
@@ -36,7 +36,7 @@ BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK = (
 )
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 LINE_STYLES = ("-", "--", "-.", ":")
-NES_COLOUR, HOST_COLOUR, GROUND_COLOUR = BLUE, RED, GREEN
+NES_COLOUR, HOST_COLOUR = BLUE, RED
 AXIS_COLOURS = {"x": BLUE, "y": RED, "z": GREEN}
 GREY = "#7a8594"
 WIDTH_IN = 7.6
@@ -136,9 +136,7 @@ def thinned(x: ArrayLike, *curves: ArrayLike, points: int = 1200) -> tuple[NDArr
     return (x[keep], *(a[keep] for a in arrays))
 
 
-def robust_limits(
-    values: ArrayLike, share: float = 0.005, margin: float = 0.08
-) -> tuple[float, float] | None:
+def robust_limits(values: ArrayLike, share: float = 0.005, margin: float = 0.08) -> tuple[float, float] | None:
     """Axis limits that show all but the wildest ``share`` at either end; None where nothing is finite."""
     finite = np.asarray(values, float)
     finite = finite[np.isfinite(finite)]
@@ -150,6 +148,7 @@ def robust_limits(
 
 
 def data_uri(figure: Figure, image: FigureFormat) -> str:
+    """The figure as the source of an HTML image."""
     buffer = io.BytesIO()
     _save(figure, buffer, image)
     kind = {"svg": "image/svg+xml", "png": "image/png", "pdf": "application/pdf"}[image]
@@ -179,10 +178,12 @@ def shade(ax: Axes, spans_s: Sequence[tuple[float, float]], name: str, colour: s
 def _save(figure: Figure, target: Any, image: FigureFormat) -> None:
     # No date and a fixed salt: the same data give the same file. Text as paths: the page looks alike on every
     # machine.
-    with matplotlib.rc_context(
-        {"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}
-    ):
-        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(image)
+    with matplotlib.rc_context({"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}):
+        # The title and the creator say whose a file is (ovines.pipeline.ownership): only such files are removed with
+        # their page.
+        metadata = {"svg": {"Date": None, "Title": "ovines"}, "pdf": {"CreationDate": None, "Creator": "ovines"}}.get(
+            image
+        )
         figure.savefig(target, format=image, dpi=150, metadata=metadata, facecolor="white")
 
 

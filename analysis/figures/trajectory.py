@@ -35,14 +35,10 @@ def relative_position(motion: pd.DataFrame) -> Array:
     """NES centre seen from the Host's centre in the Host's own frame, (F, 2) m: the Host's angle is turned
     back.
     """
-    relative = motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(
-        float
-    )
+    relative = motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(float)
     angle = np.nan_to_num(column(motion, "host_angle_rad"), nan=0.0)
     cos, sin = np.cos(angle), np.sin(angle)
-    return np.column_stack(
-        [cos * relative[:, 0] + sin * relative[:, 1], -sin * relative[:, 0] + cos * relative[:, 1]]
-    )
+    return np.column_stack([cos * relative[:, 0] + sin * relative[:, 1], -sin * relative[:, 0] + cos * relative[:, 1]])
 
 
 def column(table: pd.DataFrame, name: str) -> Array:
@@ -100,16 +96,12 @@ def relative_trajectory(
         time_s = motion["time_s"].to_numpy(float)
         seen = np.isfinite(position).all(1)
         if seen.sum() > 1:
-            x, y = (
-                np.interp(impacts["time_s"].to_numpy(float), time_s[seen], position[seen, k]) for k in (0, 1)
-            )
+            x, y = (np.interp(impacts["time_s"].to_numpy(float), time_s[seen], position[seen, k]) for k in (0, 1))
             ax.plot(x, y, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="impact", ls="none")
     if nes_radius:
         finite = position[np.isfinite(position).all(1)]
         if len(finite):
-            ax.add_patch(
-                Circle(finite[0], MM * nes_radius, fc=GREY, alpha=0.25, lw=0, label="NES at the start")
-            )
+            ax.add_patch(Circle(finite[0], MM * nes_radius, fc=GREY, alpha=0.25, lw=0, label="NES at the start"))
     ax.set_aspect("equal")
     ax.autoscale_view()
     label(ax, "x from the Host's centre (mm)", "y from the Host's centre (mm)")
@@ -136,9 +128,7 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
         difference = 1e3 * (triplet - column(rotation, "nes_angle_fit_rad"))
         spread = 1e3 * column(rotation, "nes_angle_triplet_spread_rad")
         t, difference, spread = thinned(clock, difference, spread)
-        axes[2, 0].fill_between(
-            t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets"
-        )
+        axes[2, 0].fill_between(t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets")
         axes[2, 0].plot(t, difference, color=ORANGE, lw=0.8, label="triplets − rigid fit")
         label(axes[2, 0], "time (s)", "difference (mrad)")
         limits = robust_limits(np.concatenate([difference, spread, -spread]))
@@ -157,9 +147,7 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
 
 def velocities(motion: pd.DataFrame) -> Figure:
     """Velocity components of NES and Host in the world frame: Figs 59, 61."""
-    axes_present = [
-        a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))
-    ]
+    axes_present = [a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))]
     figure, axes = new_figure(2, 1, height_in=4.2, sharex=True)
     time_s = motion["time_s"].to_numpy(float)
     for ax, body, title in zip(axes[:, 0], ("nes", "host"), ("NES", "Host"), strict=True):

@@ -1,13 +1,18 @@
-"""What a measurement test finds, and the sizes below which a good rig's calibration, placement and lens leave nothing better."""
+"""What a measurement test finds, and the sizes below which a good rig's calibration, placement and lens leave nothing
+better.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
+
 
 @dataclass(frozen=True)
 class Finding:
-    """One measurement effect: its parameters with sd, how many sd it is from nothing, and whether it is more than negligible.
+    """One measurement effect: its parameters with sd, how many sd it is from nothing, and whether it is more than
+    negligible.
 
     ``rivals``: effects that alone would explain the same residuals as well."""
 
@@ -20,17 +25,16 @@ class Finding:
 
     def times_least(self) -> float:
         """Size over the smallest that would have been found in these data: its rank among findings."""
-        noise = SIGNIFICANT * self.size / self.significance if self.significance > 0 else 0.0
+        noise = SIGNIFICANCE * self.size / self.significance if self.significance > 0 else 0.0
         return self.size / max(NEGLIGIBLE[self.effect], noise)
-
-
-#: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig
-NEGLIGIBLE = {"camera_clock_offset": 3e-5, "sensor_window_offset": 0.35, "length_scale_error": 1.6e-3, "frame_rate_error": 2.5e-4,
-              "plane_tilt": 1.7e-3, "trigger_jitter": 7e-6}
-SIGNIFICANT = 5.0
 
 
 def judge(effect: str, parameters: dict[str, tuple[float, float]], size: float, significance: float) -> Finding:
     """A finding with its parameters (value, sd), ``found`` when it is both significant and more than negligible."""
-    return Finding(effect, parameters, float(significance), float(size),
-                   bool(size > NEGLIGIBLE[effect] and significance > SIGNIFICANT))
+    return Finding(
+        effect,
+        parameters,
+        float(significance),
+        float(size),
+        bool(size > NEGLIGIBLE[effect] and significance > SIGNIFICANCE),
+    )

@@ -1,7 +1,9 @@
-"""The ladder: measurement corrected, nominal model refitted, effects added one after the other, probes for what is left.
+"""The ladder: measurement corrected, nominal model refitted, effects added one after the other, probes for what is
+left.
 
-Nominal -> recalibrated -> + effect -> + second effect; at each rung every candidate is judged on held-out runs, by how far
-it exceeds what is negligible, and by whether it holds in most runs.  What probes still find afterwards is structure without a name.
+Nominal -> recalibrated -> + effect -> + second effect; at each step every candidate is judged on held-out runs, by how
+far it exceeds what is negligible, and by whether it holds in most runs.  What probes still find afterwards is structure
+without a name.
 """
 
 from __future__ import annotations
@@ -12,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.centres import centre_offsets, is_effect
-from analysis.gap.correct import correct
-from analysis.gap.finding import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.finding import Finding
-from analysis.gap.flight_rung import climb_flights, unexplained_misfit
-from analysis.gap.flight_stage import FlightFit, Gain
-from analysis.gap.ground import ground_motion
-from analysis.gap.impact_rung import climb_impacts, unexplained_scatter
-from analysis.gap.impact_stage import ImpactFit, ImpactGain
-from analysis.gap.measurement import MeasurementTests
-from analysis.gap.rigid import rigid_structure
+from analysis.gap.measurement.corrections import correct
+from analysis.gap.measurement.fixed_markers import ground_motion
+from analysis.gap.measurement.rigid_bodies import rigid_structure
+from analysis.gap.measurement.tests import MeasurementTests
+from analysis.gap.selection.centres import centre_offsets, is_effect
+from analysis.gap.selection.flight_candidates import FlightFit, Gain
+from analysis.gap.selection.flight_steps import select_flight_effects, unexplained_misfit
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
+from analysis.gap.selection.impact_steps import select_impact_effects, unexplained_scatter
 from analysis.gap.series import Series
+from analysis.gap.thresholds import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 
@@ -32,9 +34,11 @@ Array = NDArray[np.float64]
 class Ladder:
     """Everything the verdict, the figures and the predictions are made of.
 
-    ``measured`` is the series as it came, ``series`` what the measurement's corrections made of it.  ``centres``: wall, mass and marker as measured, placement or effect.
+    ``measured`` is the series as it came, ``series`` what the measurement's corrections made of it.  ``centres``: wall,
+    mass and marker as measured, placement or effect.
     ``flight_gains`` are those before any effect was added, ``*_left`` those on the final fit.
-    ``*_by_chance``: best gain in each of the series without effect that were drawn (:mod:`analysis.gap.null_gains`)."""
+    ``*_null_distribution``: best gain in each of the series without effect that were drawn
+    (:mod:`analysis.gap.selection.null_distribution`)."""
 
     measured: Series
     series: Series
@@ -56,44 +60,95 @@ class Ladder:
     centres: tuple[Cause, ...]
     causes: tuple[Cause, ...]
     structure: tuple[Structure, ...]
-    flights_by_chance: Array
-    impacts_by_chance: Array
+    flight_null_distribution: Array
+    impact_null_distribution: Array
 
     def both_impacts(self) -> tuple[ImpactFit, ImpactFit]:
         """Wall and law recalibrated and with what was accepted; only where there were impacts enough to fit them."""
-        assert self.impacts_nominal is not None and self.impacts is not None, "fewer than eight impacts: look at `impacts` first"
+        assert self.impacts_nominal is not None and self.impacts is not None, (
+            "fewer than eight impacts: look at `impacts` first"
+        )
         return self.impacts_nominal, self.impacts
 
 
-def climb(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Ladder:
+def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Ladder:
     """The whole diagnosis of a series, without its report.
 
-    ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a name.
+    ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a
+    name.
     """
     corrected, findings, tests = correct(series, withheld)
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
-    flights = climb_flights(corrected, effects, withheld, tests.lens_seen, rng)
-    impacts = climb_impacts(flights.fitted, effects, withheld, tests.lens_seen, rng)
+    flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
+    impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
-    structure = [*ground_motion(series), *rigid_structure(series), *_withheld_measurement(tests, withheld), *flights.structure, *impacts.structure]
+    structure = [
+        *ground_motion(series),
+        *rigid_structure(series),
+        *_withheld_measurement(tests, withheld),
+        *flights.structure,
+        *impacts.structure,
+    ]
     structure += unexplained_scatter(impacts, structure)
     structure += unexplained_misfit(flights.fitted, structure)
-    structure += [Structure(c.stage, c.phase, c.coordinate, "a constant offset of a centre", c.strength, c.gain) for c in centres
-                  if c.effect in withheld]
+    structure += [
+        Structure(c.stage, c.phase, c.coordinate, "a constant offset of a centre", c.strength, c.gain)
+        for c in centres
+        if c.effect in withheld
+    ]
     causes = [_measured(f) for f in findings]
     causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
-    return Ladder(series, corrected, tests, tuple(findings), flights.nominal, flights.fitted, flights.gains, flights.left, flights.probes, impacts.nominal,
-                  impacts.fitted, impacts.gains, {g.name: g for g in impacts.left}, impacts.probes, impacts.restitution_terms, impacts.ellipse, impacts.finite, tuple(offsets),
-                  tuple(sorted(causes, key=lambda c: -c.strength)), tuple(sorted(structure, key=lambda s: -s.strength)), flights.by_chance, impacts.by_chance)
+    return Ladder(
+        series,
+        corrected,
+        tests,
+        tuple(findings),
+        flights.nominal,
+        flights.fitted,
+        flights.gains,
+        flights.left,
+        flights.probes,
+        impacts.nominal,
+        impacts.fitted,
+        impacts.gains,
+        {g.name: g for g in impacts.left},
+        impacts.probes,
+        impacts.restitution_terms,
+        impacts.ellipse,
+        impacts.finite,
+        tuple(offsets),
+        tuple(sorted(causes, key=lambda c: -c.strength)),
+        tuple(sorted(structure, key=lambda s: -s.strength)),
+        flights.null_distribution,
+        impacts.null_distribution,
+    )
 
 
 def _measured(finding: Finding) -> Cause:
-    return Cause(finding.effect, "measurement", finding.parameters, finding.times_least(),
-                 finding.significance**2, "all", "all", finding.rivals)
+    return Cause(
+        finding.effect,
+        "measurement",
+        finding.parameters,
+        finding.times_least(),
+        finding.significance**2,
+        "all",
+        "all",
+        finding.rivals,
+    )
 
 
 def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> list[Structure]:
-    return [Structure("measurement", "all", "all", "a residual between the two cameras, of the Host or of lengths", f.size / MEASUREMENT_NEGLIGIBLE[f.effect],
-                      f.significance**2) for f in tests.findings.values() if f.found and f.effect in withheld]
+    return [
+        Structure(
+            "measurement",
+            "all",
+            "all",
+            "a residual between the two cameras, of the Host or of lengths",
+            f.size / NEGLIGIBLE[f.effect],
+            f.significance**2,
+        )
+        for f in tests.findings.values()
+        if f.found and f.effect in withheld
+    ]

@@ -1,4 +1,6 @@
-"""A series on its way to a diagnosis: recordings, points, motion, fitted runs; measured again when a correction asks for it."""
+"""A series on its way to a diagnosis: recordings, points, motion, fitted runs; measured again when a correction asks
+for it.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
-from analysis.runs import Run, prepare
+from analysis.flights.runs import Run, prepare
+from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
+from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
 from ovines.recording import Recording
 
@@ -21,13 +24,15 @@ Triangulate = Callable[[pd.DataFrame, Sequence[Camera], Recording, tuple[float, 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Recordings with whatever tables they brought; ``motions`` and ``runs`` follow from them.
+    """Recordings with whatever tables they brought, in the rig's ``frame``; ``motions`` and ``runs`` follow from them.
 
-    ``tracks`` and ``points`` are None where the series enters later; ``cameras`` None without a calibration; ``layouts`` the markers' real
-    places, ``corrections`` what the measurement tests found and took out.
+    ``tracks`` and ``points`` are None where the series enters later; ``cameras`` (which see the rig's frame, too) None
+    without a calibration;
+    ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again.
     """
 
     recordings: tuple[Recording, ...]
+    frame: RigFrame
     motions: tuple[pd.DataFrame, ...]
     runs: tuple[Run, ...]
     points: tuple[pd.DataFrame, ...] | None = None
@@ -38,41 +43,76 @@ class Series:
 
     @property
     def names(self) -> list[str]:
+        """Names of the runs, in their order."""
         return [run.data.name for run in self.runs]
 
 
 def from_motions(recordings: Sequence[Recording], motions: Sequence[pd.DataFrame]) -> Series:
-    """A series that enters at ``motion``."""
-    return Series(tuple(recordings), tuple(motions), tuple(_named(prepare(motions, recordings), recordings)))
+    """A series that enters at ``motion``, in the world as it came."""
+    frame = rig_frame(motions)
+    return _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame)
 
 
-def from_points(recordings: Sequence[Recording], points: Sequence[pd.DataFrame], cameras: Sequence[Camera] | None = None,
-                tracks: Sequence[pd.DataFrame] | None = None, triangulate: Triangulate | None = None) -> Series:
-    """A series that enters at ``points`` (or earlier): marker layouts are learnt from all its recordings together."""
-    clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
-    layouts = layouts_from_points({body: [c[body] for c in clouds] for body in ("host", "nes")}, recordings[0])
+def from_points(
+    recordings: Sequence[Recording],
+    points: Sequence[pd.DataFrame],
+    cameras: Sequence[Camera] | None = None,
+    tracks: Sequence[pd.DataFrame] | None = None,
+    triangulate: Triangulate | None = None,
+) -> Series:
+    """A series that enters at ``points`` (or earlier), in the world as it came: marker layouts are learnt from all its
+    recordings together.
+    """
+    layouts = _layouts(recordings, points)
     motions = [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
-    series = from_motions(recordings, motions)
-    return replace(series, points=tuple(points), layouts=layouts, cameras=None if cameras is None else tuple(cameras),
-                   tracks=None if tracks is None else tuple(tracks), triangulate=triangulate)
+    frame = rig_frame(motions)
+    series = _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame)
+    return replace(
+        series,
+        layouts=layouts,
+        triangulate=triangulate,
+        points=tuple(frame.points(p, k) for k, p in enumerate(points)),
+        cameras=None if cameras is None else tuple(frame.camera(camera) for camera in cameras),
+        tracks=None if tracks is None else tuple(frame.points(t, k) for k, t in enumerate(tracks)),
+    )
+
+
+def _layouts(recordings: Sequence[Recording], points: Sequence[pd.DataFrame]) -> dict[str, Array]:
+    clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
+    return layouts_from_points({body: [c[body] for c in clouds] for body in ("host", "nes")}, recordings[0])
+
+
+def _of_motions(recordings: Sequence[Recording], motions: Sequence[pd.DataFrame], frame: RigFrame) -> Series:
+    """A series from motions that are in the rig's frame already."""
+    return Series(
+        tuple(recordings), frame, tuple(motions), tuple(_named(prepare(motions, recordings, frame), recordings))
+    )
 
 
 def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:
     """Runs carry their folder's name: what tables and figures call them."""
-    return [replace(run, data=replace(run.data, name=recording.folder.resolve().name))
-            for run, recording in zip(runs, recordings, strict=True)]
+    return [
+        replace(run, data=replace(run.data, name=recording.folder.resolve().name))
+        for run, recording in zip(runs, recordings, strict=True)
+    ]
 
 
 def with_points(series: Series, points: Sequence[pd.DataFrame]) -> Series:
-    """The same series measured again: new points, everything after them anew."""
-    return from_points(series.recordings, points, series.cameras, series.tracks, series.triangulate)
+    """The same series measured again: new points (in the rig's frame), everything after them anew."""
+    layouts = _layouts(series.recordings, points)
+    motions = [motion_from_points(p, r, layouts) for p, r in zip(points, series.recordings, strict=True)]
+    fresh = _of_motions(series.recordings, motions, series.frame)
+    return replace(series, motions=fresh.motions, runs=fresh.runs, points=tuple(points), layouts=layouts)
 
 
 def with_window_shift(series: Series, shift_px: tuple[float, float]) -> Series:
     """Second camera's window moved by ``shift_px`` (u, v) and all points triangulated again."""
     if series.tracks is None or series.cameras is None or series.triangulate is None:
         return series
-    points = [series.triangulate(t, series.cameras, r, shift_px) for t, r in zip(series.tracks, series.recordings, strict=True)]
+    points = [
+        series.triangulate(t, series.cameras, r, shift_px)
+        for t, r in zip(series.tracks, series.recordings, strict=True)
+    ]
     return with_points(series, points)
 
 
@@ -82,14 +122,16 @@ def scaled(series: Series, factor: float) -> Series:
         columns = [c for c in ("x_m", "y_m", "z_m", "x_sd_m", "y_sd_m", "z_sd_m")]
         return with_points(series, [p.assign(**{c: p[c] * factor for c in columns}) for p in series.points])
     columns = [c for c in series.motions[0] if c.endswith(("_m", "_m_per_s"))]
-    return from_motions(series.recordings, [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions])
+    return _of_motions(
+        series.recordings, [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions], series.frame
+    )
 
 
 def retimed(series: Series, factor: float) -> Series:
     """Every time times ``factor``."""
     if series.points is not None:
         return with_points(series, [p.assign(time_s=p["time_s"] * factor) for p in series.points])
-    return from_motions(series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions])
+    return _of_motions(series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions], series.frame)
 
 
 def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
@@ -111,10 +153,12 @@ def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
 
 
 def without_jitter(series: Series, sd_s: float) -> Series:
-    """Frame times moved to where the Host's known motion puts them, as far as its noise allows; the rest widens the sds.
+    """Frame times moved to where the Host's known motion puts them, as far as its noise allows; the rest widens the
+    sds.
 
-    A frame that is late by d shows the Host v d further on: d is estimated per frame from the Host's residual, drawn to zero by
-    its prior sd; where the Host stands still for a moment nothing is learnt and the whole jitter stays in the NES' sd.
+    A frame that is late by d shows the Host v d further on: d is estimated per frame from the Host's residual, drawn to
+    zero by its prior sd; where the Host stands still for a moment nothing is learnt and the whole jitter stays in the
+    NES' sd.
     """
     motions = []
     for run, motion in zip(series.runs, series.motions, strict=True):
@@ -132,5 +176,5 @@ def without_jitter(series: Series, sd_s: float) -> Series:
             moved[f"nes_{axis}_sd_m"] = np.hypot(motion[f"nes_{axis}_sd_m"].to_numpy(float), speed * left)
         moved["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), spin * left)
         motions.append(moved)
-    fresh = from_motions(series.recordings, motions)
+    fresh = _of_motions(series.recordings, motions, series.frame)
     return replace(fresh, points=None, layouts=series.layouts)

@@ -40,9 +40,7 @@ def calibration_page(results: Results) -> Page:
     details, actions, faults = [], [], 0
     for camera in cameras:
         name, rms = str(camera["name"]), camera.get("rms_px")
-        details.append(
-            f"{name}: RMS {with_unit(rms, 'px', 2)}{_focal(results.get('calibration_parameters'), name)}"
-        )
+        details.append(f"{name}: RMS {with_unit(rms, 'px', 2)}{_focal(results.get('calibration_parameters'), name)}")
         if rms is not None and rms > POOR_RMS_PX:
             faults += 1
             actions.append(
@@ -88,9 +86,7 @@ def _focal(parameters: pd.DataFrame | None, camera: str) -> str:
 def _focal_share(parameters: pd.DataFrame | None, camera: str) -> float:
     """Largest relative sd of fx and fy; 0 where unknown."""
     rows = [
-        row
-        for name in ("fx", "fy")
-        if (row := _row(parameters, camera, name)) is not None and np.isfinite(row["sd"])
+        row for name in ("fx", "fy") if (row := _row(parameters, camera, name)) is not None and np.isfinite(row["sd"])
     ]
     return max((float(row["sd"] / abs(row["value"])) for row in rows), default=0.0)
 

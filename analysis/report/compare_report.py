@@ -8,10 +8,10 @@ import numpy as np
 
 import ovines
 from analysis.compare import Comparison
+from analysis.comparison.run_statistics import COUNTED_SPEED_M_PER_S
 from analysis.figures.compare import QUANTITIES, flights_ahead, impacts_ahead, run_distributions
 from analysis.report.numbers import MISSING, with_unit
 from analysis.report.page import Page
-from analysis.run_statistics import COUNTED_SPEED_M_PER_S
 
 # A run statistic this rare among simulated runs is worth a second look; four are looked at.
 RARE_P = 0.02
@@ -130,9 +130,7 @@ def impact_errors(comparison: Comparison) -> list[tuple[str, str, float, float, 
         ("spin_after_rad_per_s", "spin", "rad/s"),
     ):
         error = (table[f"simulated_{name}"] - table[name]).dropna().to_numpy(float)
-        rms, bias = (
-            (float(np.sqrt(np.mean(error**2))), float(error.mean())) if len(error) else (np.nan, np.nan)
-        )
+        rms, bias = (float(np.sqrt(np.mean(error**2))), float(error.mean())) if len(error) else (np.nan, np.nan)
         found.append((title, unit, rms, bias, len(error)))
     return found
 
@@ -150,9 +148,7 @@ def _add_cards(page: Page, comparison: Comparison) -> None:
             f"One flight off by {with_unit(1e3 * float(flights['rms_m'].median()), 'mm', 2)} (median of "
             f"{len(flights)}), worst {with_unit(1e3 * float(flights['rms_m'].max()), 'mm', 2)}.",
         )
-    page.add_card(
-        "How far off?", "One flight, one impact", "neutral", details or ["Nothing could be predicted."]
-    )
+    page.add_card("How far off?", "One flight, one impact", "neutral", details or ["Nothing could be predicted."])
     if not len(statistics):
         return
     rare = statistics[statistics["p"] < RARE_P]
@@ -169,6 +165,5 @@ def _add_cards(page: Page, comparison: Comparison) -> None:
     )
     if len(rare):
         page.actions.append(
-            "The simulator misses something, or a parameter is off: `ovines diagnose` on the series names "
-            "the cause."
+            "The simulator misses something, or a parameter is off: `ovines diagnose` on the series names the cause."
         )

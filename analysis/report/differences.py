@@ -9,11 +9,13 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.trajectory import column
-from analysis.host_motion import fit_host_motion
+from analysis.motion.host_path import fit_host_motion
 from analysis.report.numbers import percent, with_unit
-from analysis.thesis_impacts import ThesisSettings
+from analysis.thesis.impacts import ThesisSettings
 
+# An impact of both methods within so many frames is one: half the window of the thesis' smoothing.
 MATCH_FRAMES = 3.0
+SETTINGS = ThesisSettings()
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Differences:
 
 
 def compare_methods(
-    motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisSettings
+    motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisSettings = SETTINGS
 ) -> Differences:
     """Match impacts of both methods by time (within three frames, nearest first, each once)."""
     step_s = float(np.median(np.diff(motion["time_s"]))) if len(motion) > 1 else np.nan
@@ -72,12 +74,10 @@ def host_acceleration(motion: pd.DataFrame) -> float:
     NaN with fewer than 20 frames of it.
     """
     time_s = motion["time_s"].to_numpy(float)
-    position = np.column_stack(
-        [column(motion, f"host_{name}") for name in ("x_m", "y_m", "z_m", "angle_rad")]
-    )
+    position = np.column_stack([column(motion, f"host_{name}") for name in ("x_m", "y_m", "z_m", "angle_rad")])
     if np.isfinite(position[:, :2]).all(1).sum() < 20:
         return float("nan")
-    fitted = fit_host_motion(time_s, position, np.full(position.shape, 2e-5), None)
+    fitted = fit_host_motion(time_s, position, np.full(position.shape, 2e-5), None, zero_s=float(time_s.mean()))
     return float(np.linalg.norm(fitted.at(time_s, 2)[:, :2], axis=1).max())
 
 

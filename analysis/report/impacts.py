@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from analysis.figures.error_map import error_maps, regimes
 from analysis.figures.impacts import impact_detection, restitution_by_both
+from analysis.figures.law_map import error_maps, regimes
 from analysis.figures.trajectory import column
 from analysis.report.differences import compare_methods, in_words
 from analysis.report.numbers import MISSING, value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page, Section
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows
 from analysis.report.results import Results
-from analysis.thesis_parameters import usable
+from analysis.thesis.parameters import usable
 
 # Columns of the table of impacts with their sd and factor: what is measured of every impact, whatever its regime.
 OF_EVERY_IMPACT = (
@@ -24,6 +24,7 @@ OF_EVERY_IMPACT = (
 
 
 def add_parameters(page: Page, results: Results) -> None:
+    """The identified parameters beside those of the thesis' method, and the error maps."""
     section = page.add_section("Parameters", "parameters")
     identification = results.get("identification")
     if identification is None:
@@ -38,7 +39,7 @@ def add_parameters(page: Page, results: Results) -> None:
     for note in results.notes:
         section.add_note(note, "caution")
     principal = identification["parameter"].isin(PRINCIPAL)
-    thesis = results.thesis_parameters if results.get("motion") is not None else None
+    thesis = results.thesis_parameters
     section.add_table(
         ("parameter", "symbol", "value ± sd", "90 % interval", "impacts", "thesis' method"),
         parameter_rows(identification[principal], thesis),
@@ -55,9 +56,7 @@ def add_parameters(page: Page, results: Results) -> None:
         )
     impacts = results.get("impacts")
     if impacts is None or not np.isfinite(column(impacts, "tangential_speed_after_m_per_s")).any():
-        section.add_missing(
-            "error map", "It takes impacts with tangential speeds, and they take an angle of the NES."
-        )
+        section.add_missing("error map", "It takes impacts with tangential speeds, and they take an angle of the NES.")
         return
     _add_maps(section, results, impacts)
 
@@ -85,8 +84,7 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
         "alone fixes only min(β₀, β₁), an L in this "
         f"plane (thin lines): its legs are lower bounds. {closing} Right: the thesis' mean relative error of "
         "straight-line velocities.",
-        "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential "
-        "restitution.",
+        "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential restitution.",
         "png",
     )
     section.add_figure(
@@ -100,16 +98,20 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
 
 
 def add_impacts(page: Page, results: Results) -> None:
+    """Impacts by both methods, why they differ here, and every impact in a table."""
     section = page.add_section("Impacts", "impacts")
     motion, impacts = results.get("motion"), results.get("impacts")
     if motion is None:
         section.add_missing("impacts", "They take motion.")
         return
     thesis = results.thesis
+    if thesis is None:
+        section.add_missing("impacts", "There is no thesis_impacts.parquet among the results: run ovines analyse.")
+        return
     section.add_figure(
         "impact_detection",
         impact_detection(motion, results.smooth, thesis, impacts, results.spans_s("contact")),
-        "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the meetings of two "
+        "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the junctions of two "
         "flights (flight model).",
         "Acceleration norm and NES coordinates with detected impacts.",
     )
@@ -125,7 +127,7 @@ def add_impacts(page: Page, results: Results) -> None:
     )
     pairs = None
     if impacts is not None:
-        difference = compare_methods(motion, impacts, thesis, results.settings)
+        difference = compare_methods(motion, impacts, thesis)
         no_flight = results.spans_s("contact", "unseen", "unresolved")
         pairs = difference.pairs
         section.add_heading("Why the two methods differ here")
@@ -148,7 +150,16 @@ def add_impacts(page: Page, results: Results) -> None:
 def _table_16(
     impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    columns = ("time (ms)", "normal speed (m/s)", "regime", "ε, flight model", "ε, straight lines", "effective β", "impulse ratio", "spin off (mm/s)")
+    columns = (
+        "time (ms)",
+        "normal speed (m/s)",
+        "regime",
+        "ε, flight model",
+        "ε, straight lines",
+        "effective β",
+        "impulse ratio",
+        "spin off (mm/s)",
+    )
     rows: list[tuple[str, ...]] = []
     chosen = usable(thesis)
     chosen_numbers = set(chosen["impact"].astype(int))
@@ -176,7 +187,7 @@ def _table_16(
             )
         )
     same = [partner[n] for n in sorted(chosen_numbers) if n in partner]
-    ours_eps = careful.loc[same, "restitution"].dropna().to_numpy(float) if len(same) else np.empty(0)
+    ours_eps = careful.loc[same, "restitution"].dropna().to_numpy(float) if same else np.empty(0)
     theirs_eps = chosen["restitution"].to_numpy(float)
     for title, statistic in (("mean", np.mean), ("sd", lambda values: np.std(values, ddof=1))):
         rows.append(
@@ -185,9 +196,7 @@ def _table_16(
                 "",
                 "",
                 *(
-                    with_unit(float(statistic(v)), digits=3 if title == "mean" else 2)
-                    if len(v) > 1
-                    else MISSING
+                    with_unit(float(statistic(v)), digits=3 if title == "mean" else 2) if len(v) > 1 else MISSING
                     for v in (ours_eps, theirs_eps)
                 ),
                 *("" for _ in OF_EVERY_IMPACT),

@@ -38,11 +38,14 @@ def _add_parameters(section: Section, parameters: pd.DataFrame) -> None:
         )
         for name in names
     ]
-    caption = "Parameters ± sd from the full covariance; 0 without sd was held. t is the world's origin seen from the camera."
+    caption = (
+        "Parameters ± sd from the full covariance; 0 without sd was held. t is the world's origin seen from the camera."
+    )
     section.add_table(("parameter", *map(str, cameras)), rows, caption)
 
 
 def add_calibration(page: Page, results: Results) -> None:
+    """The calibration's views and parameters, and how well two views agree."""
     section = page.add_section("Calibration", "calibration")
     content, points = results.calibration, results.get("points")
     views, parameters = results.get("calibration_views"), results.get("calibration_parameters")
@@ -103,10 +106,11 @@ def add_calibration(page: Page, results: Results) -> None:
 
 
 def add_tracks(page: Page, results: Results) -> None:
+    """What was tracked of each marker in each camera."""
     section = page.add_section("Marker tracks", "tracks")
     tracks = results.get("tracks")
     if tracks is None:
-        section.add_missing("marker tracks", "The recording entered the chain after tracking.")
+        section.add_missing("marker tracks", "The recording enters the pipeline after tracking.")
         return
     bodies = {name: tuple(body.markers or ()) for name, body in results.recording.bodies.items()}
     windows = {camera.name: camera.window_px for camera in results.recording.cameras}
@@ -114,8 +118,7 @@ def add_tracks(page: Page, results: Results) -> None:
     section.add_figure(
         "tracks",
         tracks_over_frame(tracks, bodies, windows, results.frames),
-        f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the "
-        "first frame.",
+        f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the first frame.",
         "Marker paths in the image of each camera.",
         "png",
     )
@@ -141,11 +144,12 @@ def add_tracks(page: Page, results: Results) -> None:
 
 
 def add_coordinates(page: Page, results: Results) -> None:
+    """Triangulated markers: their coordinates, noise and distances."""
     section = page.add_section("Coordinates of the markers", "coordinates")
     points = results.get("points")
     if points is None:
         section.add_missing(
-            "marker coordinates", "The recording entered the chain as motion, or was not triangulated."
+            "marker coordinates", "The recording enters the pipeline as motion, or was not triangulated."
         )
         return
     named = [marker for body in ("ground", "host", "nes") for marker in results.markers(body)]
@@ -165,6 +169,7 @@ def add_coordinates(page: Page, results: Results) -> None:
 
 
 def add_host_geometry(page: Page, results: Results) -> None:
+    """The Host's wall from its sources, and the circles through its markers."""
     section = page.add_section("Host geometry", "host")
     add_wall_sources(section, results)
     _add_marker_circles(section, results)
@@ -183,9 +188,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
             "Distances between pairs of Host markers over time.",
         )
     else:
-        section.add_missing(
-            "distances between Host markers", "They take two or more Host markers with coordinates."
-        )
+        section.add_missing("distances between Host markers", "They take two or more Host markers with coordinates.")
     circles = results.circles
     if circles is None or not np.isfinite(circles["fit_radius_m"]).any():
         section.add_missing(
@@ -212,9 +215,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
             rows.append(
                 (
                     title,
-                    value_with_sd(
-                        float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"
-                    ),
+                    value_with_sd(float(np.median(radius)), float(np.std(radius)) if len(radius) > 1 else None, "mm"),
                     str(len(radius)),
                 )
             )

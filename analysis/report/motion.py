@@ -8,9 +8,11 @@ from analysis.figures.trajectory import angle_and_spin, column, relative_traject
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
+from analysis.statistics.robust import residual_sd
 
 
 def add_motion(page: Page, results: Results) -> None:
+    """Motion of Host and NES: coordinates, path, angle and spin."""
     section = page.add_section("Motion", "motion")
     motion = results.get("motion")
     if motion is None:
@@ -19,8 +21,7 @@ def add_motion(page: Page, results: Results) -> None:
     host, nes = results.recording.settings.bodies.host, results.recording.settings.bodies.nes
     contact = results.parameter("contact_radius_m")[0]
     caption = (
-        "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass "
-        "(Figs 57, 61)."
+        "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass (Figs 57, 61)."
     )
     if np.isfinite(contact):
         caption += f" The impacts themselves put the contact edge at {with_unit(1e3 * contact, 'mm', 4)}."
@@ -41,12 +42,8 @@ def add_motion(page: Page, results: Results) -> None:
         return
     text = "Angle and spin of the NES (Figs 58, 62)"
     if results.rotation is not None:
-        difference = column(results.rotation, "nes_angle_triplet_rad") - column(
-            results.rotation, "nes_angle_fit_rad"
-        )
-        scatter = (
-            1.4826 * float(np.nanmedian(np.abs(difference))) if np.isfinite(difference).any() else np.nan
-        )
+        difference = column(results.rotation, "nes_angle_triplet_rad") - column(results.rotation, "nes_angle_fit_rad")
+        scatter = residual_sd(difference)
         text += (
             ": the rigid fit of all markers, and the mean over marker triplets as in the thesis. They differ "
             "by "

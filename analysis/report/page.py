@@ -19,7 +19,7 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from analysis.figures.style import FigureFormat, data_uri, save_figure
-from ovines.written_whole import write_text_whole
+from ovines.io.atomic_write import write_text_whole
 
 Status = Literal["good", "caution", "bad", "neutral"]
 HERE = Path(__file__).parent
@@ -78,11 +78,10 @@ class Section:
         self.blocks.append(Block("missing", why, title=what))
 
     def add_list(self, items: Sequence[str]) -> None:
+        """A bulleted list."""
         self.blocks.append(Block("list", items=tuple(items)))
 
-    def add_figure(
-        self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg"
-    ) -> None:
+    def add_figure(self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg") -> None:
         """Draw ``figure`` into the page; ``name`` is its file name when the figures are saved too.
 
         ``image="png"`` for pictures and dense maps, which a vector file would make heavy.
@@ -126,6 +125,7 @@ class Page:
     footer: str = ""
 
     def add_card(self, question: str, answer: str, status: Status, details: Sequence[str] = ()) -> None:
+        """A card at the top of the page: a question, its answer, and what that rests on."""
         self.cards.append(Card(question, answer, status, tuple(details)))
 
     def add_section(self, title: str, anchor: str) -> Section:
@@ -137,9 +137,7 @@ class Page:
     def render(self) -> str:
         """The whole page as one HTML text."""
         return (
-            _environment()
-            .get_template("page.html.j2")
-            .render(page=self, style=(HERE / "style.css").read_text("utf-8"))
+            _environment().get_template("page.html.j2").render(page=self, style=(HERE / "style.css").read_text("utf-8"))
         )
 
     def write(self, path: Path) -> Path:
@@ -172,5 +170,8 @@ def _environment() -> Environment:
 
 
 def _with_symbols(text: str) -> Markup:
-    """The text escaped, with the indices of our symbols set low: μ_c, μ_s, R_c, J_t, v_t, v_n."""
-    return Markup(re.sub(r"\b(μ|R|J|v)_([csnt])\b", r"\1<sub>\2</sub>", str(escape(text))))
+    """The text escaped, with the indices of our symbols set low (μ_c, μ_s, R_c, J_t, v_t, v_n) and `what is typed` as
+    code.
+    """
+    low = re.sub(r"\b(μ|R|J|v)_([csnt])\b", r"\1<sub>\2</sub>", str(escape(text)))
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", low))

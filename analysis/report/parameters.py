@@ -23,9 +23,7 @@ class Quantity:
 QUANTITIES = {
     "restitution": Quantity("Restitution", "ε"),
     "restitution_scatter": Quantity("Scatter of the restitution", "σ(ε)"),
-    "restitution_speed_slope_s_per_m": Quantity(
-        "Change of the restitution with normal speed", "dε/dv", "s/m"
-    ),
+    "restitution_speed_slope_s_per_m": Quantity("Change of the restitution with normal speed", "dε/dv", "s/m"),
     "wall_friction": Quantity("Wall friction", "μ_c"),
     "tangential_restitution": Quantity("Tangential restitution", "β₀"),
     "floor_friction": Quantity("Floor friction", "μ_s"),
@@ -80,9 +78,7 @@ def as_text(row: pd.Series) -> str:
 def statement(row: pd.Series) -> str:
     """``Restitution ε = 0.732 ± 0.006``, or with a colon where there is only a bound or nothing."""
     what = quantity(row["parameter"])
-    return f"{what.title} {what.symbol}{' =' if state(row) == 'value' else ':'} {as_text(row)}".replace(
-        "  ", " "
-    )
+    return f"{what.title} {what.symbol}{' =' if state(row) == 'value' else ':'} {as_text(row)}".replace("  ", " ")
 
 
 def parameter_rows(identification: pd.DataFrame, thesis: pd.DataFrame | None) -> list[tuple[str, ...]]:
@@ -155,8 +151,7 @@ def paragraph(identification: pd.DataFrame) -> str:
 
 _WHY = {
     "wall_friction": "an impact informs it only where the NES slides along the wall, at oblique incidence",
-    "tangential_restitution": "an impact informs it only where the NES sticks to the wall, at steep "
-    "incidence",
+    "tangential_restitution": "an impact informs it only where the NES sticks to the wall, at steep incidence",
     "restitution": "it takes impacts fast enough to stand out of the noise",
     "floor_friction": "it takes flights long enough for the floor to brake the NES",
 }

@@ -15,7 +15,7 @@ from analysis.report.motion import add_motion
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results, read_results
-from analysis.report.verdict import add_verdict, headline
+from analysis.report.verdict import add_checks, add_verdict, headline
 from ovines.recording import Recording
 
 
@@ -48,6 +48,7 @@ def recording_page(results: Results) -> Page:
     )
     add_verdict(page, results)
     for add in (
+        add_checks,
         add_parameters,
         add_impacts,
         add_motion,

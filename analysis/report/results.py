@@ -15,11 +15,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.error_map import ErrorMap, error_map
-from analysis.host_circle import host_circle
-from analysis.rotation import rotation
-from analysis.thesis_impacts import ThesisSettings, smoothed_acceleration, thesis_impacts
-from analysis.thesis_parameters import tangential_error, thesis_identification, usable
+from analysis.contact.law_map import ErrorMap, error_map
+from analysis.motion.bodies import INERTIA_OF_A_DISK
+from analysis.motion.host_circle import host_circle
+from analysis.motion.rotation import rotation
+from analysis.thesis.impacts import smoothed_acceleration
+from analysis.thesis.parameters import tangential_error, thesis_identification, usable
 from ovines.errors import InputError
 from ovines.recording import Recording
 from ovines.tables import read_provenance, read_table
@@ -34,6 +35,8 @@ TABLES = (
     "flights",
     "impacts",
     "identification",
+    "checks",
+    "thesis_impacts",
     "calibration_views",
     "calibration_parameters",
 )
@@ -54,9 +57,9 @@ class Results:
     unreadable: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, NDArray[Any]] | None = None
     notes: tuple[str, ...] = ()
-    settings: ThesisSettings = field(default_factory=ThesisSettings)
 
     def get(self, name: str) -> pd.DataFrame | None:
+        """The table, None where there is none or it has no row."""
         table = self.tables.get(name)
         return table if table is not None and len(table) else None
 
@@ -70,6 +73,7 @@ class Results:
 
     @cached_property
     def rotation(self) -> pd.DataFrame | None:
+        """The table, or computed from ``points`` where the stage did not write it; None without three NES markers."""
         stored, points, motion = self.get("rotation"), self.get("points"), self.get("motion")
         if stored is not None or points is None or motion is None or len(self.markers("nes")) < 3:
             return stored
@@ -80,21 +84,26 @@ class Results:
 
     @cached_property
     def smooth(self) -> pd.DataFrame:
-        return smoothed_acceleration(self.tables["motion"], self.settings)
+        """The thesis' smoothed acceleration of each frame (:func:`analysis.thesis.impacts.smoothed_acceleration`)."""
+        return smoothed_acceleration(self.tables["motion"])
+
+    @property
+    def thesis(self) -> pd.DataFrame | None:
+        """The table of the thesis' impacts, as stage "analyse" wrote it."""
+        return self.tables.get("thesis_impacts")
 
     @cached_property
-    def thesis(self) -> pd.DataFrame:
-        return thesis_impacts(self.tables["motion"], self.recording, self.settings)
-
-    @cached_property
-    def thesis_parameters(self) -> pd.DataFrame:
-        return thesis_identification(self.thesis, self.inertia_factor)
+    def thesis_parameters(self) -> pd.DataFrame | None:
+        """Parameters by the thesis' method; None without its impacts."""
+        return None if self.thesis is None else thesis_identification(self.thesis, self.inertia_factor)
 
     @cached_property
     def thesis_grid(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]] | None:
         """Mean capped J_t over (wall friction, tangential restitution) of the usable impacts; None without
         any.
         """
+        if self.thesis is None:
+            return None
         chosen = usable(self.thesis)
         chosen = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]
         if not len(chosen):
@@ -105,6 +114,7 @@ class Results:
 
     @cached_property
     def joint_map(self) -> ErrorMap | None:
+        """Joint likelihood of the impacts; None without a restitution."""
         impacts = self.get("impacts")
         eps = self.parameter("restitution")[0]
         if impacts is None or not np.isfinite(eps):
@@ -125,10 +135,12 @@ class Results:
 
     @property
     def inertia_factor(self) -> float:
+        """q of the disk's moment of inertia q m R^2; that of a full disk where it is not given."""
         nes = self.recording.settings.bodies.nes
-        return float(nes.inertia_factor) if nes is not None and nes.inertia_factor is not None else 0.5
+        return float(nes.inertia_factor) if nes is not None and nes.inertia_factor is not None else INERTIA_OF_A_DISK
 
     def markers(self, body: str) -> tuple[str, ...]:
+        """Names of a body's markers."""
         found = self.recording.bodies.get(body)
         return tuple(found.markers or ()) if found is not None else ()
 
@@ -186,7 +198,9 @@ def read_results(folder: Path, recording: Recording, frames: Mapping[str, NDArra
 
 
 def identification_notes(path: Path) -> tuple[str, ...]:
-    """What the identification said in words when it wrote its table: where data and model disagree, what is not determined."""
+    """What the identification said in words when it wrote its table: where data and model disagree, what is not
+    determined.
+    """
     provenance = read_provenance(path) if path.is_file() else None
     return tuple(str(note) for note in (provenance or {}).get("notes", ()))
 

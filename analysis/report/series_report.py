@@ -4,7 +4,6 @@ words.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,18 +12,19 @@ import numpy as np
 import pandas as pd
 
 import ovines
+from analysis.checks.recording import verdict
+from analysis.checks.series import AGREEMENT_P as TREND_P
+from analysis.checks.series import series_checks
+from analysis.checks.series import trends as trends_of
 from analysis.figures.series import parameter_trends
+from analysis.identification.trend import Trend
 from analysis.report.numbers import MISSING, interval, percent, value_with_digits, value_with_sd, with_unit
-from analysis.report.page import Page
+from analysis.report.page import Page, Status
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
 from analysis.report.results import Results, identification_notes, read_results
-from analysis.report.verdict import actions_of_notes, seen_share
-from analysis.series_trend import Trend, weighted_trend
+from analysis.report.verdict import actions_of_notes, checks_table, seen_share
 from ovines.recording import Recording
 from ovines.tables import read_table
-
-# Four parameters are looked at; 0.01 each keeps a false alarm over all of them below 4 %.
-TREND_P = 0.01
 
 
 def write_series_report(
@@ -77,20 +77,26 @@ def tests_of(results: Sequence[Results]) -> pd.DataFrame:
 def series_page(
     results: Sequence[Results], name: str, joint: pd.DataFrame | None = None, notes: Sequence[str] = ()
 ) -> Page:
+    """The page of a series: parameters over its tests, ``joint`` ones of all together with the ``notes`` on them."""
     tests = tests_of(results)
-    number = np.arange(1, len(tests) + 1)
-    found = {p: weighted_trend(number, tests[p], tests[f"{p}_sd"]) for p in PRINCIPAL}
-    trends = {p: _with_shared_errors(trend, joint, p) for p, trend in found.items() if trend is not None}
+    identifications = [result.get("identification") for result in results]
+    trends = {p: _with_shared_errors(trend, joint, p) for p, trend in trends_of(identifications).items()}
     page = Page(
         name,
         "Series report",
         f"{len(tests)} recordings, {int(np.nansum(tests['impacts']))} impacts.",
         footer=f"ovines {ovines.__version__}. Each recording has a report of its own in its folder.",
     )
-    _add_verdict(page, tests, trends, joint)
+    checks = series_checks(_called(tests["test"]), [result.get("checks") for result in results], identifications, notes)
+    _add_verdict(page, tests, trends, joint, checks)
     page.actions.extend(actions_of_notes(notes))
     if not page.actions:
         page.actions.append("Nothing has to be done.")
+    section = page.add_section("Checks", "checks")
+    if len(checks):
+        checks_table(section, checks)
+    else:
+        section.add_missing("checks", "No recording was identified.")
     _add_parameters(page, tests, trends, joint, notes)
     section = page.add_section("Tests", "tests")
     section.add_table(
@@ -156,7 +162,7 @@ def _add_parameters(
 
 
 def _add_verdict(
-    page: Page, tests: pd.DataFrame, trends: dict[str, Trend], joint: pd.DataFrame | None
+    page: Page, tests: pd.DataFrame, trends: dict[str, Trend], joint: pd.DataFrame | None, checks: pd.DataFrame
 ) -> None:
     done = int(np.isfinite(tests["impacts"]).sum())
     with_impacts = int((tests["impacts"] > 0).sum())
@@ -168,18 +174,36 @@ def _add_verdict(
         [f"Motion from {done} of {len(tests)} recordings, impacts in {with_impacts}."],
     )
     details: list[str] = []
+    word, spoiled, steps = verdict(checks)
     drifting = {p: trend for p, trend in trends.items() if trend.p_slope < TREND_P}
     for p in PRINCIPAL:
         row = None if joint is None else joint[joint["parameter"] == p]
         if row is not None and len(row):
-            details.append(statement(row.iloc[0]))
+            details.append(statement(row.iloc[0]) + (", not to be used" if p in spoiled else ""))
         elif p in trends:
             mean = value_with_sd(trends[p].mean, trends[p].mean_sd)
-            details.append(f"{quantity(p).title} {quantity(p).symbol} = {mean}")
-    answer = "No parameter" if not details else "Parameters drift" if drifting else "Consistent"
-    page.add_card(
-        "How good is it?", answer, "neutral" if not details else "caution" if drifting else "good", details
+            details.append(
+                f"{quantity(p).title} {quantity(p).symbol} = {mean}" + (", not to be used" if p in spoiled else "")
+            )
+    if spoiled:
+        details.insert(0, f"Do not use: {', '.join(quantity(name).title.lower() for name in spoiled)}.")
+    details += checks.loc[checks["state"] == "fails", "found"].tolist()
+    status: Status = (
+        "neutral"
+        if not details
+        else "good"
+        if word == "Good" and not drifting
+        else "bad"
+        if word == "Do not use"
+        else "caution"
     )
+    page.add_card(
+        "How good is it?",
+        "No parameter" if not details else "Parameters drift" if word == "Good" and drifting else word,
+        status,
+        details,
+    )
+    page.actions.extend(steps)
     if lost:
         page.actions.append(f"Without motion: {', '.join(lost)}. `ovines check` says why.")
     for p, trend in drifting.items():
@@ -230,10 +254,20 @@ def _trend_row(name: str, trend: Trend) -> tuple[str, ...]:
     )
 
 
+def _called(names: pd.Series) -> list[str]:
+    """The tests' names; numbers where two are called alike."""
+    every = [str(name) for name in names]
+    return every if len(set(every)) == len(every) else [f"test {k}" for k in range(1, len(every) + 1)]
+
+
 def _shared_words(names: pd.Series) -> str:
     """The words that all tests' names begin with, which need not stand in every row; none of a single test's."""
-    common = os.path.commonprefix([str(name) for name in names]) if len(names) > 1 else ""
-    return common[: common.rfind(" ") + 1]
+    if len(names) < 2:
+        return ""
+    # What the first and the last in order begin with alike, all begin with.
+    first, last = (str(name) for name in (names.astype(str).min(), names.astype(str).max()))
+    alike = next((k for k, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))
+    return first[: first[:alike].rfind(" ") + 1]
 
 
 def _test_row(row: pd.Series, shared: int = 0) -> tuple[str, ...]:

@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
+from analysis.checks.recording import verdict
 from analysis.figures.markers import distance_scatter
 from analysis.figures.trajectory import column
 from analysis.report.numbers import MISSING, length, percent, with_unit
-from analysis.report.page import Page, Status
-from analysis.report.parameters import PRINCIPAL, state, statement
+from analysis.report.page import Page, Section, Status
+from analysis.report.parameters import PRINCIPAL, quantity, state, statement
 from analysis.report.results import Results
 
-# Half a pixel is five times what a circular marker's centre scatters by on a good image; more points to the
-# calibration.
-POOR_REPROJECTION_PX = 0.5
-# The thesis calls 0.1 mm camera noise (Fig. 55) and 0.35 mm its largest circle error (Fig. 56).
-POOR_DISTANCE_SCATTER_M = 1e-4
-POOR_RADIUS_M = 3.5e-4
+# Notes of the identification whose check fails and says the same.
+SAID_BY_CHECKS = (
+    "Something acts on the disk",
+    "The frames scatter by",
+    "Spins and tangential impulses",
+    "The law was fitted with",
+    "The disk's angle is not known",
+)
 # What a segment is called; "flight" and "rest" are used, the others are left out.
 LEFT_OUT = {"contact": "sustained wall contact", "unseen": "NES hidden", "unresolved": "unresolved"}
 
@@ -29,9 +33,7 @@ def add_verdict(page: Page, results: Results) -> None:
     good_status, good, good_details, more = _how_good(results)
     page.add_card("Did it work?", worked, worked_status, worked_details)
     page.add_card("How good is it?", good, good_status, good_details)
-    page.actions.extend(
-        [*actions, *more] or ["Nothing has to be done. Use the parameters below with their intervals."]
-    )
+    page.actions.extend([*more, *actions] or ["Nothing has to be done. Use the parameters below with their intervals."])
 
 
 def seen_share(results: Results) -> float:
@@ -85,17 +87,27 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
     rows = {row["parameter"]: row for _, row in identification.iterrows()}
     known = [name for name in PRINCIPAL if name in rows and state(rows[name]) == "value"]
     unknown = [name for name in PRINCIPAL if name in rows and state(rows[name]) != "value"]
-    details += [statement(rows[name]) for name in (*known, *unknown)]
-    if unknown:
+    spoiled = [] if results.get("checks") is None else verdict(results.tables["checks"])[1]
+    details += [
+        statement(rows[name]) + (", not to be used" if name in spoiled and name in known else "")
+        for name in (*known, *unknown)
+    ]
+    if unknown or set(known) & set(spoiled):
         status = "caution"
-        if {"wall_friction", "tangential_restitution"} & set(unknown):
-            actions.append(
-                "Wall friction and tangential restitution need impacts on both sides of the critical angle: "
-                "launch the NES so that it "
-                "meets the wall steeply and obliquely, or analyse several recordings as a series."
-            )
+    if {"wall_friction", "tangential_restitution"} & set(unknown):
+        actions.append(
+            "Wall friction and tangential restitution need impacts on both sides of the critical angle: "
+            "launch the NES so that it meets the wall steeply and obliquely, or analyse several recordings as a series."
+        )
     actions += actions_of_notes(results.notes)
-    answer = "Yes" if not unknown and status == "good" else "Yes, with gaps" if known else "Motion only"
+    usable = [name for name in known if name not in spoiled]
+    answer = (
+        "Yes"
+        if len(usable) == len(PRINCIPAL) and status == "good"
+        else "Yes, with gaps"
+        if usable
+        else "Motion, no usable parameters"
+    )
     return status, answer, details, actions
 
 
@@ -103,6 +115,8 @@ def actions_of_notes(notes: Sequence[str]) -> list[str]:
     """What the identification noted beyond parameters that are not determined, which are said already."""
     actions = []
     for note in notes:
+        if note.startswith(SAID_BY_CHECKS):
+            continue
         if "[model] effects does not name" in note:
             actions.append(f"{note} Run `ovines diagnose` on the series: is it the cause of a gap?")
         elif "determine" not in note:
@@ -111,78 +125,84 @@ def actions_of_notes(notes: Sequence[str]) -> list[str]:
 
 
 def _how_good(results: Results) -> tuple[Status, str, list[str], list[str]]:
-    details, actions, faults = [], [], 0
-    points, motion = results.get("points"), results.get("motion")
+    """Status, word, details, actions: what fails first, then what the numbers rest on."""
+    details: list[str] = []
+    actions: list[str] = []
+    points, motion, checks = results.get("points"), results.get("motion"), results.get("checks")
+    word = "Not checked"
+    if checks is not None:
+        word, spoiled, actions = verdict(checks)
+        if spoiled:
+            details.append(f"Do not use: {', '.join(quantity(name).title.lower() for name in spoiled)}.")
+        details += checks.loc[checks["state"] == "fails", "found"].tolist()
     if points is not None:
-        reprojection = (
-            float(np.nanmedian(points["reprojection_px"]))
-            if points["reprojection_px"].notna().any()
-            else np.nan
+        details += _markers(results, points)
+    if motion is not None and np.isfinite(column(motion, "nes_x_sd_m")).any():
+        details.append(
+            f"NES centre known to {length(float(np.nanmedian(column(motion, 'nes_x_sd_m'))))} in x (median sd)."
         )
-        details.append(f"Reprojection {with_unit(reprojection, 'px', 2)} (median).")
-        if reprojection > POOR_REPROJECTION_PX:
-            faults += 1
-            actions.append(
-                "The two cameras disagree: check window_offset_px and the extrinsic view, or calibrate again."
-            )
-        faults += _host_is_rigid(results, details, actions)
-    if motion is not None:
-        sd = (
-            float(np.nanmedian(column(motion, "nes_x_sd_m")))
-            if np.isfinite(column(motion, "nes_x_sd_m")).any()
-            else np.nan
-        )
-        if np.isfinite(sd):
-            details.append(f"NES centre known to {length(sd)} in x (median sd).")
-    faults += _wall_fits(results, details, actions)
     left_out = {kind: share for kind, share in results.time_shares.items() if kind in LEFT_OUT and share > 0}
     if left_out:
         parts = ", ".join(f"{LEFT_OUT[kind]} {percent(share)}" for kind, share in left_out.items())
         details.append(f"Time left out of the flights: {parts}.")
-    if not details:
-        return "neutral", "Cannot be told", ["Neither points nor standard deviations are here."], actions
-    status: Status = "good" if not faults else "caution" if faults == 1 else "bad"
-    return status, ("Good", "Fair: one thing to look at", "Doubtful")[min(faults, 2)], details, actions
+    if not details and checks is None:
+        return "neutral", "Cannot be decided", ["Neither points nor standard deviations are here."], actions
+    return STATUS[word], word, details, actions
 
 
-def _host_is_rigid(results: Results, details: list[str], actions: list[str]) -> int:
-    points = results.get("points")
-    if points is None or len(results.markers("host")) < 2:
-        return 0
+STATUS: dict[str, Status] = {"Good": "good", "Doubtful": "caution", "Do not use": "bad", "Not checked": "neutral"}
+
+
+def _markers(results: Results, points: pd.DataFrame) -> list[str]:
+    """What two views of a marker, the Host's shape and its markers' circle say."""
+    details = []
+    if points["reprojection_px"].notna().any():
+        details.append(f"Reprojection {with_unit(float(np.nanmedian(points['reprojection_px'])), 'px', 2)} (median).")
     scatter = distance_scatter(points, results.markers("host"))
-    worst = float(scatter["sd_m"].max()) if len(scatter) else np.nan
-    details.append(f"Host marker distances constant to {length(worst)} (worst pair, sd).")
-    if worst > POOR_DISTANCE_SCATTER_M:
-        actions.append(
-            "Distances between Host markers vary by more than camera noise: look for a loose marker or a "
-            "mistaken name."
-        )
-        return 1
-    return 0
-
-
-def _wall_fits(results: Results, details: list[str], actions: list[str]) -> int:
+    if len(scatter):
+        details.append(f"Host marker distances constant to {length(float(scatter['sd_m'].max()))} (worst pair, sd).")
     host = results.recording.settings.bodies.host
-    if host is None or host.inner_radius_m is None or results.circles is None or host.layout_m is not None:
-        return 0  # with a layout the markers need not lie on the wall's circle
-    radius = (
-        float(np.nanmedian(results.circles["mean_radius_m"]))
-        if results.circles["mean_radius_m"].notna().any()
-        else np.nan
-    )
-    if not np.isfinite(radius):
-        return 0
-    details.append(
-        f"Circle through the Host markers: radius {with_unit(1e3 * radius, 'mm', 4)}, wall "
-        f"{with_unit(1e3 * host.inner_radius_m, 'mm', 4)}."
-    )
-    if abs(radius - host.inner_radius_m) > POOR_RADIUS_M:
-        actions.append(
-            "The Host markers' circle is not the wall's: give layout_m, or check inner_radius_m and the "
-            "board's square size."
+    circles = results.circles
+    if (
+        host is not None
+        and host.inner_radius_m is not None
+        and circles is not None
+        and host.layout_m is None
+        and circles["mean_radius_m"].notna().any()
+    ):
+        radius_mm = 1e3 * float(np.nanmedian(circles["mean_radius_m"]))
+        details.append(
+            f"Circle through the Host markers: radius {with_unit(radius_mm, 'mm', 4)}, wall "
+            f"{with_unit(1e3 * host.inner_radius_m, 'mm', 4)}."
         )
-        return 1
-    return 0
+    return details
+
+
+STATES = {"holds": "holds", "fails": "fails", "open": "cannot be decided"}
+
+
+def add_checks(page: Page, results: Results) -> None:
+    """The checks behind the verdict, one by one."""
+    section = page.add_section("Checks", "checks")
+    checks = results.get("checks")
+    if checks is None:
+        section.add_missing("checks", "Impacts and parameters were not looked for.")
+    else:
+        checks_table(section, checks)
+
+
+def checks_table(section: Section, checks: pd.DataFrame) -> None:
+    """Rows of the table ``checks``: what fails first."""
+    order = checks.assign(rank=checks["state"].map({"fails": 0, "open": 1, "holds": 2})).sort_values(
+        "rank", kind="stable"
+    )
+    section.add_table(
+        ("check", "found", ""),
+        [(row["check"], row["found"], STATES[row["state"]]) for _, row in order.iterrows()],
+        'Each check can fail, and none believes the laws that the parameters rest on. "Good" is said only where all '
+        "that can be decided hold.",
+        (0, 1, 2),
+    )
 
 
 def headline(results: Results) -> str:

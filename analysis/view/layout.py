@@ -45,7 +45,9 @@ def layout(shown: Shown) -> rrb.Blueprint:
 
 
 def _middle_and_reach_m(shown: Shown) -> tuple[NDArray[np.float64], float]:
-    """Middle (3,) of the Host's path, and how far from there it reaches with its wall; without a motion a usual rig's."""
+    """Middle (3,) of the Host's path, and how far from there it reaches with its wall; without a motion a usual
+    rig's.
+    """
     host = shown.recording.settings.bodies.host
     if shown.motion is None or host is None:
         return np.zeros(3), 0.08

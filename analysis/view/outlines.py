@@ -46,7 +46,9 @@ def body_lines(recording: Recording) -> Mapping[str, list[Array]]:
     host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     lines: dict[str, list[Array]] = {}
     if host is not None:
-        edges = [_circle(host.inner_radius_m)] if host.polygon_m is None else [_closed(np.asarray(host.polygon_m, float))]
+        edges = (
+            [_circle(host.inner_radius_m)] if host.polygon_m is None else [_closed(np.asarray(host.polygon_m, float))]
+        )
         if host.obstacle_radius_m:
             edges.append(_circle(host.obstacle_radius_m))
         lines["host"] = [_at(edge, z) for z in _levels(host.layout_m) for edge in edges]
@@ -87,7 +89,9 @@ def _levels(layout_m: tuple[tuple[float, float, float], ...] | None) -> list[flo
 
 
 def wall_gap_m(motion: pd.DataFrame, recording: Recording) -> Array | None:
-    """Free room (frames,) between the disk's edge and the inner wall, by the radii of recording.toml; None without Host or NES."""
+    """Free room (frames,) between the disk's edge and the inner wall, by the radii of recording.toml; None without Host
+    or NES.
+    """
     host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     if host is None or nes is None:
         return None

@@ -23,7 +23,11 @@ Array = NDArray[np.float64]
 Picture = tuple[int, Mapping[str, bytes]]
 HALF = 0.5
 COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN, "simulated": ORANGE}
-NAME_COLOURS = {"nes": "#8ecbff", "host": "#ffb48a", "ground": "#7fe3c0"}  # lighter: a name stands in its dot's colour on a grey box
+NAME_COLOURS = {
+    "nes": "#8ecbff",
+    "host": "#ffb48a",
+    "ground": "#7fe3c0",
+}  # lighter: a name stands in its dot's colour on a grey box
 WIDTHS = {"simulated": 1.5}  # of a curve; a measured one shows on both sides of the simulated that covers it
 CURVES = {"x (mm)": ("x_m", MM), "y (mm)": ("y_m", MM), "angle (rad)": ("angle_rad", 1.0)}
 WHITE = "#ffffff"  # the viewer is dark
@@ -48,6 +52,7 @@ class Shown:
     notes: Sequence[str] = field(default_factory=tuple)
 
     def body_of(self) -> Mapping[str, str]:
+        """Name of the body of each marker."""
         return {marker: name for name, body in self.recording.bodies.items() for marker in body.markers}
 
     @property
@@ -114,9 +119,14 @@ def _camera(stream: rr.RecordingStream, shown: Shown, camera: Camera) -> None:
     stream.log(
         path,
         rr.Transform3D(translation=camera.centre_m, mat3x3=camera.rotation.T),
-        rr.Pinhole(image_from_camera=matrix, resolution=size, camera_xyz=rr.ViewCoordinates.RDF, image_plane_distance=0.15 * distance_m),
+        rr.Pinhole(
+            image_from_camera=matrix,
+            resolution=size,
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.15 * distance_m,
+        ),
         static=True,
-    )  # fmt: skip
+    )
     if shown.tracks is not None:
         own, bodies = shown.tracks[shown.tracks["camera"] == camera.name], shown.body_of()
         for body, rows in own.groupby(own["marker"].map(bodies)):
@@ -124,7 +134,9 @@ def _camera(stream: rr.RecordingStream, shown: Shown, camera: Camera) -> None:
             _send_points(stream, f"{path}/tracks/{body}", rows, places, str(body), 2.0, shown.last_frame)
     for name, body, table in shown.motions():
         frames, pose = table["frame"].to_numpy(), poses(table, body)
-        lines = [seen_by(camera, offset, placed(pose, line)) + HALF for line in body_lines(shown.recording).get(body, [])]
+        lines = [
+            seen_by(camera, offset, placed(pose, line)) + HALF for line in body_lines(shown.recording).get(body, [])
+        ]
         _send_lines(stream, f"{path}/bodies/{name}", frames, table["time_s"].to_numpy(float), lines, name, 0.6)
         if name in (designed := design_markers(shown.recording)):
             where = seen_by(camera, offset, placed(pose, designed[name])) + HALF
@@ -146,7 +158,15 @@ def _bodies(stream: rr.RecordingStream, shown: Shown) -> None:
     for name, body, table in shown.motions():
         pose = poses(table, body)
         lines = [placed(pose, line) for line in body_lines(shown.recording).get(body, [])]
-        _send_lines(stream, f"world/bodies/{name}", table["frame"].to_numpy(), table["time_s"].to_numpy(float), lines, name, LINE_M)
+        _send_lines(
+            stream,
+            f"world/bodies/{name}",
+            table["frame"].to_numpy(),
+            table["time_s"].to_numpy(float),
+            lines,
+            name,
+            LINE_M,
+        )
     if shown.motion is not None:
         path = poses(shown.motion, "nes")[:, :3]
         seen = np.asarray(np.isfinite(path).all(1))
@@ -158,19 +178,24 @@ def _bodies(stream: rr.RecordingStream, shown: Shown) -> None:
 def _curves(stream: rr.RecordingStream, shown: Shown) -> None:
     """x, y, angle and the room to the wall over time, measured and simulated."""
     for name, body, table in shown.motions():
-        times = [rr.TimeColumn("frame", sequence=table["frame"].to_numpy()), rr.TimeColumn("time", duration=table["time_s"].to_numpy(float))]
+        times = [
+            rr.TimeColumn("frame", sequence=table["frame"].to_numpy()),
+            rr.TimeColumn("time", duration=table["time_s"].to_numpy(float)),
+        ]
         curves = {title: scale * table[f"{body}_{ending}"].to_numpy(float) for title, (ending, scale) in CURVES.items()}
         if body == "nes" and (gap := wall_gap_m(table, shown.recording)) is not None:
             curves["room to the wall (mm)"] = MM * gap
         for title, values in curves.items():
             path = "/" + curve_path(title) + "/" + name
-            stream.log(path, rr.SeriesLines(colors=_rgb(COLOURS[name]), names=name, widths=WIDTHS.get(name, 4.0)), static=True)
+            stream.log(
+                path, rr.SeriesLines(colors=_rgb(COLOURS[name]), names=name, widths=WIDTHS.get(name, 4.0)), static=True
+            )
             stream.send_columns(path, times, rr.Scalars.columns(scalars=values))
 
 
 def curve_path(title: str) -> str:
     """Entity of a curve: its title without the unit."""
-    return "curves/" + title.split(" (")[0].replace(" ", "_")
+    return "curves/" + title.split(" (", maxsplit=1)[0].replace(" ", "_")
 
 
 def _impacts(stream: rr.RecordingStream, shown: Shown) -> None:
@@ -181,11 +206,13 @@ def _impacts(stream: rr.RecordingStream, shown: Shown) -> None:
     path = "/" + curve_path("room to the wall (mm)") + "/impacts"
     stream.log(path, rr.SeriesPoints(colors=_rgb(WHITE), names="impacts", markers="cross", marker_sizes=5), static=True)
     for one in shown.impacts.itertuples():
-        stream.set_time("frame", sequence=int(shown.motion["frame"].iloc[min(np.searchsorted(clock, one.time_s), len(clock) - 1)]))
+        stream.set_time(
+            "frame", sequence=int(shown.motion["frame"].iloc[min(np.searchsorted(clock, one.time_s), len(clock) - 1)])
+        )
         stream.set_time("time", duration=float(one.time_s))
         speeds = f"{one.normal_speed_before_m_per_s:.3f} -> {one.normal_speed_after_m_per_s:.3f} m/s"
-        told = f"restitution {one.restitution:.4f}" if np.isfinite(one.restitution) else "no restitution"
-        stream.log("impacts", rr.TextLog(f"impact {one.impact}: normal speed {speeds}, {told}"))
+        restitution = f"restitution {one.restitution:.4f}" if np.isfinite(one.restitution) else "no restitution"
+        stream.log("impacts", rr.TextLog(f"impact {one.impact}: normal speed {speeds}, {restitution}"))
         stream.log(path, rr.Scalars(0.0))
 
 
@@ -210,12 +237,32 @@ def _send_points(
     kind = rr.Points2D if places.shape[1] == 2 else rr.Points3D
     named = {"labels": rows["marker"].tolist()} if "marker" in rows else {}
     shown_frames, shown_times, sizes = _with_gaps(frames, times, counts, last)
-    stream.send_columns(path, _times(shown_frames, shown_times), kind.columns(positions=places, **named).partition(sizes))
-    stream.log(path, kind.from_fields(colors=_rgb((NAME_COLOURS if named else COLOURS)[body]), radii=radius, show_labels=bool(named) and kind is rr.Points2D), static=True)
+    stream.send_columns(
+        path, _times(shown_frames, shown_times), kind.columns(positions=places, **named).partition(sizes)
+    )
+    stream.log(
+        path,
+        kind.from_fields(
+            colors=_rgb((NAME_COLOURS if named else COLOURS)[body]),
+            radii=radius,
+            show_labels=bool(named) and kind is rr.Points2D,
+        ),
+        static=True,
+    )
 
 
-def _send_lines(stream: rr.RecordingStream, path: str, frames: NDArray[np.int64], times: Array, lines: Sequence[Array], name: str, radius: float) -> None:
-    """Lines, each (frames, n, 2 or 3), as strips per frame; those of a frame in which the body was not seen are left out."""
+def _send_lines(
+    stream: rr.RecordingStream,
+    path: str,
+    frames: NDArray[np.int64],
+    times: Array,
+    lines: Sequence[Array],
+    name: str,
+    radius: float,
+) -> None:
+    """Lines, each (frames, n, 2 or 3), as strips per frame; those of a frame in which the body was not seen are left
+    out.
+    """
     if not lines:
         return
     kind = rr.LineStrips2D if lines[0].shape[-1] == 2 else rr.LineStrips3D
@@ -229,7 +276,9 @@ def _send_lines(stream: rr.RecordingStream, path: str, frames: NDArray[np.int64]
         stream.log(path, kind.from_fields(colors=_rgb(COLOURS[name]), radii=radius), static=True)
 
 
-def _with_gaps(frames: NDArray[np.int64], times: Array, counts: NDArray[np.intp], last: int) -> tuple[NDArray[np.int64], Array, NDArray[np.intp]]:
+def _with_gaps(
+    frames: NDArray[np.int64], times: Array, counts: NDArray[np.intp], last: int
+) -> tuple[NDArray[np.int64], Array, NDArray[np.intp]]:
     """An empty batch in the first frame of each gap, one before the recording's ``last`` frame included: what was
     shown last would otherwise stay.
     """

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 import pandas as pd
 
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
+from ovines.pipeline.ownership import refuse_strange_results
 from ovines.recording import Recording, read_recording
 from ovines.tables import read_table
 
@@ -30,14 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--start",
-        type=float,
+        type=_time,
         default=float("-inf"),
         metavar="S",
         help="from this time of the recording (default: its start)",
     )
-    parser.add_argument(
-        "--end", type=float, default=float("inf"), metavar="S", help="to this time (default: its end)"
-    )
+    parser.add_argument("--end", type=_time, default=float("inf"), metavar="S", help="to this time (default: its end)")
     parser.add_argument(
         "--slower", type=_slower, default=20.0, metavar="N", help="N times slower than it was (default: 20)"
     )
@@ -52,16 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the film and say where it is."""
-    from analysis.animate import Film, animate
+    from analysis.view.film import Film, animate
 
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
+    refuse_strange_results(results, recording)
     motion = next(
-        (
-            path
-            for path in (results / "motion.parquet", recording.folder / "motion.parquet")
-            if path.is_file()
-        ),
+        (path for path in (results / "motion.parquet", recording.folder / "motion.parquet") if path.is_file()),
         None,
     )
     if motion is None:
@@ -82,13 +79,20 @@ def run(args: argparse.Namespace) -> int:
 def _simulation(args: argparse.Namespace, recording: Recording, results: Path) -> pd.DataFrame | None:
     """The table asked for, else what the results allow; None with ``--measured``."""
     from analysis.report.results import read_results
-    from analysis.simulated_motion import simulated_beside
+    from analysis.view.simulated_motion import simulated_beside
 
     if args.measured:
         return None
     if args.simulation is not None:
         return read_table(args.simulation, "simulation")
     return simulated_beside(read_results(results, recording))[0]
+
+
+def _time(text: str) -> float:
+    value = float(text)
+    if math.isnan(value):
+        raise argparse.ArgumentTypeError("a time in seconds")
+    return value
 
 
 def _slower(text: str) -> float:

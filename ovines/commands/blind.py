@@ -2,8 +2,11 @@
 
 import argparse
 import json
+import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,11 +14,14 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind import score, score_report, trial
-from analysis.blind.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
+from analysis.blind import trial
+from analysis.blind.scoring import report, score
+from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
 from ovines import __version__
 from ovines.blind_film import film_series
+from ovines.commands.stage_command import whole_number
 from ovines.errors import InputError
+from ovines.workers.orphans import die_with
 
 NAME = "blind"
 HELP = "Make sealed cases with a plant of their own, answer them, and score the answers."
@@ -28,13 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make = steps.add_parser("make", help="write cases; the hash of every truth is written first")
     make.add_argument("folder", type=Path)
     make.add_argument("--cases", type=int, default=80, help="how many series (default: 80)")
-    make.add_argument("--seed", type=int, required=True, help="the same seed gives the same cases")
+    make.add_argument("--seed", type=whole_number, required=True, help="the same seed gives the same cases")
     make.add_argument(
         "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
     )
-    make.add_argument(
-        "--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)"
-    )
+    make.add_argument("--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)")
     make.add_argument("--runs", type=int, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
@@ -54,12 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "withhold", help="answer every case without its cause in the library: withheld.md says what came back"
     )
     without.add_argument("folder", type=Path)
-    without.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
+    without.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     without.add_argument("--most", type=int, default=None, metavar="N", help="the first N such cases only")
     _add_jobs(without)
     marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
     marks.add_argument("folder", type=Path)
-    marks.add_argument("--seed", type=int, default=None, help="the seed of a sealed trial")
+    marks.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
 
 
@@ -78,18 +82,14 @@ def _say(text: str) -> None:
 
 def _make(args: argparse.Namespace) -> int:
     if args.cases < 1 or args.runs < 1:
-        raise InputError(
-            f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers"
-        )
+        raise InputError(f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers")
     kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
     try:
         sizes = tuple(float(size) for size in args.sizes.split(","))
     except ValueError:
         sizes = ()
     if not sizes or min(sizes) <= 0:
-        raise InputError(
-            f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35"
-        )
+        raise InputError(f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35")
     trial.make_trial(
         args.folder,
         args.cases,
@@ -116,7 +116,8 @@ def _diagnose(series: Path, out: Path, withheld: tuple[str, ...] = ()) -> None:
     diagnose.run(parser.parse_args([str(series), "--out", str(out), *options]))
 
 
-def _answer_case(folder: Path, case: str) -> tuple[str, str]:
+def _answer_case(folder: Path, case: str, parent: int = 0) -> tuple[str, str]:
+    die_with(parent)
     out = folder / "answers" / case
     start = time.monotonic()
     _diagnose(folder / "cases" / case, out)
@@ -125,18 +126,41 @@ def _answer_case(folder: Path, case: str) -> tuple[str, str]:
     return case, ", ".join(verdict["effects"]) or verdict["verdict"]
 
 
+@contextmanager
+def _well_formed(folder: Path) -> Iterator[None]:
+    """Turn what a damaged manifest, truth or answer does to its reader into an `InputError`."""
+    try:
+        yield
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError, FileNotFoundError) as error:
+        said = f"{type(error).__name__}: {error}".split("\n")[0][:200]
+        raise InputError(
+            f"{folder}: a manifest, truth or answer that cannot be used ({said})",
+            "the files as `ovines blind` wrote them",
+            "make the trial again",
+        ) from None
+
+
 def _answer(args: argparse.Namespace) -> int:
-    cases = [entry["case"] for entry in trial.read_manifest(args.folder)["cases"]]
+    with _well_formed(args.folder):
+        cases = [_plain(entry["case"]) for entry in trial.read_manifest(args.folder)["cases"]]
     left = [case for case in cases if not (args.folder / "answers" / case / "seconds.json").exists()]
     answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
-        delayed(_answer_case)(args.folder, case) for case in left
+        delayed(_answer_case)(args.folder, case, os.getpid()) for case in left
     )
     for done, (case, answer) in enumerate(answered, len(cases) - len(left) + 1):
         _say(f"{done}/{len(cases)} {case}: {answer}")
     return 0
 
 
-def _withhold_case(folder: Path, truth: dict[str, Any], effects: tuple[str, ...]) -> Withheld:
+def _plain(case: Any) -> str:
+    """A case's name, which becomes a folder's."""
+    if not isinstance(case, str) or not case or case in (".", "..") or "/" in case or "\0" in case:
+        raise ValueError(f"case {case!r}")
+    return case
+
+
+def _withhold_case(folder: Path, truth: dict[str, Any], effects: tuple[str, ...], parent: int = 0) -> Withheld:
+    die_with(parent)
     out = folder / "withheld" / truth["case"]
     if not (out / "diagnosis.json").exists():
         _diagnose(folder / "cases" / truth["case"], out, effects)
@@ -144,14 +168,15 @@ def _withhold_case(folder: Path, truth: dict[str, Any], effects: tuple[str, ...]
 
 
 def _withhold(args: argparse.Namespace) -> int:
-    truths = trial.read_truths(args.folder, args.seed)
-    chosen = [(truth, to_withhold(truth)) for truth in truths.values() if to_withhold(truth)][: args.most]
+    with _well_formed(args.folder):
+        truths = trial.read_truths(args.folder, args.seed)
+        chosen = [(truth, to_withhold(truth)) for truth in truths.values() if to_withhold(truth)][: args.most]
     if not chosen:
         raise InputError(
             f"no case with a single listed cause in {args.folder}", "at least one", "make one with --kinds listed"
         )
     answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
-        delayed(_withhold_case)(args.folder, truth, effects) for truth, effects in chosen
+        delayed(_withhold_case)(args.folder, truth, effects, os.getpid()) for truth, effects in chosen
     )
     rows = []
     for row in answered:
@@ -164,9 +189,10 @@ def _withhold(args: argparse.Namespace) -> int:
     return 0
 
 
-def _score(args: argparse.Namespace) -> int:
-    truths = trial.read_truths(args.folder, args.seed)
-    rows, answers = [], {}
+def _marked(args: argparse.Namespace, truths: dict[str, Any]) -> tuple[list[Any], dict[str, Any]]:
+    """Each answered case beside its truth, and the answers by case."""
+    rows: list[Any] = []
+    answers: dict[str, Any] = {}
     for case, truth in truths.items():
         out = args.folder / "answers" / case
         if not (out / "diagnosis.json").exists():
@@ -179,9 +205,14 @@ def _score(args: argparse.Namespace) -> int:
             )
         answers[case] = json.loads((out / "diagnosis.json").read_text())
         clock = out / "seconds.json"
-        rows.append(
-            score.mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None)
-        )
+        rows.append(score.mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None))
+    return rows, answers
+
+
+def _score(args: argparse.Namespace) -> int:
+    with _well_formed(args.folder):
+        truths = trial.read_truths(args.folder, args.seed)
+        rows, answers = _marked(args, truths)
     if not rows:
         raise InputError(f"no answers in {args.folder}", "at least one", "run `ovines blind answer` first")
     figures = score.figures_of(rows, np.random.default_rng(0))
@@ -193,11 +224,9 @@ def _score(args: argparse.Namespace) -> int:
         "cases": [asdict(r) for r in rows],
     }
     (args.folder / "score.json").write_text(json.dumps(result, indent=1))
-    told = (
-        f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
-    )
-    text = score_report.markdown(figures, causes, rows, told)
+    told = f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
+    text = report.markdown(figures, causes, rows, told)
     (args.folder / "score.md").write_text(text)
-    score_report.confusion_picture(rows, args.folder / "confusion.png")
+    report.confusion_picture(rows, args.folder / "confusion.png")
     print(text)
     return 0

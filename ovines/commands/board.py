@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 from ovines.errors import InputError
-from ovines.written_whole import write_text_whole, written_whole
+from ovines.io.atomic_write import write_text_whole, written_whole
 
 NAME = "board"
 HELP = "calibration boards to print, true to scale with a ruler, and their TOML"
@@ -15,27 +14,40 @@ HELP = "calibration boards to print, true to scale with a ruler, and their TOML"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A known board by name, or a new one by its measures."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="a board of calibration_boards/, or the new board's name")
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME", help="a board of calibration_boards/, or the new board's name"
+    )
     parser.add_argument("--list", action="store_true", help="show the known boards and stop")
     parser.add_argument("--squares", nargs=2, type=int, metavar=("COLUMNS", "ROWS"), help="a new board: its squares")
     parser.add_argument("--square-mm", type=float, metavar="MM", help="a new board: edge of a square")
-    parser.add_argument("--marker-mm", type=float, metavar="MM", help="a new board: edge of a marker (default: 3/4 of the square)")
+    parser.add_argument(
+        "--marker-mm", type=float, metavar="MM", help="a new board: edge of a marker (default: 3/4 of the square)"
+    )
     parser.add_argument("--dictionary", default="DICT_5X5_100", help="a new board: its markers (default: DICT_5X5_100)")
     parser.add_argument("--legacy", action="store_true", help="a new board: pattern of OpenCV before 4.6")
     parser.add_argument("--inverted", action="store_true", help="a new board: white for black")
-    parser.add_argument("--out", type=Path, default=Path("calibration_boards"), metavar="DIR", help="folder (default: calibration_boards)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("calibration_boards"),
+        metavar="DIR",
+        help="folder (default: calibration_boards)",
+    )
     parser.add_argument("--force", action="store_true", help="write over files that are there")
 
 
 def run(args: argparse.Namespace) -> int:
     """Write NAME.pdf, NAME.svg and NAME.toml; wrong input is an `InputError`."""
-    from vision.board_print import as_pdf, as_svg, as_toml, draw
-    from vision.boards import FOLDER, board_from, find_board, read_board
+    from vision.calibration.board_print import as_pdf, as_svg, as_toml, draw
+    from vision.calibration.boards import FOLDER, board_from, find_board, read_board
 
     if args.list:
         for path in sorted(FOLDER.glob("*.toml")):
             board = read_board(path)
-            print(f"{path.stem:<20} {board.kind}, {board.squares[0]} x {board.squares[1]}, {1e3 * board.square_size_m:g} mm")
+            print(
+                f"{path.stem:<20} {board.kind}, {board.squares[0]} x {board.squares[1]}, "
+                f"{1e3 * board.square_size_m:g} mm"
+            )
         return 0
     if args.name is None:
         raise InputError("no board", "a name, or --list", "e.g. ovines board charuco_5x7_8mm")
@@ -44,21 +56,34 @@ def run(args: argparse.Namespace) -> int:
     else:
         if args.square_mm is None:
             raise InputError("--squares without --square-mm", "the edge of a square", "add --square-mm 15")
-        if os.path.basename(args.name) != args.name or args.name.startswith("."):
+        if Path(args.name).name != args.name or args.name.startswith("."):
             raise InputError(f"name {args.name!r}", "a plain name without folders", "give the folder by --out")
         marker_mm = args.marker_mm if args.marker_mm is not None else 0.75 * args.square_mm
-        board = board_from({"squares": list(args.squares), "square_size_m": round(1e-3 * args.square_mm, 9),
-                            "marker_size_m": round(1e-3 * marker_mm, 9), "dictionary": args.dictionary,
-                            "legacy_pattern": args.legacy, "inverted": args.inverted}, args.name, "the command line")
+        board = board_from(
+            {
+                "squares": list(args.squares),
+                "square_size_m": round(1e-3 * args.square_mm, 9),
+                "marker_size_m": round(1e-3 * marker_mm, 9),
+                "dictionary": args.dictionary,
+                "legacy_pattern": args.legacy,
+                "inverted": args.inverted,
+            },
+            args.name,
+            "the command line",
+        )
     if board.kind != "charuco":
-        raise InputError(f"{board.name} is a board of kind {board.kind}", "a ChArUco board", "print others from their maker's file")
+        raise InputError(
+            f"{board.name} is a board of kind {board.kind}", "a ChArUco board", "print others from their maker's file"
+        )
     drawing = draw(board)
     wanted = {"pdf": as_pdf(drawing), "svg": as_svg(drawing).encode()}
     toml = args.out / f"{board.name}.toml"
     clash = [args.out / f"{board.name}.{ending}" for ending in wanted] + ([toml] if args.squares else [])
     present = [path for path in clash if path.exists()]
     if present and not args.force:
-        raise InputError(f"{present[0]} is there already", "a new name or folder", "choose another, or write over it with --force")
+        raise InputError(
+            f"{present[0]} is there already", "a new name or folder", "choose another, or write over it with --force"
+        )
     for ending, content in wanted.items():
         path = args.out / f"{board.name}.{ending}"
         with written_whole(path) as temporary:

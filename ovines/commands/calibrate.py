@@ -2,14 +2,15 @@
 
 import argparse
 
-from ovines.chain import stage
 from ovines.commands import stage_command
+from ovines.pipeline.stages import stage
 
 NAME = "calibrate"
 HELP = stage(NAME).help
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of every stage, and ``--figures``."""
     stage_command.add_arguments(parser)
     stage_command.add_figures(parser)
 

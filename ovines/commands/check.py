@@ -1,26 +1,42 @@
 """`ovines check`: what is there, what is missing or wrong, what would run."""
 
 import argparse
+import mmap
 from collections.abc import Mapping
 from pathlib import Path
 
-from ovines.camera import read_calibration
-from ovines.chain import STAGES, Stage, inputs_of, is_fresh, stage, stages_of, state_of
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
-from ovines.hashing import hash_inputs
+from ovines.io.hashing import hash_inputs
+from ovines.io.toml_input import line_of
+from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
+from ovines.pipeline.series import is_recording
+from ovines.pipeline.stages import (
+    STAGES,
+    Stage,
+    inputs_of,
+    is_fresh,
+    stage,
+    stages_of,
+    state_of,
+    written_from,
+)
+from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.frame_files import file_notes, refuse_strange_files, sizes
+from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
 from ovines.recording import FILE, Recording, read_recording, series_folders
-from ovines.series import is_recording
 from ovines.tables import read_table
-from ovines.toml_input import line_of
 
 NAME = "check"
 HELP = "what is there, what is missing or wrong, and what would run"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a folder of such folders")  # fmt: skip
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where the results lie or will lie (default: results/ inside)")  # fmt: skip
+    """A recording or a series, and where its results lie."""
+    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a "
+        "folder of such folders")  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where the results lie or will lie (default: results/ "
+        "inside)")  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,7 +61,13 @@ def check_recording(recording: Recording, out: Path) -> list[InputError]:
     """Print what the recording holds and what each stage would do; return what is missing or wrong."""
     print(f"{recording.folder}: {recording.name}, enters at {recording.entry()}")
     problems = []
-    for look in (_cameras, _calibration, _times, _table, _effects):
+    try:
+        refuse_folder(out)
+        refuse_strange_results(out, recording)
+        refuse_theirs(out, written_from(stages_of(recording)[0]))
+    except InputError as error:
+        problems.append(error)
+    for look in (refuse_contradictions, _cameras, _calibration, _times, _table, _effects):
         try:
             look(recording)
         except InputError as error:
@@ -89,10 +111,15 @@ KEYS: tuple[tuple[str, tuple[int | str, ...]], ...] = (
 
 def _with_line(problem: InputError, recording: Recording) -> InputError:
     """The same message with the line of recording.toml to change, where it has one and does not say it yet."""
-    if "recording.toml, line" in problem.found:
+    if f"{FILE}, line" in problem.found + problem.do:
         return problem
     keys = [("camera " + camera.name, ("cameras", i, "frames")) for i, camera in enumerate(recording.cameras)]
-    keys += [("sensor of " + camera.name, ("cameras", i, "sensor_size_px")) for i, camera in enumerate(recording.cameras)]
+    keys += [
+        ("pictures of " + camera.name, ("cameras", i, "window_size_px")) for i, camera in enumerate(recording.cameras)
+    ]
+    keys += [
+        ("sensor of " + camera.name, ("cameras", i, "sensor_size_px")) for i, camera in enumerate(recording.cameras)
+    ]
     text = (recording.folder / FILE).read_text(encoding="utf-8-sig")
     for word, location in (*keys, *KEYS):
         line = line_of(text, location) if word in problem.found else None
@@ -106,11 +133,13 @@ def _cameras(recording: Recording) -> None:
         files = recording.frame_files(camera.name)
         if camera.frames:
             print(f"  {camera.name}: {len(files)} file{'s'[: len(files) != 1]} ({camera.frames})")
-    counts = {
-        camera.name: len(recording.frame_files(camera.name)) for camera in recording.cameras if camera.frames
-    }
+    refuse_strange_files(recording)
+    for note in file_notes(recording):
+        print(f"  doubt: {note}")
+    counts = {camera.name: len(recording.frame_files(camera.name)) for camera in recording.cameras if camera.frames}
     if recording.entry() != "frames":
         return
+    _sizes(recording)
     for camera in recording.cameras:
         if not counts.get(camera.name):
             raise InputError(
@@ -122,32 +151,43 @@ def _cameras(recording: Recording) -> None:
         print("  note: not as many images of each camera; those without a partner give no points")
 
 
+def _sizes(recording: Recording) -> None:
+    """Pictures of another size than the window, all of them counted (the run stops at the first)."""
+    from vision.frames.image_header import BadImage, read_header
+
+    def read_size(path: Path) -> tuple[int, int] | None:
+        try:
+            with open(path, "rb") as handle, mmap.mmap(handle.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                header = read_header(data, len(data))
+        except (OSError, ValueError, BadImage):
+            return None
+        return None if header is None else (header.width, header.height)
+
+    for camera in recording.cameras:
+        found = sizes(recording.frame_files(camera.name), read_size)
+        if set(found) - {camera.window_px}:
+            counts = ", ".join(f"{count} of {width} x {height} px" for (width, height), count in found.most_common())
+            raise InputError(
+                f"pictures of {camera.name}: {counts}", f"window_size_px, {camera.window_px[0]} x "
+                    f"{camera.window_px[1]} px, for every one",
+                "correct window_size_px (and window_offset_px), or remove the others",
+            )  # fmt: skip
+
+
 def _calibration(recording: Recording) -> None:
     if recording.entry() not in ("frames", "tracks"):
         return
     if recording.calibration_file is not None:
-        calibrated = {camera.name: camera for camera in read_calibration(recording.calibration_file)}
-        print(f"  calibration: {recording.calibration_file.name}, cameras {', '.join(calibrated)}")
-        for camera in recording.cameras:
-            if camera.name not in calibrated:
-                raise InputError(
-                    f"no camera {camera.name} in {recording.calibration_file}", "every camera of the recording",
-                    "give both files the same camera names",
-                )  # fmt: skip
-            size = tuple(calibrated[camera.name].sensor_size_px)
-            if size != camera.sensor_size_px:
-                raise InputError(
-                    f"sensor of {camera.name}: {size} px in the calibration, {camera.sensor_size_px} px in recording.toml",
-                    "the same sensor", "correct sensor_size_px, or calibrate with full-sensor images",
-                )  # fmt: skip
+        cameras = calibrated(recording.calibration_file, recording)
+        print(
+            f"  calibration: {recording.calibration_file.name}, cameras {', '.join(camera.name for camera in cameras)}"
+        )
     elif recording.board is not None:
         for camera in recording.cameras:
             views = len(recording.calibration_images(camera.name, "intrinsic"))
             print(f"  calibration: {recording.board}, {camera.name} {views} views")
     else:
-        raise InputError(
-            "no [calibration]", "a solved calibration (file) or board images", "add it to recording.toml"
-        )
+        raise InputError("no [calibration]", "a solved calibration (file) or board images", "add it to recording.toml")
 
 
 def _times(recording: Recording) -> None:
@@ -162,11 +202,16 @@ def _times(recording: Recording) -> None:
 def _table(recording: Recording) -> None:
     entry = recording.entry()
     if entry == "frames":
+        for doubt in doubts(recording):
+            print(f"  doubt: {doubt}")
         return
     table = read_table(recording.folder / f"{entry}.parquet", entry)
+    refuse_contradictions(recording, table)
     print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
     if len(table) == 0:
         raise InputError(f"{entry}.parquet has no rows", "at least one frame", "check how it was written")
+    for doubt in doubts(recording, table) + drive_doubts(table, recording) + sd_doubts(table, recording):
+        print(f"  doubt: {doubt}")
     if "marker" in table:
         strange = sorted(set(table["marker"]) - set(recording.markers))
         unseen = [marker for marker in recording.markers if marker not in set(table["marker"])]
@@ -192,9 +237,7 @@ def _effects(recording: Recording) -> None:
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
     """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
-    if earlier is not None and any(
-        artifact in _made_after(earlier) for artifact in (*one.reads, *one.may_read)
-    ):
+    if earlier is not None and any(artifact in _made_after(earlier) for artifact in (*one.reads, *one.may_read)):
         return f"would run after {earlier}", None
     try:
         inputs = inputs_of(one, recording, out)

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ovines.commands.stage_command import results_folder
+from ovines.commands.stage_command import results_folder, whole_number
 from ovines.errors import InputError
-from ovines.provenance import provenance, sha256_of
+from ovines.io.provenance import provenance, sha256_of
+from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
+from ovines.pipeline.series import is_recording
 from ovines.recording import Recording, read_recording, series_folders
-from ovines.series import is_recording
 from ovines.tables import read_table, write_table
 
 if TYPE_CHECKING:
     from analysis.compare import Comparison
 
 NAME = "compare"
+WRITES, PAGE = ("flights_ahead", "impacts_ahead", "run_statistics"), "compare.html"
 HELP = "Measured against simulated: one flight and one impact ahead, and whole runs as distributions."
 
 
@@ -40,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--runs", type=_count, default=40, metavar="N", help="simulated copies of the whole run (default: 40)"
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of their scattered starts (default: 0)")
+    parser.add_argument("--seed", type=whole_number, default=0, help="seed of their scattered starts (default: 0)")
     parser.add_argument("--figures", action="store_true", help="save each figure as SVG and PDF too")
 
 
@@ -61,9 +63,7 @@ def run(args: argparse.Namespace) -> int:
             refused += 1  # the others do not wait for it
             print(f"\n{folder.name}: refused\n{error}", file=sys.stderr)
             continue
-        flight = (
-            f"{1e3 * comparison.flights['rms_m'].median():.3g} mm" if len(comparison.flights) else "no flight"
-        )
+        flight = f"{1e3 * comparison.flights['rms_m'].median():.3g} mm" if len(comparison.flights) else "no flight"
         normal = impact_errors(comparison)[0][2]
         print(
             f"{folder.resolve().name}: one flight {flight} (median RMS), one impact {normal:.3g} m/s (RMS, "
@@ -81,6 +81,9 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
     from analysis.compare import compare
     from analysis.report.compare_report import write_comparison
 
+    refuse_strange_results(folder, recording)
+    refuse_folder(folder)
+    refuse_theirs(folder, [PAGE, *(f"{name}.parquet" for name in WRITES)], args.figures)
     paths = {name: folder / f"{name}.parquet" for name in ("motion", "impacts", "identification", "flights")}
     missing = [name for name in ("motion", "impacts", "identification") if not paths[name].is_file()]
     if missing:
@@ -108,11 +111,7 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
         {"runs": args.runs, "seed": args.seed},
         {path.name: sha256_of(path) for path in paths.values() if path.is_file()},
     )
-    for name, table in (
-        ("flights_ahead", comparison.flights),
-        ("impacts_ahead", comparison.impacts),
-        ("run_statistics", comparison.statistics),
-    ):
+    for name, table in zip(WRITES, (comparison.flights, comparison.impacts, comparison.statistics), strict=True):
         write_table(table, name, folder / f"{name}.parquet", record)
     return comparison, write_comparison(comparison, folder, args.figures)
 

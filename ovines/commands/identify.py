@@ -2,8 +2,8 @@
 
 import argparse
 
-from ovines.chain import stage
 from ovines.commands import stage_command
+from ovines.pipeline.stages import stage
 
 NAME = "identify"
 HELP = stage(NAME).help

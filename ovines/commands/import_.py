@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
     import pandas as pd
 
     from ovines.camera import Camera
-    from ovines.foreign.opencv_cameras import Found
+    from ovines.importers.opencv_cameras import Found
     from ovines.recording import Recording
 
 NAME = "import"
@@ -22,45 +22,84 @@ HELP = "tracks, points or a calibration of another program (VibrationTracker, TR
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """``RECORDING``, what to import, and what the foreign files do not say themselves."""
-    parser.add_argument("recording", type=Path, metavar="RECORDING", help="folder with recording.toml (write one with `ovines new`)")
+    parser.add_argument(
+        "recording", type=Path, metavar="RECORDING", help="folder with recording.toml (write one with `ovines new`)"
+    )
     what = parser.add_argument_group("what to import")
-    what.add_argument("--tracks", nargs="+", metavar="CAMERA=FILE", help="pixels: TrackResults.json of VibrationTracker, or CSV")
-    what.add_argument("--points", type=Path, metavar="FILE", help="positions: displacementResults.json of VibrationTracker, TRC, or CSV")
-    what.add_argument("--calibration", nargs="+", metavar="CAMERA=FILE,FILE",
-                      help="cameras: OpenCV YAML or XML, VibrationTracker's calibrationResults.json,poseEstimationResults.json, or a TOML of "
-                      "caliscope or Anipose (CAMERA=FILE#SECTION, or FILE alone where it has the cameras' names)")
+    what.add_argument(
+        "--tracks", nargs="+", metavar="CAMERA=FILE", help="pixels: TrackResults.json of VibrationTracker, or CSV"
+    )
+    what.add_argument(
+        "--points",
+        type=Path,
+        metavar="FILE",
+        help="positions: displacementResults.json of VibrationTracker, TRC, or CSV",
+    )
+    what.add_argument(
+        "--calibration",
+        nargs="+",
+        metavar="CAMERA=FILE,FILE",
+        help="cameras: OpenCV YAML or XML, VibrationTracker's calibrationResults.json,poseEstimationResults.json, or "
+        "a TOML of "
+        "caliscope or Anipose (CAMERA=FILE#SECTION, or FILE alone where it has the cameras' names)",
+    )
     said = parser.add_argument_group("what the files do not say")
     said.add_argument("--unit", choices=("m", "cm", "mm", "um", "in"), help="unit of length of points and calibration")
-    said.add_argument("--axes", metavar="X,Y,Z", help="the file's axes that are the world's x, y, z, e.g. x,-z,y; z is up, towards the cameras")
-    said.add_argument("--markers", metavar="NAME,NAME", help="names of the points in the file's order; - leaves one out")
-    said.add_argument("--images", choices=("raw", "undistorted"), help="what VibrationTracker tracked: the camera's images, or undistorted ones")
-    said.add_argument("--calibrated-on", choices=("sensor", "window"), help="images of the calibration, where its file does not say their size")
+    said.add_argument(
+        "--axes",
+        metavar="X,Y,Z",
+        help="the file's axes that are the world's x, y, z, e.g. x,-z,y; z is up, towards the cameras",
+    )
+    said.add_argument(
+        "--markers", metavar="NAME,NAME", help="names of the points in the file's order; - leaves one out"
+    )
+    said.add_argument(
+        "--images",
+        choices=("raw", "undistorted"),
+        help="what VibrationTracker tracked: the camera's images, or undistorted ones",
+    )
+    said.add_argument(
+        "--calibrated-on",
+        choices=("sensor", "window"),
+        help="images of the calibration, where its file does not say their size",
+    )
     said.add_argument("--zeros", choices=("missing", "points"), help="what coordinates of exactly 0 mean")
-    said.add_argument("--world", type=Path, metavar="FILE", help="rvec and tvec of the first camera, for a stereo calibration without a world")
+    said.add_argument(
+        "--world",
+        type=Path,
+        metavar="FILE",
+        help="rvec and tvec of the first camera, for a stereo calibration without a world",
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write into (default: the recording's own)")
     parser.add_argument("--force", action="store_true", help="write over files that are there")
 
 
 def run(args: argparse.Namespace) -> int:
     """Read everything before anything is written; then tracks.parquet, points.parquet, calibration.json."""
-    from ovines.foreign import into_chain
-    from ovines.foreign.opencv_cameras import read_cameras
+    from ovines.importers import convert
+    from ovines.importers.opencv_cameras import read_cameras
     from ovines.recording import read_recording
 
     if not (args.tracks or args.points or args.calibration):
-        raise InputError("nothing to import", "--tracks, --points or --calibration", "name the files; see ovines import --help")
+        raise InputError(
+            "nothing to import", "--tracks, --points or --calibration", "name the files; see ovines import --help"
+        )
     recording = read_recording(args.recording)
     names = [camera.name for camera in recording.cameras]
     markers = [name.strip() for name in args.markers.split(",")] if args.markers else None
     found = read_cameras(args.calibration, names, args.world) if args.calibration else {}
-    cameras, notes = into_chain.cameras_in_world(found, recording, args.unit, args.axes, args.calibrated_on) if found else ([], [])
+    cameras, notes = (
+        convert.cameras_in_world(found, recording, args.unit, args.axes, args.calibrated_on) if found else ([], [])
+    )
     tables: dict[str, pd.DataFrame] = {}
     if args.tracks:
         files = _by_camera(args.tracks, names)
-        tables["tracks"], said = into_chain.tracks_table(files, recording, markers, args.zeros, _lenses(args, files, found))
+        tables["tracks"], said = convert.tracks_table(
+            files, recording, markers, args.zeros, _lenses(args, files, found)
+        )
         notes += said
     if args.points:
-        tables["points"], said = into_chain.points_table(args.points, recording, markers, args.unit, args.axes, args.zeros)
+        tables["points"], said = convert.points_table(args.points, recording, markers, args.unit, args.axes, args.zeros)
         notes += said
     out = args.out or recording.folder
     _write(tables, cameras, out, args)
@@ -75,41 +114,63 @@ def _by_camera(specs: Sequence[str], names: Sequence[str]) -> dict[str, Path]:
     for spec in specs:
         camera, equals, path = spec.partition("=")
         if not equals or camera not in names:
-            raise InputError(f"--tracks {spec}", f"CAMERA=FILE with one of the recording's cameras: {', '.join(names) or 'none'}",
-                             "say which camera's file it is")
+            raise InputError(
+                f"--tracks {spec}",
+                f"CAMERA=FILE with one of the recording's cameras: {', '.join(names) or 'none'}",
+                "say which camera's file it is",
+            )
         files[camera] = Path(path)
     return files
 
 
-def _lenses(args: argparse.Namespace, files: Mapping[str, Path], found: Mapping[str, Found]) -> Mapping[str, Found] | None:
+def _lenses(
+    args: argparse.Namespace, files: Mapping[str, Path], found: Mapping[str, Found]
+) -> Mapping[str, Found] | None:
     """The lenses to bend undistorted pixels back by; None for pixels of the camera's own images."""
     if any(path.suffix.lower() == ".json" for path in files.values()) and args.images is None:
-        raise InputError("VibrationTracker's tracks do not say whether the images were undistorted",
-                         "--images raw, or --images undistorted (a calibration was connected to Track Target)", "add the one that is so")
+        raise InputError(
+            "VibrationTracker's tracks do not say whether the images were undistorted",
+            "--images raw, or --images undistorted (a calibration was connected to Track Target)",
+            "add the one that is so",
+        )
     if args.images != "undistorted":
         return None
     missing = [camera for camera in files if camera not in found]
     if missing:
-        raise InputError(f"--images undistorted without the lens of {', '.join(missing)}", "the calibration by which they were undistorted",
-                         "add --calibration CAMERA=calibrationResults.json,poseEstimationResults.json")
+        raise InputError(
+            f"--images undistorted without the lens of {', '.join(missing)}",
+            "the calibration by which they were undistorted",
+            "add --calibration CAMERA=calibrationResults.json,poseEstimationResults.json",
+        )
     return found
 
 
 def _write(tables: Mapping[str, pd.DataFrame], cameras: Sequence[Camera], out: Path, args: argparse.Namespace) -> None:
     """All tables are checked before the first file is written."""
     from ovines.camera import write_calibration
-    from ovines.provenance import provenance, sha256_of
+    from ovines.io.provenance import provenance, sha256_of
     from ovines.tables import checked, write_table
 
     wanted = [f"{name}.parquet" for name in tables] + (["calibration.json"] if cameras else [])
     present = [out / name for name in wanted if (out / name).exists()]
     if present and not args.force:
-        raise InputError(f"{present[0]} is there already", "a folder without it", "name another by --out, or write over it with --force")
+        raise InputError(
+            f"{present[0]} is there already",
+            "a folder without it",
+            "name another by --out, or write over it with --force",
+        )
     if out.is_file():
         raise InputError(f"--out {out} is a file", "a folder", "name another")
-    sources = [Path(part.partition("#")[0]) for spec in (args.tracks or []) + (args.calibration or [])
-               for part in spec.rpartition("=")[2].split(",")] + [path for path in (args.points, args.world) if path]
-    said = {key: value for key in ("unit", "axes", "markers", "images", "calibrated_on", "zeros") if (value := getattr(args, key)) is not None}
+    sources = [
+        Path(part.partition("#")[0])
+        for spec in (args.tracks or []) + (args.calibration or [])
+        for part in spec.rpartition("=")[2].split(",")
+    ] + [path for path in (args.points, args.world) if path]
+    said = {
+        key: value
+        for key in ("unit", "axes", "markers", "images", "calibrated_on", "zeros")
+        if (value := getattr(args, key)) is not None
+    }
     origin = provenance("import", said, {f"{i}: {path.name}": sha256_of(path) for i, path in enumerate(sources)})
     whole = {name: checked(table, name, f"{name}.parquet") for name, table in tables.items()}
     for name, table in whole.items():
@@ -128,10 +189,16 @@ def _what_next(tables: Sequence[str], calibrated: bool, recording: Recording, ou
     notes = []
     known = recording.calibration_file
     if calibrated and (known is None or known.resolve() != (out / "calibration.json").resolve()):
-        notes.append(f"recording.toml names {'no calibration' if known is None else known}: set [calibration] file = \"calibration.json\"")
+        notes.append(
+            f"recording.toml names {'no calibration' if known is None else known}: set [calibration] file = "
+            f'"calibration.json"'
+        )
     order = ("motion", "points", "tracks")
     first = next((name for name in order if (out / f"{name}.parquet").is_file()), None)
     entry = next((name for name in order if name in tables), None)
     if entry is not None and first != entry:
-        notes.append(f"the recording enters the chain at {first}.parquet, which is there too; remove it to enter at {entry}.parquet")
+        notes.append(
+            f"the recording enters the chain at {first}.parquet, which is there too; remove it to enter at "
+            f"{entry}.parquet"
+        )
     return notes

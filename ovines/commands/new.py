@@ -12,31 +12,44 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from ovines.errors import InputError
-from ovines.new_questions import Terminal, ask
-from ovines.new_recording import Rig, recording_text
+from ovines.io.atomic_write import write_text_whole
+from ovines.new.questions import Terminal, ask
+from ovines.new.recording import Rig, recording_text
 from ovines.recording import FILE, read_recording
-from ovines.written_whole import write_text_whole
 
 NAME = "new"
 HELP = "a new recording's folder with a commented recording.toml; at a terminal, asks for the options that are left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """``DIR --cameras VW1 VW2 --sensor W H --rate-hz ... --force``: what is left out is asked for, or is the thesis' rig."""
+    """``DIR --cameras VW1 VW2 --sensor W H --rate-hz ... --force``: what is left out is asked for, or is the thesis'
+    rig.
+    """
     parser.add_argument("folder", type=Path, metavar="DIR", help="the recording's folder; made when it is not there")
     parser.add_argument("--name", help="title of the recording (default: the folder's name)")
     parser.add_argument("--cameras", nargs="+", metavar="NAME", help="names of the cameras (usual: VW1 VW2)")
-    parser.add_argument("--sensor", nargs=2, type=int, metavar=("WIDTH", "HEIGHT"), dest="sensor_px", help="sensor in pixels (usual: 4096 3072)")
+    parser.add_argument(
+        "--sensor",
+        nargs=2,
+        type=int,
+        metavar=("WIDTH", "HEIGHT"),
+        dest="sensor_px",
+        help="sensor in pixels (usual: 4096 3072)",
+    )
     parser.add_argument("--rate-hz", type=float, metavar="HZ", help="frames per second (usual: 800)")
     parser.add_argument("--images", metavar="ENDING", help="ending of the images or of the video (usual: png)")
-    parser.add_argument("--calibration", metavar="FILE", help="a solved calibration.json (usual: solve from board images)")
+    parser.add_argument(
+        "--calibration", metavar="FILE", help="a solved calibration.json (usual: solve from board images)"
+    )
     parser.add_argument("--board", metavar="BOARD", help="board of the calibration images (usual: charuco_5x7_8mm)")
     parser.add_argument("--host-radius-mm", type=float, metavar="MM", help="inner radius of the Host (usual: 50)")
     parser.add_argument("--nes-radius-mm", type=float, metavar="MM", help="radius of the NES (usual: 10)")
     parser.add_argument("--nes-mass-g", type=float, metavar="G", help="mass of the NES (usual: 24.6)")
     parser.add_argument("--frequency-hz", type=float, metavar="HZ", help="what the shaker is asked for")
     parser.add_argument("--acceleration-g", type=float, metavar="G", help="what the shaker is asked for")
-    parser.add_argument("--usual", action="store_true", help="ask nothing: what is left out is as usual, the thesis' rig")
+    parser.add_argument(
+        "--usual", action="store_true", help="ask nothing: what is left out is as usual, the thesis' rig"
+    )
     parser.add_argument("--force", action="store_true", help="write over an existing recording.toml")
 
 
@@ -48,13 +61,17 @@ def run(args: argparse.Namespace) -> int:
     if args.folder.is_file():
         raise InputError(f"{args.folder} is a file", "a folder", "name another")
     name = args.name or args.folder.resolve().name
-    given: dict[str, Any] = {field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None}
+    given: dict[str, Any] = {
+        field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None
+    }
     given = {field: tuple(value) if isinstance(value, list) else value for field, value in given.items()}
     rig = replace(Rig(), **given)
     try:
         _check(rig, name)
     except InputError as error:
-        raise InputError(f"the options give no valid {FILE}: {error.found}", error.expected, "correct the option") from None
+        raise InputError(
+            f"the options give no valid {FILE}: {error.found}", error.expected, "correct the option"
+        ) from None
     if sys.stdin.isatty() and sys.stdout.isatty() and not args.usual:
         rig = _asked(rig, given, name)
     write_text_whole(recording_text(rig, name), path)
@@ -67,7 +84,9 @@ def _asked(rig: Rig, given: Collection[str], name: str) -> Rig:
     try:
         return ask(rig, given, lambda trial: _check(trial, name), Terminal())
     except EOFError:
-        raise InputError("the input ended before the last question", "an answer to each", "run it again, or add --usual") from None
+        raise InputError(
+            "the input ended before the last question", "an answer to each", "run it again, or add --usual"
+        ) from None
 
 
 def _check(rig: Rig, name: str) -> None:

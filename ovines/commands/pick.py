@@ -12,16 +12,16 @@ import numpy as np
 from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
-from ovines.first_frame_names import HEADER, read_names
+from ovines.io.atomic_write import write_text_whole
+from ovines.pipeline.runner import run_stages
+from ovines.plausibility.names import HEADER, read_names
 from ovines.recording import Recording, read_recording
-from ovines.running import run_stages
-from ovines.written_whole import write_text_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vision.naming import Naming
-    from vision.pick_window import PickWindow
+    from vision.identity.naming_session import Naming
+    from vision.identity.picker import PickWindow
 
 NAME = "pick"
 HELP = "name the markers by clicking in the first frame of each camera, for bodies without layout_m"
@@ -31,8 +31,18 @@ FILE = "names.csv"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Recording, which markers, with or without a window."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="folder with recording.toml")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results, for the calibration (default: results/ inside the recording)")
-    parser.add_argument("--names", type=Path, metavar="FILE", help=f"where to write them (default: {FILE} beside recording.toml, where `ovines track` finds it)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results, for the calibration (default: results/ inside the recording)",
+    )
+    parser.add_argument(
+        "--names",
+        type=Path,
+        metavar="FILE",
+        help=f"where to write them (default: {FILE} beside recording.toml, where `ovines track` finds it)",
+    )
     parser.add_argument("--all", action="store_true", help="also markers of bodies that have a layout_m")
     parser.add_argument("--blank", action="store_true", help="begin without suggested names")
     parser.add_argument("--accept", action="store_true", help="write the suggested names without a window")
@@ -43,11 +53,17 @@ def run(args: argparse.Namespace) -> int:
     """Show the window (or take the suggestion) and write the names when they are complete."""
     recording = read_recording(args.recording)
     if recording.entry() != "frames":
-        raise InputError(f"{recording.folder} enters at {recording.entry()}.parquet", "a recording with frames", "nothing needs to be named")
+        raise InputError(
+            f"{recording.folder} enters at {recording.entry()}.parquet",
+            "a recording with frames",
+            "nothing needs to be named",
+        )
     markers = wanted_markers(recording, args.all)
     out = results_folder(args.recording, args.out)
     path = args.names or recording.folder / FILE
-    naming, window = prepare(recording, _cameras(recording, out), markers, args.blank, path if path.is_file() else None, args.accept)
+    naming, window = prepare(
+        recording, _cameras(recording, out), markers, args.blank, path if path.is_file() else None, args.accept
+    )
     if args.picture is not None:
         window.figure.savefig(args.picture, dpi=110)
     if not args.accept:
@@ -59,7 +75,8 @@ def run(args: argparse.Namespace) -> int:
         camera, marker = naming.missing[0]
         raise InputError(
             f"geometry suggests no disc for {marker} in {camera}, nor for {len(naming.missing) - 1} more",
-            "every marker seen by both cameras in the first frame", "name them in the window: run `ovines pick` without --accept",
+            "every marker seen by both cameras in the first frame", "name them in the window: run `ovines pick` "
+                "without --accept",
         )  # fmt: skip
     lines = [",".join(HEADER)] + [f"{camera},{marker},{u:.2f},{v:.2f}" for camera, marker, u, v in naming.rows()]
     write_text_whole("\n".join(lines) + "\n", path)
@@ -75,9 +92,12 @@ def wanted_markers(recording: Recording, every: bool) -> list[str]:
     markers = [marker for body in bodies if every or body.layout_m is None for marker in body.markers]
     if not markers:
         raise InputError(
-            "no marker to name: every body has its layout_m" if any(body.markers for body in bodies) else "no markers in [bodies]",
-            "a body with markers and without layout_m", "run `ovines run`; or name all of them with --all",
-        )  # fmt: skip
+            "no marker to name: every body has its layout_m"
+            if any(body.markers for body in bodies)
+            else "no markers in [bodies]",
+            "a body with markers and without layout_m",
+            "run `ovines run`; or name all of them with --all",
+        )
     return markers
 
 
@@ -97,13 +117,19 @@ def _cameras(recording: Recording, out: Path) -> list[Camera]:
 
 
 def prepare(
-    recording: Recording, cameras: Sequence[Camera], markers: Sequence[str], blank: bool, earlier: Path | None, hidden: bool
+    recording: Recording,
+    cameras: Sequence[Camera],
+    markers: Sequence[str],
+    blank: bool,
+    earlier: Path | None,
+    hidden: bool,
 ) -> tuple[Naming, PickWindow]:
     """The naming, with the names of an earlier file or the suggested ones, and its window."""
-    from vision.detect import find_discs
-    from vision.naming import Naming
-    from vision.pick_window import Frame, PickWindow, centres
-    from vision.suggest_names import as_rows, pair_discs, suggest_names
+    from vision.identity.geometric_names import as_rows, pair_discs, suggest_names
+    from vision.identity.layouts import rig_radius
+    from vision.identity.naming_session import Naming
+    from vision.identity.picker import Frame, PickWindow, centres
+    from vision.markers.detect import find_discs
 
     images = _first_images(recording)
     fits = [find_discs(image) for image in images]
@@ -113,7 +139,7 @@ def prepare(
     if earlier is not None and not blank and not hidden:
         suggested = list(read_names(earlier, recording).itertuples(index=False, name=None))
     elif not blank:
-        pairs = pair_discs(cameras, offsets, fits)
+        pairs = pair_discs(cameras, offsets, fits, rig_radius(recording, cameras))
         suggested = as_rows(suggest_names(pairs, recording), pairs, names, fits)
     naming = Naming(names, markers, suggested)
     frames = [Frame(*one) for one in zip(cameras, offsets, images, map(centres, fits), strict=True)]
@@ -123,13 +149,17 @@ def prepare(
 
 def _first_images(recording: Recording) -> list[np.ndarray]:
     """The first picture of each camera, the one in which `ovines track` takes the names."""
-    from vision.frames import open_sources, stream
+    from vision.frames.sources import open_sources, stream
 
     sources, notes = open_sources(recording)
     frame, images = next(iter(stream(sources, notes)))
     for source, image in zip(sources, images, strict=True):
         if image is None:
-            raise InputError(f"{source.camera.name} has no picture of frame {frame}", "the first frame in both cameras", "remove the first frame of the other camera")
+            raise InputError(
+                f"{source.camera.name} has no picture of frame {frame}",
+                "the first frame in both cameras",
+                "remove the first frame of the other camera",
+            )
     return [image for image in images if image is not None]
 
 

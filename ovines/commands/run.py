@@ -10,5 +10,6 @@ run = stage_command.run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of every stage, and ``--figures``."""
     stage_command.add_arguments(parser)
     stage_command.add_figures(parser)

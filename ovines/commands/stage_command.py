@@ -7,17 +7,23 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ovines.one_recording import Outcome
-from ovines.series import run_series
+from ovines.pipeline.one_recording import Outcome
+from ovines.pipeline.series import run_series
+from ovines.workers.budget import add_yes
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """``RECORDING_OR_SERIES --out DIR --force --jobs N``."""
-    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a folder of such folders")  # fmt: skip
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the recording)")  # fmt: skip
+    parser.add_argument("recording", type=Path, metavar="RECORDING_OR_SERIES", help="folder with recording.toml, or a "
+        "folder of such folders")  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the "
+        "recording)")  # fmt: skip
     parser.add_argument("--force", action="store_true", help="run again even where nothing has changed")
-    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="recordings at a time; 0: one per processor (default: 1)")  # fmt: skip
-    parser.add_argument("--cluster", metavar="ADDRESS", help="run the recordings on this Dask scheduler (its workers see the same folders)")  # fmt: skip
+    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="recordings at a time; 0: one per "
+        "processor (default: 1)")  # fmt: skip
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run the recordings on this Dask scheduler (its workers "
+        "see the same folders)")  # fmt: skip
+    add_yes(parser)
 
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +42,7 @@ def run(args: argparse.Namespace, only: str | None = None) -> int:
         args.jobs,
         figures=getattr(args, "figures", False),
         cluster=args.cluster,
+        yes=args.yes,
     )
     return tell(outcomes)
 
@@ -48,13 +55,21 @@ def results_folder(recording: Path, out: Path | None) -> Path:
 
 
 def tell(outcomes: Sequence[Outcome]) -> int:
-    """Each recording in a line, the reasons of those that did not come through; 0, 2 (input) or 1 (our bug)."""
+    """Each recording in a line with its notes, the answer at the end, the reasons of those that did not come through;
+    0, 2 (input) or 1 (our bug).
+
+    A series' recordings say their verdict in a word: the whole answer is that of the series."""
+    several = any(one.whole_series for one in outcomes)
     for one in outcomes:
         if one.status == "done":
             ran = [name for name, what in one.stages.items() if what == "run"]
             print(f"{one.folder.resolve().name}: {', '.join(ran) or 'up to date'} -> {one.out}")
             for note in one.notes:
                 print(f"  note: {note}")
+            for line in one.verdict[:1] if several and not one.whole_series else one.verdict:
+                print(f"  {line}")
+            if one.page is not None and (one.whole_series or not several):
+                print(f"  page: {one.page}")
     unfinished = [one for one in outcomes if one.status != "done"]
     for one in unfinished:
         if len(outcomes) > 1:
@@ -69,8 +84,16 @@ def tell(outcomes: Sequence[Outcome]) -> int:
     return 2 if unfinished else 0
 
 
+def whole_number(text: str) -> int:
+    """An option that counts or seeds."""
+    value = int(text) if text.strip().isdecimal() and len(text) < 13 else -1
+    if value < 0:
+        raise argparse.ArgumentTypeError("a whole number from 0")
+    return value
+
+
 def _jobs(text: str) -> int:
-    jobs = int(text)
+    jobs = int(text) if text.strip().isdecimal() else -1
     if not 0 <= jobs <= 1024:
         raise argparse.ArgumentTypeError("a number from 0 to 1024")
     return jobs

@@ -3,29 +3,29 @@
 import argparse
 from pathlib import Path
 
-from ovines.chain import stage
 from ovines.commands import stage_command
 from ovines.errors import InputError
-from ovines.lock import locked
-from ovines.series import is_recording
-from ovines.written_whole import write_text_whole
+from ovines.io.atomic_write import write_text_whole
+from ovines.io.lock import locked
+from ovines.pipeline.series import is_recording
+from ovines.pipeline.stages import stage
 
 NAME = "track"
 HELP = stage(NAME).help
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of every stage, and ``--names``."""
     stage_command.add_arguments(parser)
-    parser.add_argument("--names", type=Path, metavar="FILE", help="camera,marker,u_px,v_px of the first frame, for a recording without layout_m; kept in the results")  # fmt: skip
+    parser.add_argument("--names", type=Path, metavar="FILE", help="camera,marker,u_px,v_px of the first frame, for a "
+        "recording without layout_m; kept in the results")  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the stage where it is stale; the names stay beside the results, so that later runs find them."""
     if args.names is not None:
         if not is_recording(args.recording):
-            raise InputError(
-                "--names for a series", "one recording", "name the markers recording by recording"
-            )
+            raise InputError("--names for a series", "one recording", "name the markers recording by recording")
         try:
             text = args.names.read_text(encoding="utf-8-sig")
         except (OSError, ValueError) as error:

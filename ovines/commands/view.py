@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -13,9 +15,10 @@ import pandas as pd
 from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
+from ovines.io.atomic_write import written_whole
+from ovines.pipeline.ownership import refuse_strange_results
 from ovines.recording import Recording, read_recording
 from ovines.tables import read_provenance, read_table
-from ovines.written_whole import written_whole
 
 if TYPE_CHECKING:
     from analysis.report.results import Results
@@ -29,11 +32,32 @@ MOST_FRAMES = 1000  # of which pictures are shown unless --every says otherwise
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Recording, its results, which frames, where to."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="folder with recording.toml")
-    parser.add_argument("--results", type=Path, metavar="DIR", help="results of `ovines run` (default: results/ inside the recording)")
-    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="write a file for the viewer instead of opening it")
-    parser.add_argument("--frames", nargs=2, type=_count, default=(0, 2**62), metavar=("FIRST", "LAST"), help="pictures of these frames only")
-    parser.add_argument("--every", type=_positive, metavar="N", help=f"picture of every N-th frame (default: of all, of {MOST_FRAMES} where there are more)")
-    parser.add_argument("--simulation", type=Path, metavar="FILE", help="a simulation.parquet to show beside (default: each flight simulated from the impact before it)")
+    parser.add_argument(
+        "--results", type=Path, metavar="DIR", help="results of `ovines run` (default: results/ inside the recording)"
+    )
+    parser.add_argument(
+        "--save", type=Path, metavar="FILE.rrd", help="write a file for the viewer instead of opening it"
+    )
+    parser.add_argument(
+        "--frames",
+        nargs=2,
+        type=_count,
+        default=(0, 2**62),
+        metavar=("FIRST", "LAST"),
+        help="pictures of these frames only",
+    )
+    parser.add_argument(
+        "--every",
+        type=_positive,
+        metavar="N",
+        help=f"picture of every N-th frame (default: of all, of {MOST_FRAMES} where there are more)",
+    )
+    parser.add_argument(
+        "--simulation",
+        type=Path,
+        metavar="FILE",
+        help="a simulation.parquet to show beside (default: each flight simulated from the impact before it)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -41,21 +65,27 @@ def run(args: argparse.Namespace) -> int:
     rerun = _rerun()
     from analysis.view.layout import layout
     from analysis.view.stream import write
-    from vision.pictures import Selection, jpegs, number_of_frames
+    from vision.frames.previews import Selection, jpegs, number_of_frames
 
     if args.save is not None and args.save.suffix != ".rrd":
         raise InputError(f"--save {args.save}", "a name that ends in .rrd", "change --save")
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
+    refuse_strange_results(results, recording)
     shown, told = _shown(recording, results, args.simulation)
     pictures: Iterator[tuple[int, dict[str, bytes]]] = iter(())
     if any(recording.frame_files(camera.name) for camera in recording.cameras):
         last = min(args.frames[1], number_of_frames(recording) - 1)
         every = args.every or max(1, -(-(last - args.frames[0] + 1) // MOST_FRAMES))
         pictures = jpegs(recording, Selection(args.frames[0], last, every), told)
+    if args.save is None:
+        _ready_to_show()
     stream = rerun.RecordingStream("ovines " + recording.name)
     if args.save is None:
-        stream.spawn(default_blueprint=layout(shown))
+        try:
+            stream.spawn(default_blueprint=layout(shown))
+        except RuntimeError as error:
+            raise _no_viewer(str(error).split("\n")[0][:200]) from None
         count = write(stream, shown, pictures)
         stream.flush()
         print(f"{count} frames with pictures sent to the viewer")
@@ -68,6 +98,23 @@ def run(args: argparse.Namespace) -> int:
     print(f"{count} frames with pictures, {args.save.stat().st_size / 1e6:.1f} MB -> {args.save}")
     print(f"to look at it: rerun {args.save}")
     return 0
+
+
+def _ready_to_show() -> None:
+    """The viewer's program found from any environment, and a screen to show it on."""
+    beside = str(Path(sys.executable).parent)  # where pip put it, also when that environment was not activated
+    if beside not in os.environ.get("PATH", "").split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join(filter(None, (beside, os.environ.get("PATH", ""))))
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise _no_viewer("no screen (neither DISPLAY nor WAYLAND_DISPLAY is set)")
+
+
+def _no_viewer(found: str) -> InputError:
+    return InputError(
+        f"the viewer cannot be opened here: {found}",
+        "a screen, and the viewer of the extra 'view'",
+        "write a file with --save FILE.rrd and open that where there is a screen: rerun FILE.rrd",
+    )
 
 
 def _rerun() -> ModuleType:
@@ -96,9 +143,15 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
     told = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
     simulated, why_not = _simulation(found, simulation)
     shown = Shown(
-        recording, found.get("motion"), simulated, _cameras(recording, results), found.get("tracks"), found.get("points"),
-        found.get("impacts"), (f"# {recording.name}", *told, *why_not),
-    )  # fmt: skip
+        recording,
+        found.get("motion"),
+        simulated,
+        _cameras(recording, results),
+        found.get("tracks"),
+        found.get("points"),
+        found.get("impacts"),
+        (f"# {recording.name}", *told, *why_not),
+    )
     return shown, told
 
 
@@ -117,7 +170,7 @@ def _cameras(recording: Recording, results: Path) -> list[Camera]:
 
 def _simulation(found: Results, path: Path | None) -> tuple[pd.DataFrame | None, list[str]]:
     """The file asked for, else each flight from the impact before it where the results allow."""
-    from analysis.simulated_motion import simulated_beside
+    from analysis.view.simulated_motion import simulated_beside
 
     if path is not None:
         return read_table(path, "simulation"), [f"simulated: {path.name}"]

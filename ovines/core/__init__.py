@@ -1,7 +1,8 @@
 """The core simulator: a disk in a moving container; next contact, move to it, resolve it."""
 
 from ovines.core.ensemble import EnsembleResult, simulate_ensemble
-from ovines.core.model import (
+from ovines.core.simulate import EnergyBalance, SimulationResult, simulate
+from ovines.core.system.model import (
     FloorFriction,
     Harmonic,
     Host,
@@ -12,9 +13,20 @@ from ovines.core.model import (
     ScenarioError,
     Suspension,
 )
-from ovines.core.simulate import EnergyBalance, SimulationResult, simulate
 
 __all__ = [
-    "EnergyBalance", "EnsembleResult", "FloorFriction", "Harmonic", "Host", "ImpactLaw", "MeasuredMotion", "Nes", "Scenario",
-    "ScenarioError", "SimulationResult", "Suspension", "simulate", "simulate_ensemble",
-]  # fmt: skip
+    "EnergyBalance",
+    "EnsembleResult",
+    "FloorFriction",
+    "Harmonic",
+    "Host",
+    "ImpactLaw",
+    "MeasuredMotion",
+    "Nes",
+    "Scenario",
+    "ScenarioError",
+    "SimulationResult",
+    "Suspension",
+    "simulate",
+    "simulate_ensemble",
+]

@@ -1,15 +1,17 @@
 """How the engine is compiled: once per machine, kept on disk, without Python's lock.
 
 numba keeps compiled code by the time stamp of a function's own file and does not see that a function it calls, in
-another file, has changed: an upgrade could go on running old physics.  The stamp is therefore replaced by a hash of
-all compiled sources of the core.  Division by zero gives inf or nan as in numpy: checks for an exception would cost a fifth of
-the speed.
+another file, has changed: an upgrade could go on running old physics.  The stamp is therefore replaced by a hash of all
+compiled sources of the core.  Division by zero gives inf or nan as in numpy: checks for an exception would cost a fifth
+of the speed.
 """
 
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +23,21 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Function = Callable[..., Any]
 
-CONSTANTS = ("parameters.py", "dop853.py", "compiled.py")  # compiled code holds their numbers
+# Compiled code holds their numbers.
+CONSTANTS = ("system/parameters.py", "integration/dop853.py", "compiled.py")
 
 
-def source_stamp(folder: Path = Path(__file__).parent) -> str:
-    """Hash of every source file whose functions or constants are compiled."""
+def source_stamp(
+    folder: Path = Path(__file__).parent, marker: str = "ovines.core.compiled", constants: tuple[str, ...] = CONSTANTS
+) -> str:
+    """Hash of every source file in ``folder`` and its rooms that names ``marker``, or is one of ``constants``: paths
+    below the folder.
+    """
     digest = hashlib.sha256()
-    for path in sorted(folder.glob("*.py")):
-        content = path.read_bytes()
-        if path.name in CONSTANTS or b"ovines.core.compiled" in content:
-            digest.update(path.name.encode() + b"\0" + content)
+    for path in sorted(folder.rglob("*.py")):
+        content, name = path.read_bytes(), path.relative_to(folder).as_posix()
+        if name in constants or marker.encode() in content:
+            digest.update(name.encode() + b"\0" + content)
     return digest.hexdigest()
 
 
@@ -38,24 +45,21 @@ STAMP = source_stamp()
 
 
 def stamp_above(folder: Path, constants: tuple[str, ...] = ()) -> str:
-    """Hash of the core's stamp and of every file in a package's folder that imports its ``compiled``: for packages above the core.
-
-    ``constants``: files that compile nothing themselves and whose content is compiled in, as :data:`CONSTANTS` are in the core.
-    """
-    digest = hashlib.sha256(STAMP.encode())
-    marker = f"{folder.name}.compiled".encode()
-    for path in sorted(folder.glob("*.py")):
-        content = path.read_bytes()
-        if path.name in constants or marker in content:
-            digest.update(path.name.encode() + b"\0" + content)
-    return digest.hexdigest()
+    """The same for a package above the core, whose files name its own ``compiled`` and may call the core's."""
+    return hashlib.sha256((STAMP + source_stamp(folder, f"{folder.name}.compiled", constants)).encode()).hexdigest()
 
 
 def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Function], Function]:
-    """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has it."""
+    """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has
+    it.
+    """
 
     def decorate(function: Function) -> Function:
-        dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
+        try:
+            dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
+        except RuntimeError:  # no folder to keep code in: neither beside the sources nor in the user's own cache
+            _say_once_uncached()
+            return njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is None or not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
             return njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
@@ -63,6 +67,16 @@ def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Functio
         return dispatcher
 
     return decorate
+
+
+@cache
+def _say_once_uncached() -> None:
+    if sys.stderr is not None:
+        print(
+            "note: compiled code cannot be kept (no folder for it can be written), so that every run compiles again: "
+            "minutes. Set NUMBA_CACHE_DIR to a folder of yours.",
+            file=sys.stderr,
+        )
 
 
 compiled = compiler(STAMP)

@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 
-from ovines.core import parameters as P
-from ovines.core.along_wall import GOES_ON, HITS, corner_partner, follow_wall
-from ovines.core.collision import resolve
 from ovines.core.compiled import Floats, Ints, compiled, inlined
-from ovines.core.disk_step import flight_slopes, flight_step
-from ovines.core.extended import SHARP, sharpen, strike_extended
-from ovines.core.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
-from ovines.core.host import ROTATION, base_motion, host_after
-from ovines.core.impact import effective_restitution
-from ovines.core.sampling import sample_glide, take_sample
-from ovines.core.stepper import next_size
+from ovines.core.contact.along_wall import GOES_ON, HITS, corner_partner, follow_wall
+from ovines.core.contact.collision import resolve
+from ovines.core.integration.disk_step import flight_slopes, flight_step
+from ovines.core.integration.extended import SHARP, sharpen, strike_extended
+from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
+from ovines.core.integration.sampling import sample_glide, take_sample
+from ovines.core.integration.stepper import next_size
+from ovines.core.system import parameters as P
+from ovines.core.system.host import ROTATION, base_motion, host_after
+from ovines.core.system.impact import effective_restitution
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
 
@@ -53,7 +53,7 @@ def fly_closed(
 ) -> tuple[float, int, int]:  # fmt: skip
     """Closed-form flight to the next contact, in place: (time, wall or -1, next sample).
 
-    ``low``: the state's low words, used and kept where the run is extended (:mod:`ovines.core.extended`).
+    ``low``: the state's low words, used and kept where the run is extended (:mod:`ovines.core.integration.extended`).
     """
     s, wall = glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work)
     next_sample = sample_glide(t, y, t + s, p, k, drive, table, work, trial, sample_times, samples, next_sample)
@@ -134,7 +134,9 @@ def can_rest(y: Floats, p: Floats, k: Ints) -> bool:
 
 @inlined
 def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies_on: bool, p: Floats, k: Ints) -> None:
-    """Strike once more in extended precision where the flight before was kept in it (``low``), else forget its low parts."""
+    """Strike once more in extended precision where the flight before was kept in it (``low``), else forget its low
+    parts.
+    """
     if low[SHARP] > 0.0 and flies_on:
         restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], p)
         strike_extended(before, low, restitution, p, k)
@@ -145,8 +147,17 @@ def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies
 
 @compiled
 def run(
-    p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, y: Floats, sample_times: Floats,
-    samples: Floats, impacts: Floats, contacts: Floats, with_energy: bool
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    y: Floats,
+    sample_times: Floats,
+    samples: Floats,
+    impacts: Floats,
+    contacts: Floats,
+    with_energy: bool,
 ) -> tuple[float, int, int, float, int]:
     """Run a packed scenario; ``y`` ends as the final state.
 

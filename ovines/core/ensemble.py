@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ovines.core import parameters as P
 from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.engine import run
-from ovines.core.model import Scenario, require
-from ovines.core.packing import Packed, pack
-from ovines.core.sampling import N_SAMPLE, take_sample
+from ovines.core.integration.sampling import N_SAMPLE, take_sample
+from ovines.core.packing import pack
+from ovines.core.system import parameters as P
+from ovines.core.system.model import Scenario, require
+from ovines.core.system.packed import Packed
 
 Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep
 STATE_PLACES = {
@@ -56,8 +57,17 @@ class EnsembleResult:
 
 @compiled
 def run_rows(
-    p_rows: Floats, k: Ints, drives: Floats, table: Floats, polygon: Floats, y_rows: Floats, times: Floats,
-    samples: Floats, finals: Floats, counts: Ints, spans: Floats
+    p_rows: Floats,
+    k: Ints,
+    drives: Floats,
+    table: Floats,
+    polygon: Floats,
+    y_rows: Floats,
+    times: Floats,
+    samples: Floats,
+    finals: Floats,
+    counts: Ints,
+    spans: Floats,
 ) -> None:
     """Run every row; one compiled loop, no Python inside."""
     impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
@@ -90,7 +100,7 @@ def simulate_ensemble(
     spread: Mapping[str, Spread],
     rng: np.random.Generator,
     jobs: int | None = None,
-    client: Any=None,
+    client: Any = None,
     progress: Callable[[int], object] | None = None,
     sample_times_s: np.ndarray | None = None,
     chunk: int = 500,
@@ -99,10 +109,12 @@ def simulate_ensemble(
     """Run ``scenario`` ``n`` times with quantities of :data:`SPREADABLE` drawn or swept.
 
     ``spread`` maps a name to a standard deviation (normal, about the scenario's value; about 0 or 1 for a phase shift
-    or a factor), a pair (uniform) or an array (n,) (a sweep).  All draws are made here, so the answer does not depend on
-    ``jobs`` (threads; None: all cores), on ``client`` (a ``distributed.Client``; a lost worker's chunks run again)
-    or on ``chunk``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone
-    (mean impacts of 1,000 runs of Table 15 case 2: 14.522 against 14.524 at 1e-11) at two thirds of the time.  Starts that fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.
+    or a factor), a pair (uniform) or an array (n,) (a sweep).  All draws are made here, so the answer does not depend
+    on
+    ``jobs`` (threads; None: all cores), on ``client`` (a ``distributed.Client``; a lost worker's chunks run again) or
+    on ``chunk``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone (mean
+    impacts of 1,000 runs of Table 15 case 2: 14.522 against 14.524 at 1e-11) at two thirds of the time.  Starts that
+    fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.
     """
     packed = pack(replace(scenario, tolerance=tolerance), with_energy=False)
     times = np.zeros(0) if sample_times_s is None else np.ascontiguousarray(sample_times_s, dtype=float)
@@ -122,7 +134,9 @@ def simulate_ensemble(
     return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples)
 
 
-def _spread_out(tasks: Sequence[tuple[Any, ...]], jobs: int | None, client: Any) -> Iterator[tuple[int, tuple[Floats, ...]]]:
+def _spread_out(
+    tasks: Sequence[tuple[Any, ...]], jobs: int | None, client: Any
+) -> Iterator[tuple[int, tuple[Floats, ...]]]:
     """Run chunks and yield (index, result) as they finish."""
     if client is not None:
         from distributed import as_completed as as_finished
@@ -131,10 +145,13 @@ def _spread_out(tasks: Sequence[tuple[Any, ...]], jobs: int | None, client: Any)
         for future in as_finished(list(futures)):
             yield futures[future], future.result()
         return
-    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count()) as pool:
+    pool = ThreadPoolExecutor(max_workers=jobs or os.cpu_count())
+    try:
         futures = {pool.submit(run_chunk, *task): i for i, task in enumerate(tasks)}
         for future in as_completed(futures):
             yield futures[future], future.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)  # all are done, or nobody waits for the rest
 
 
 def draw(
@@ -204,9 +221,9 @@ def widen(packed: Packed, p_rows: np.ndarray, drives: np.ndarray) -> None:
 
 def inside(packed: Packed, y_rows: np.ndarray, drives: np.ndarray) -> np.ndarray:
     """Which starts are inside every wall (n,)."""
-    from ovines.core.flight import wall_stands
-    from ovines.core.kinematics import empty_scratch, in_host, place
-    from ovines.core.walls import contact_frame
+    from ovines.core.integration.flight import wall_stands
+    from ovines.core.system.kinematics import empty_scratch, in_host, place
+    from ovines.core.system.walls import contact_frame
 
     scratch, at = empty_scratch()
     fine = np.ones(len(y_rows), dtype=bool)

@@ -4,38 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ovines.core import parameters as P
-from ovines.core.model import Harmonic, MeasuredMotion, Scenario, require
-from ovines.core.walls import contact_frame
+from ovines.core.effects import EFFECTS
+from ovines.core.integration.flight import wall_stands
+from ovines.core.system import parameters as P
+from ovines.core.system.kinematics import empty_scratch, in_host, place
+from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario, require
+from ovines.core.system.packed import AXES, Packed
+from ovines.core.system.walls import contact_frame
 
-AXES = {"x": 0, "y": 1, "rotation": 2, "z": 3}
 KINDS = {"fixed": P.FIXED, "free": P.FREE, "driven": P.DRIVEN, "sprung": P.SPRUNG}
-ACCELERATION_OF_GRAVITY = 9.81  # m/s^2, as the thesis
-
-
-@dataclass(frozen=True)
-class Packed:
-    """Arrays of one run: floats, ints, harmonics, measured table, polygon edges, initial state."""
-
-    p: np.ndarray
-    k: np.ndarray
-    drive: np.ndarray
-    table: np.ndarray
-    polygon: np.ndarray
-    y: np.ndarray
-
-    def copy(self) -> Packed:
-        """An independent copy (the engine changes ``y``)."""
-        return Packed(*(getattr(self, name).copy() for name in ("p", "k", "drive", "table", "polygon", "y")))
 
 
 def harmonic_rows(harmonics: Sequence[Harmonic]) -> np.ndarray:
-    """Axis, amplitude, angular frequency, phase; shape (n, 4).  A constant (frequency 0) has its sine in the amplitude."""
+    """Axis, amplitude, angular frequency, phase; shape (n, 4).  A constant (frequency 0) has its sine in the
+    amplitude.
+    """
     rows = [
         [AXES[h.axis], h.amplitude, 2.0 * math.pi * h.frequency_hz, h.phase_rad]
         if h.frequency_hz > 0.0
@@ -65,9 +53,6 @@ def table_pieces(table: MeasuredMotion | None) -> np.ndarray:
 
 def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
     """Arrays of ``scenario`` with its effects; refuses a start outside the wall or a NES that does not fit."""
-    # here, because effects speak of packed arrays: at the top the imports would run in a circle
-    from ovines.core.effects import EFFECTS
-
     nes, host = scenario.nes, scenario.host
     p, k = np.zeros(P.N_FLOATS), np.zeros(P.N_INTS, dtype=np.int64)
     p[P.RADIUS], p[P.MASS] = nes.radius_m, nes.mass_kg
@@ -208,7 +193,7 @@ def response_gains(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> np.ndarra
 
 def undamped_resonance(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> bool:
     """Whether a steady response does not exist (or nearly so): the flight must then be integrated."""
-    return k[P.HOST_KIND] == P.SPRUNG and bool(np.any(response_gains(p, k, drive) > 1e6)) or bool(
+    return (k[P.HOST_KIND] == P.SPRUNG and bool(np.any(response_gains(p, k, drive) > 1e6))) or bool(
         k[P.HOST_KIND] == P.SPRUNG
         and any(
             p[P.STIFFNESS_X + int(axis)] * p[P.INVERSE_HOST_INERTIA if axis == 2 else P.INVERSE_HOST_MASS] == omega**2
@@ -248,9 +233,6 @@ def add_table_bounds(p: np.ndarray, table: np.ndarray) -> float:
 
 def require_inside(packed: Packed) -> None:
     """Refuse a start outside a wall (beyond rounding)."""
-    from ovines.core.flight import wall_stands
-    from ovines.core.kinematics import empty_scratch, in_host, place
-
     scratch, at = empty_scratch()
     place(0.0, packed.y, packed.p, packed.k, packed.drive, packed.table, scratch, at)
     x, y, _vx, _vy = in_host(at, packed.k)
@@ -259,4 +241,6 @@ def require_inside(packed: Packed) -> None:
             gap = contact_frame(wall, x, y, packed.p, packed.polygon)[2]
             fine = gap >= -1e-12 * packed.p[P.LENGTH]
             found = f"a start {-gap:.3g} m outside a wall (NES at {x:.6g}, {y:.6g} m from the Host's centre)"
-            require(fine, found, "a NES inside the Host at the start", "move initial.nes (a driven Host may not start at 0)")
+            require(
+                fine, found, "a NES inside the Host at the start", "move initial.nes (a driven Host may not start at 0)"
+            )

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovines.core import parameters as P
 from ovines.core.effects import EFFECTS
 from ovines.core.engine import run
-from ovines.core.host import vertical_motion
-from ovines.core.model import Scenario
-from ovines.core.packing import Packed, pack
-from ovines.core.sampling import N_SAMPLE
+from ovines.core.integration.sampling import N_SAMPLE
+from ovines.core.packing import pack
+from ovines.core.system import parameters as P
+from ovines.core.system.host import vertical_motion
+from ovines.core.system.model import Scenario
+from ovines.core.system.packed import Packed
 
 IMPACT_COLUMNS = (
     "time_s", "azimuth_rad", "normal_speed_before_m_per_s", "normal_speed_after_m_per_s",
@@ -78,7 +79,7 @@ def sample_times(scenario: Scenario) -> np.ndarray:
 
 def mechanical_energy(y: np.ndarray, packed: Packed, time_s: float) -> float:
     """Kinetic and potential energy of the NES and a movable Host at engine state ``y`` (J)."""
-    from ovines.core.host import base_motion
+    from ovines.core.system.host import base_motion
 
     p, k = packed.p, packed.k
     energy = 0.5 * p[P.MASS] * (y[2] ** 2 + y[3] ** 2) + 0.5 * p[P.INERTIA] * y[5] ** 2

@@ -4,9 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ovines.errors import InputError
 from ovines.tables.column import Column, Table
+
+# A table of motion has a row for every frame number between its first and its last, so numbers far apart cost memory
+# and time for nothing.  More than so many missing for each that is there, or in all where few are there, are a mistake
+# in a number.
+MISSING_PER_FRAME, MISSING_IN_ALL = 100, 100_000
+
+
+# The largest values that a table from outside may hold, by unit: a kilometre, a picture of a million pixels, times
+# since 1970 in seconds with room to spare, and for the rest what can still be squared and summed.
+MOST = {"m": 1e3, "px": 1e6, "s": 1e11}
+MOST_OTHER = 1e12
+
+
+def widest_span(count: int) -> int:
+    """Largest difference of frame numbers that ``count`` frames may have."""
+    return MISSING_PER_FRAME * count + MISSING_IN_ALL
 
 
 def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
@@ -41,6 +58,7 @@ def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
     result = pd.DataFrame(columns)
     _check_key(result, table, source)
     if table.clock is not None:
+        _check_span(result, source)
         _check_clock(result, table.clock, source)
     return result.sort_values(list(table.key), kind="stable", ignore_index=True) if table.key else result
 
@@ -108,13 +126,35 @@ def _real(values: pd.Series, column: Column, source: str) -> pd.Series:
             "finite numbers; a value that is not known is null",
             "correct the value, or leave it null" if column.nullable else "correct the value",
         )
+    if column.is_sd and (numbers < 0).any():
+        raise _out_of_range(numbers, numbers < 0, column, source, "a standard deviation, which is never negative")
     return pd.Series(numbers)
 
 
+def refuse_far(frame: pd.DataFrame, table: Table, source: str) -> None:
+    """`InputError` for a value of a table from outside that no rig has (`MOST`): squares and differences of it would
+    mean nothing.
+    """
+    for column in table.columns:
+        if column.type == "float" and column.name in frame.columns:
+            numbers = frame[column.name].to_numpy(dtype=float)
+            most = MOST.get(column.unit, MOST_OTHER)
+            if (np.abs(numbers) > most).any():
+                unit = f" {column.unit}" if column.unit not in ("", "1") else ""
+                raise _out_of_range(numbers, np.abs(numbers) > most, column, source, f"numbers up to {most:g}{unit}")
+
+
+def _out_of_range(
+    numbers: NDArray[np.float64], broken: NDArray[np.bool_], column: Column, source: str, expected: str
+) -> InputError:
+    row = int(broken.argmax())
+    more = f" and in {int(broken.sum()) - 1} more" if broken.sum() > 1 else ""
+    do = "correct the value, or leave it null" if column.nullable else "correct the value"
+    return InputError(f"{source}: {column.name} is {numbers[row]:.6g} in row {row}{more}", expected, do)
+
+
 def _wrong_type(values: pd.Series, column: Column, source: str) -> InputError:
-    expected = {"int": "whole numbers", "float": "numbers", "str": "text", "bool": "true or false"}[
-        column.type
-    ]
+    expected = {"int": "whole numbers", "float": "numbers", "str": "text", "bool": "true or false"}[column.type]
     unit = f" in {column.unit}" if column.unit not in ("", "1") else ""
     return InputError(
         f"{source}: {column.name} is of type {values.dtype}",
@@ -135,6 +175,20 @@ def _check_key(frame: pd.DataFrame, table: Table, source: str) -> None:
             f"one row per {table.row}",
             "remove the repeated rows",
         )
+
+
+def _check_span(frame: pd.DataFrame, source: str) -> None:
+    """Frame numbers lie close together."""
+    numbers = np.unique(frame["frame"].to_numpy())
+    if not len(numbers) or numbers[-1] - numbers[0] <= widest_span(len(numbers)):
+        return
+    at = int(np.argmax(np.diff(numbers)))
+    raise InputError(
+        f"{source}: {len(numbers)} frames numbered from {numbers[0]} to {numbers[-1]}; frame {numbers[at]} is "
+        f"followed by frame {numbers[at + 1]}",
+        "frame numbers that go on from frame to frame; some may be missing",
+        "correct the numbers, or split the recording there",
+    )
 
 
 def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:

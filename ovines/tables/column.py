@@ -26,6 +26,13 @@ class Column:
     required: bool = True
 
     @property
+    def is_sd(self) -> bool:
+        """Whether it is a standard deviation, by its name."""
+        return self.type == "float" and (
+            "_sd_" in self.name or self.name.endswith("_sd") or self.name.startswith("sd_") or self.name == "sd"
+        )
+
+    @property
     def unit(self) -> str:
         """The unit that the name ends in; "1" for a number without dimension, "" for text and flags."""
         if self.type in ("str", "bool"):
@@ -49,22 +56,27 @@ class Table:
     clock: str | None = None
 
     def column(self, name: str) -> Column:
+        """The column of that name."""
         return next(column for column in self.columns if column.name == name)
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the columns, in their order."""
         return tuple(column.name for column in self.columns)
 
 
 def integer(name: str, meaning: str, **options: bool) -> Column:
+    """A whole number."""
     return Column(name, "int", meaning, **options)
 
 
 def text(name: str, meaning: str, **options: bool) -> Column:
+    """A text."""
     return Column(name, "str", meaning, **options)
 
 
 def flag(name: str, meaning: str, **options: bool) -> Column:
+    """True or false."""
     return Column(name, "bool", meaning, **options)
 
 

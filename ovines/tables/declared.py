@@ -15,21 +15,13 @@ BODIES = {"nes": "NES", "host": "Host"}
 def _motion_columns() -> tuple[Column, ...]:
     columns = []
     for body, title in BODIES.items():
-        columns += [
-            maybe(f"{body}_{axis}_m", f"{axis} of the {title}'s centre, world frame") for axis in "xyz"
-        ]
+        columns += [maybe(f"{body}_{axis}_m", f"{axis} of the {title}'s centre, world frame") for axis in "xyz"]
         columns += [optional(f"{body}_angle_rad", f"angle of the {title} from x to y, unwrapped")]
-        columns += [
-            optional(f"{body}_{axis}_sd_m", f"standard deviation of {body}_{axis}_m") for axis in "xyz"
-        ]
+        columns += [optional(f"{body}_{axis}_sd_m", f"standard deviation of {body}_{axis}_m") for axis in "xyz"]
         columns += [optional(f"{body}_angle_sd_rad", f"standard deviation of {body}_angle_rad")]
-        columns += [
-            optional(f"{body}_v{axis}_m_per_s", f"velocity of the {title} along {axis}") for axis in "xyz"
-        ]
+        columns += [optional(f"{body}_v{axis}_m_per_s", f"velocity of the {title} along {axis}") for axis in "xyz"]
         columns += [optional(f"{body}_spin_rad_per_s", f"angular velocity of the {title}")]
-        columns += [
-            integer(f"{body}_markers", f"markers that gave the {title}'s pose", nullable=True, required=False)
-        ]
+        columns += [integer(f"{body}_markers", f"markers that gave the {title}'s pose", nullable=True, required=False)]
     return tuple(columns)
 
 
@@ -38,9 +30,7 @@ def _impact_columns() -> tuple[Column, ...]:
     for side in ("normal", "tangential"):
         for when in ("before", "after"):
             name = f"{side}_speed_{when}"
-            speeds.append(
-                maybe(f"{name}_m_per_s", f"{side} speed of the contact point, relative to the wall, {when}")
-            )
+            speeds.append(maybe(f"{name}_m_per_s", f"{side} speed of the contact point, relative to the wall, {when}"))
             speeds.append(optional(f"{name}_sd_m_per_s", f"standard deviation of {name}_m_per_s"))
     spins = [maybe(f"spin_{when}_rad_per_s", f"spin of the NES {when}") for when in ("before", "after")]
     return (
@@ -60,7 +50,10 @@ def _impact_columns() -> tuple[Column, ...]:
         optional("effective_tangential_restitution_sd", "standard deviation of effective_tangential_restitution"),
         optional("impulse_ratio", "tangential over normal impulse, against the slip; of every impact"),
         optional("impulse_ratio_sd", "standard deviation of impulse_ratio"),
-        optional("spin_imbalance_m_per_s", "impulse per mass that the spin's change tells, less the tangential one; 0 for every law"),
+        optional(
+            "spin_imbalance_m_per_s",
+            "impulse per mass that the spin's change tells, less the tangential one; 0 for every law",
+        ),
         optional("spin_imbalance_sd_m_per_s", "standard deviation of spin_imbalance_m_per_s"),
         text("regime", 'which of the last two the impact informs: "stick" or "slide"', nullable=True),
     )
@@ -69,9 +62,7 @@ def _impact_columns() -> tuple[Column, ...]:
 def _circle_columns() -> tuple[Column, ...]:
     columns = []
     for circle in ("circle1", "circle2", "circle3", "circle4", "mean", "fit"):
-        what = {"mean": "mean of the four", "fit": "least-squares circle"}.get(
-            circle, "circle of three markers"
-        )
+        what = {"mean": "mean of the four", "fit": "least-squares circle"}.get(circle, "circle of three markers")
         columns += [maybe(f"{circle}_{axis}_m", f"{axis} of the centre, {what}") for axis in "xyz"]
         columns += [maybe(f"{circle}_radius_m", f"radius, {what}")]
     return (*columns, optional("fit_residual_m", "RMS distance of the markers from the least-squares circle"))
@@ -83,36 +74,55 @@ TABLES: dict[str, Table] = {
     table.name: table
     for table in (
         Table(
-            "tracks", "camera, frame, marker seen",
+            "tracks",
+            "camera, frame, marker seen",
             (
-                text("camera", "name of the camera"), FRAME, TIME, text("marker", "name of the marker"),
-                number("u_px", "to the right, in the window"), number("v_px", "downwards, in the window"),
+                text("camera", "name of the camera"),
+                FRAME,
+                TIME,
+                text("marker", "name of the marker"),
+                number("u_px", "to the right, in the window"),
+                number("v_px", "downwards, in the window"),
                 maybe("sd_px", "standard deviation of either coordinate; null = unknown"),
             ),
-            key=("camera", "frame", "marker"), clock="camera",
+            key=("camera", "frame", "marker"),
+            clock="camera",
         ),
         Table(
-            "points", "frame, marker",
+            "points",
+            "frame, marker",
             (
-                FRAME, TIME, text("marker", "name of the marker"),
+                FRAME,
+                TIME,
+                text("marker", "name of the marker"),
                 *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
                 *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
                 *(
-                    optional(f"{axis}_calibration_sd_m", f"standard deviation of {axis}_m from the calibration alone, not in {axis}_sd_m")
+                    optional(
+                        f"{axis}_calibration_sd_m",
+                        f"standard deviation of {axis}_m from the calibration alone, not in {axis}_sd_m",
+                    )
                     for axis in "xyz"
                 ),
                 maybe("reprojection_px", "RMS distance from the measured image points"),
                 optional("epipolar_px", "signed residual across the epipolar line, the one that two views leave over"),
             ),
-            key=("frame", "marker"), clock="",
+            key=("frame", "marker"),
+            clock="",
         ),
         Table(
-            "walls", "frame, round body seen whole",
+            "walls",
+            "frame, round body seen whole",
             (
-                FRAME, TIME, text("body", '"host": its inner wall\'s rim; "nes": its upper rim'),
+                FRAME,
+                TIME,
+                text("body", '"host": its inner wall\'s rim; "nes": its upper rim'),
                 *(number(f"{axis}_m", f"{axis} of the circle's centre, world frame") for axis in "xyz"),
                 number("radius_m", "radius, from the edges in both images"),
-                *(number(f"{axis}_sd_m", f"standard deviation of {axis}_m, the calibration's own left out") for axis in "xyz"),
+                *(
+                    number(f"{axis}_sd_m", f"standard deviation of {axis}_m, the calibration's own left out")
+                    for axis in "xyz"
+                ),
                 number("radius_sd_m", "standard deviation of radius_m, the calibration's own left out"),
                 number("residual_px", "RMS distance of the edge points from the circle"),
                 integer("points", "edge points that gave it"),
@@ -124,28 +134,36 @@ TABLES: dict[str, Table] = {
         Table("motion", "frame", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
         Table("host_circle", "frame", (FRAME, TIME, *_circle_columns()), key=("frame",), clock=""),
         Table(
-            "rotation", "frame",
+            "rotation",
+            "frame",
             (
-                FRAME, TIME,
+                FRAME,
+                TIME,
                 maybe("nes_angle_triplet_rad", "NES angle from marker triplets, mean of all combinations"),
                 maybe("nes_angle_triplet_spread_rad", "standard deviation over the combinations"),
                 maybe("nes_angle_fit_rad", "NES angle of the rigid-body fit"),
                 maybe("nes_angle_fit_sd_rad", "standard deviation of nes_angle_fit_rad"),
             ),
-            key=("frame",), clock="",
+            key=("frame",),
+            clock="",
         ),
         Table(
-            "flights", "flight or sustained contact",
+            "flights",
+            "flight or sustained contact",
             (
-                integer("flight", "number of the segment, from 0"), number("start_s", "its start"),
-                number("end_s", "its end"), text("kind", '"flight", "rest", "chatter", "contact", "unseen" or "unresolved"'),
+                integer("flight", "number of the segment, from 0"),
+                number("start_s", "its start"),
+                number("end_s", "its end"),
+                text("kind", '"flight", "rest", "chatter", "contact", "unseen" or "unresolved"'),
             ),
             key=("flight",),
         ),
         Table(
-            "thesis_impacts", "maximum of the Savitzky-Golay acceleration norm",
+            "thesis_impacts",
+            "maximum of the Savitzky-Golay acceleration norm",
             (
-                integer("impact", "number of the maximum, from 0"), integer("frame", "its frame"),
+                integer("impact", "number of the maximum, from 0"),
+                integer("frame", "its frame"),
                 number("time_s", "its time"),
                 maybe("acceleration_m_per_s2", "acceleration norm there"),
                 maybe("prominence_m_per_s2", "prominence of the maximum"),
@@ -162,38 +180,61 @@ TABLES: dict[str, Table] = {
         ),
         Table("impacts", "impact", IMPACTS, key=("impact",)),
         Table("simulated_impacts", "impact, exact values", IMPACTS, key=("impact",)),
+        Table("contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))),
         Table(
-            "contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))
-        ),
-        Table(
-            "identification", "parameter",
+            "identification",
+            "parameter",
             (
-                text("parameter", "name of the parameter"), maybe("value", "estimate"),
-                maybe("sd", "standard deviation"), maybe("low", "lower end of the 90 % interval"),
+                text("parameter", "name of the parameter"),
+                maybe("value", "estimate"),
+                maybe("sd", "standard deviation"),
+                maybe("low", "lower end of the 90 % interval"),
                 maybe("high", "upper end of the 90 % interval"),
                 integer("n_impacts", "impacts that inform it", nullable=True),
             ),
             key=("parameter",),
         ),
         Table(
-            "flights_ahead", "flight predicted from the impact before it",
+            "checks",
+            "check of the identification that can fail",
             (
-                number("start_s", "the impact before"), number("end_s", "the impact after"),
-                integer("frames", "frames compared"), number("rms_m", "RMS distance of measured from simulated places"),
+                text("check", "what is held against what"),
+                maybe("value", "what was found, unit of the check"),
+                maybe("limit", "what it is held against"),
+                text("state", '"holds", "fails" or "open" (cannot be told)'),
+                text("found", "the same in words"),
+                text("parameters", "not to be used where it fails, comma between them"),
+                text("do", "what to do where it fails"),
+            ),
+            key=("check",),
+        ),
+        Table(
+            "flights_ahead",
+            "flight predicted from the impact before it",
+            (
+                number("start_s", "the impact before"),
+                number("end_s", "the impact after"),
+                integer("frames", "frames compared"),
+                number("rms_m", "RMS distance of measured from simulated places"),
                 number("end_m", "distance at the last frame"),
                 maybe("angle_rms_rad", "RMS difference of the angles"),
             ),
             key=("start_s",),
         ),
         Table(
-            "impacts_ahead", "impact predicted from what was measured before it",
+            "impacts_ahead",
+            "impact predicted from what was measured before it",
             (
-                integer("impact", "number of the impact, from 0"), number("time_s", "instant of the contact"),
+                integer("impact", "number of the impact, from 0"),
+                number("time_s", "instant of the contact"),
                 *(
-                    maybe(f"{simulated}{name}", f"{meaning} after the impact, {'simulated' if simulated else 'measured'}")
+                    maybe(
+                        f"{simulated}{name}", f"{meaning} after the impact, {'simulated' if simulated else 'measured'}"
+                    )
                     for simulated in ("", "simulated_")
                     for name, meaning in (
-                        ("normal_speed_after_m_per_s", "normal speed"), ("tangential_speed_after_m_per_s", "tangential speed"),
+                        ("normal_speed_after_m_per_s", "normal speed"),
+                        ("tangential_speed_after_m_per_s", "tangential speed"),
                         ("spin_after_rad_per_s", "spin"),
                     )
                 ),
@@ -201,11 +242,14 @@ TABLES: dict[str, Table] = {
             key=("impact",),
         ),
         Table(
-            "run_statistics", "quantity of the whole run",
+            "run_statistics",
+            "quantity of the whole run",
             (
-                text("quantity", "name of the quantity"), number("measured", "median (the rate itself)"),
+                text("quantity", "name of the quantity"),
+                number("measured", "median (the rate itself)"),
                 number("simulated", "median of the simulated runs' medians"),
-                number("low", "5 % of the simulated runs"), number("high", "95 % of the simulated runs"),
+                number("low", "5 % of the simulated runs"),
+                number("high", "95 % of the simulated runs"),
                 number("p", "share of simulated runs at least as far from their median"),
                 maybe("ks", "Kolmogorov-Smirnov distance of the values"),
             ),
@@ -213,9 +257,12 @@ TABLES: dict[str, Table] = {
         ),
         Table("simulation", "time sample", (FRAME, TIME, *_motion_columns()), key=("frame",), clock=""),
         Table(
-            "predictions", "held-out run, frame, quantity",
+            "predictions",
+            "held-out run, frame, quantity",
             (
-                text("run", "name of the held-out run"), FRAME, TIME,
+                text("run", "name of the held-out run"),
+                FRAME,
+                TIME,
                 text("quantity", '"nes_x_m", "nes_y_m" or "nes_angle_rad"'),
                 maybe("measured", "measured value, unit of the quantity"),
                 maybe("as_given", "predicted one flight ahead with the parameters of [model]"),
@@ -225,9 +272,11 @@ TABLES: dict[str, Table] = {
             key=("run", "frame", "quantity"),
         ),
         Table(
-            "calibration_views", "camera, view of the board",
+            "calibration_views",
+            "camera, view of the board",
             (
-                text("camera", "name of the camera"), text("view", "name of the image"),
+                text("camera", "name of the camera"),
+                text("view", "name of the image"),
                 integer("points", "corners found"),
                 flag("used", "whether the view stayed in the fit"),
                 maybe("rms_px", "RMS reprojection error of the view"),
@@ -236,28 +285,40 @@ TABLES: dict[str, Table] = {
             key=("camera", "view"),
         ),
         Table(
-            "calibration_parameters", "camera, parameter",
+            "calibration_parameters",
+            "camera, parameter",
             (
-                text("camera", "name of the camera"), text("parameter", "fx, fy, cx, cy, k1, ... in px or 1"),
-                number("value", "estimate"), maybe("sd", "standard deviation from the full covariance"),
+                text("camera", "name of the camera"),
+                text("parameter", "fx, fy, cx, cy, k1, ... in px or 1"),
+                number("value", "estimate"),
+                maybe("sd", "standard deviation from the full covariance"),
             ),
             key=("camera", "parameter"),
         ),
         Table(
-            "calibration_covariance", "pair of parameters of the cameras",
+            "calibration_covariance",
+            "pair of parameters of the cameras",
             (
-                text("camera", "name of the camera"), text("parameter", "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz"),
-                text("other_camera", "name of the other's camera"), text("other_parameter", "the same of the other"),
+                text("camera", "name of the camera"),
+                text("parameter", "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz"),
+                text("other_camera", "name of the other's camera"),
+                text("other_parameter", "the same of the other"),
                 number("covariance", "covariance of the two; the mirrored pair has no row"),
             ),
             key=("camera", "parameter", "other_camera", "other_parameter"),
         ),
         Table(
-            "truth", "camera, frame, marker of a rendered recording",
+            "truth",
+            "camera, frame, marker of a rendered recording",
             (
-                text("camera", "name of the camera"), FRAME, TIME, text("body", "ground, host or nes"),
-                text("marker", "name of the marker"), number("u_px", "to the right, in the window"),
-                number("v_px", "downwards, in the window"), *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
+                text("camera", "name of the camera"),
+                FRAME,
+                TIME,
+                text("body", "ground, host or nes"),
+                text("marker", "name of the marker"),
+                number("u_px", "to the right, in the window"),
+                number("v_px", "downwards, in the window"),
+                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
                 flag("visible", "whether the camera sees the whole marker"),
                 *(
                     number(f"{body}_{name}", f"{meaning} of the {title}")
@@ -265,7 +326,8 @@ TABLES: dict[str, Table] = {
                     for name, meaning in (("x_m", "x"), ("y_m", "y"), ("angle_rad", "angle"))
                 ),
             ),
-            key=("camera", "frame", "marker"), clock="camera",
+            key=("camera", "frame", "marker"),
+            clock="camera",
         ),
     )
-}  # fmt: skip
+}

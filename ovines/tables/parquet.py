@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ovines.errors import InputError
-from ovines.tables.check import conform
+from ovines.io.atomic_write import written_whole
+from ovines.tables.check import conform, refuse_far
 from ovines.tables.column import Column, Table
 from ovines.tables.declared import TABLES
-from ovines.written_whole import written_whole
 
 METADATA_KEY = b"ovines"
+CONTENT_KEY = b"ovines.content"  # hash of the values: whether somebody has changed them since
 # 100,000 frames of two cameras with 20 markers are 4 million rows; a damaged or hostile header can claim any number
 MAX_ROWS = 50_000_000
+ENTRIES = ("tracks", "points", "motion")  # tables that other programs write
 ARROW_TYPES = {"int": pa.int64(), "float": pa.float64(), "str": pa.string(), "bool": pa.bool_()}
 
 
@@ -46,18 +49,20 @@ def read_table(path: str | Path, name: str) -> pd.DataFrame:
         if len(known) != len(set(known)):
             raise InputError(f"{source}: a column stands more than once", "each column once", "rename one")
         content = stored.read(columns=known, use_threads=False)
-        frame = pd.DataFrame(
-            {column: content.column(column).to_pandas() for column in known}, index=frame.index
-        )
+        content.validate(full=True)  # strings that are no UTF-8, lists that end before they begin
+        frame = pd.DataFrame({column: content.column(column).to_pandas() for column in known}, index=frame.index)
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise _unreadable(source, table, error) from None
-    return conform(frame, table, source)
+    result = conform(frame, table, source)
+    if name in ENTRIES:
+        refuse_far(result, table, source)
+    return result
 
 
 def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Mapping[str, Any]) -> None:
     """Write ``frame`` as the declared table ``name`` to ``path``, whole or not at all.
 
-    ``provenance`` (see `ovines.provenance.provenance`) goes into the file's metadata as JSON, each column's
+    ``provenance`` (see `ovines.io.provenance.provenance`) goes into the file's metadata as JSON, each column's
     unit and meaning into its field's.  A column that is not declared, or a value that the declaration does not
     allow, is a mistake of the program: ValueError, and nothing is written.
     """
@@ -70,10 +75,12 @@ def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Ma
     except InputError as error:
         raise ValueError(str(error)) from error
     columns = [column for column in table.columns if column.required or column.name in frame.columns]
-    schema = pa.schema(
-        [_field(column) for column in columns], {METADATA_KEY: json.dumps(provenance, sort_keys=True)}
-    )
     arrays = [_arrow(ordered[column.name], column) for column in columns]
+    metadata = {
+        METADATA_KEY: json.dumps(provenance, sort_keys=True),
+        CONTENT_KEY: _content([c.name for c in columns], arrays),
+    }
+    schema = pa.schema([_field(column) for column in columns], metadata)
     with written_whole(path) as temporary:
         pq.write_table(pa.Table.from_arrays(arrays, schema=schema), temporary)
 
@@ -85,6 +92,42 @@ def read_provenance(path: str | Path) -> dict[str, Any] | None:
         return json.loads(raw) if raw else None
     except (pa.ArrowException, OSError, ValueError):
         return None
+
+
+def is_as_written(path: str | Path) -> bool | None:
+    """Whether the values of a table are those that `write_table` wrote; None for a file that ovines did not write."""
+    try:
+        metadata = pq.read_schema(path).metadata or {}
+        if METADATA_KEY not in metadata:
+            return None
+        if CONTENT_KEY not in metadata:
+            return True  # of an ovines that kept no hash
+        table = pq.read_table(path, use_threads=False)
+        return (
+            _content(table.column_names, [column.combine_chunks() for column in table.columns])
+            == metadata[CONTENT_KEY].decode()
+        )
+    except (pa.ArrowException, OSError, ValueError, NotImplementedError):
+        return None
+
+
+def _content(names: Sequence[str], arrays: Sequence[pa.Array]) -> str:
+    """Hash of names, types and values; a missing value counts as missing, whatever stands behind it."""
+    digest = hashlib.sha256()
+    for name, array in zip(names, arrays, strict=True):
+        digest.update(f"{name}:{array.type}:{len(array)}\n".encode())
+        digest.update(np.packbits(array.is_valid().to_numpy(zero_copy_only=False)).tobytes())
+        if pa.types.is_string(array.type):
+            for value in array.dictionary_encode().dictionary.to_pylist():
+                digest.update(str(value).encode("utf-8", "surrogatepass") + b"\0")
+            digest.update(array.dictionary_encode().indices.fill_null(-1).to_numpy(zero_copy_only=False).tobytes())
+        else:
+            digest.update(
+                array.fill_null(False if pa.types.is_boolean(array.type) else 0)
+                .to_numpy(zero_copy_only=False)
+                .tobytes()
+            )
+    return digest.hexdigest()
 
 
 def table_rows(path: str | Path) -> int:
@@ -101,9 +144,7 @@ def _open(path: Path, table: Table) -> pq.ParquetFile:
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise _unreadable(str(path), table, error) from None
     if stored.metadata.num_rows > MAX_ROWS:
-        raise InputError(
-            f"{path}: {stored.metadata.num_rows} rows", f"at most {MAX_ROWS} rows", "split the recording"
-        )
+        raise InputError(f"{path}: {stored.metadata.num_rows} rows", f"at most {MAX_ROWS} rows", "split the recording")
     return stored
 
 

@@ -16,11 +16,7 @@ from threading import Thread
 import pytest
 
 CHROMIUM = next(
-    (
-        path
-        for name in ("chromium", "chromium-browser", "google-chrome", "chrome")
-        if (path := shutil.which(name))
-    ),
+    (path for name in ("chromium", "chromium-browser", "google-chrome", "chrome") if (path := shutil.which(name))),
     None,
 )
 # Runs after everything has loaded and writes what the page did into the page, which --dump-dom then prints.
@@ -36,7 +32,8 @@ PROBE = """<script>addEventListener("load", () => {
   """
 # A window is never narrower than 500 px; a phone's width is that of a frame inside it.
 FRAME = """<!doctype html><iframe src="page.html" style="border:0;width:{width_px}px;height:900px"></iframe>
-<script>addEventListener("load", () => document.body.append(frames[0].document.getElementById("probe").cloneNode(true)))</script>"""
+<script>addEventListener("load", () =>
+  document.body.append(frames[0].document.getElementById("probe").cloneNode(true)))</script>"""
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from analysis.animate import Film, animate
+from analysis.view.film import Film, animate
 from ovines.errors import InputError
-from ovines.provenance import provenance
+from ovines.io.provenance import provenance
 from ovines.recording import read_recording
 from ovines.tables import write_table
 

@@ -11,12 +11,12 @@ import pandas as pd
 import pytest
 
 from analysis.compare import compare, one_impact_ahead
-from analysis.host_motion import fit_host_motion
-from analysis.simulated_rig import harmonics_from, nominal_scenario, states_after
-from ovines.commands.simulate import impact_table, motion_table
+from analysis.comparison.simulated_rig import harmonics_from, nominal_scenario, states_after
+from analysis.motion.host_path import fit_host_motion
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
-from ovines.provenance import provenance
+from ovines.io.provenance import provenance
+from ovines.pipeline.simulation import impact_table, motion_table
 from ovines.recording import read_recording
 from ovines.tables import read_table, write_table
 
@@ -184,15 +184,11 @@ def test_parameters_come_from_the_data_then_from_the_model(tmp_path, run):
     bound = identified(tangential_restitution=np.nan)
     with pytest.raises(InputError, match="tangential_restitution"):
         nominal_scenario(bound, recording(tmp_path), host, 1.0)
-    given = nominal_scenario(
-        bound, recording(tmp_path, "tangential_restitution = 0.3\nrestitution = 0.1"), host, 1.0
-    )
+    given = nominal_scenario(bound, recording(tmp_path, "tangential_restitution = 0.3\nrestitution = 0.1"), host, 1.0)
     assert given.impact == ImpactLaw(0.72, 0.13, 0.3)
     bound.loc[bound["parameter"] == "tangential_restitution", "low"] = 0.42
     assert nominal_scenario(bound, recording(tmp_path), host, 1.0).impact.tangential_restitution == 0.42
-    assert (
-        nominal_scenario(identified(floor_friction=np.nan), recording(tmp_path), host, 1.0).friction is None
-    )
+    assert nominal_scenario(identified(floor_friction=np.nan), recording(tmp_path), host, 1.0).friction is None
 
 
 def test_missing_speeds_stay_missing(tmp_path, run):
@@ -241,9 +237,7 @@ def test_the_command(tmp_path, run, browse):
     seen = browse(first)
     assert (seen.console, seen.fetched, seen.too_wide, len(seen.pictures)) == ([], [], 0, 3)
     subprocess.run(command, capture_output=True, timeout=300, check=True)
-    assert (results / "compare.html").read_text(
-        encoding="utf-8"
-    ) == first  # the seed is an argument, the clock is not
+    assert (results / "compare.html").read_text(encoding="utf-8") == first  # the seed is an argument, the clock is not
     (results / "impacts.parquet").unlink()
     refused = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert refused.returncode == 2

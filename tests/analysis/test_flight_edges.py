@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.flight_edges import settled
-from analysis.flight_model import PARAMETERS
-from analysis.flights import WARP, Flight, RunData, fit_flights
-from analysis.host_motion import HostMotion
-from analysis.runs import Run
-from analysis.segment import Segments
+from analysis.flights.fit import LENS_TERMS, Flight, RunData, fit_flights
+from analysis.flights.frame_assignment import settled
+from analysis.flights.parameters import PARAMETERS
+from analysis.flights.runs import Run
+from analysis.flights.segments import Segments
+from analysis.motion.host_path import HostMotion
 
 SD = 5e-6
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
@@ -21,23 +21,35 @@ def bounced(last_of_first: int, wrong: int | None = None) -> Run:
     """Straight flights that turn at frame 19.96, cut after ``last_of_first``; one frame ``wrong`` by 12 sd."""
     t = np.arange(40) / 800
     turn = 19.96 / 800
-    x = np.where(t < turn, 0.02 + 1.5 * (t - turn), 0.02 - 1.1 * (t - turn)) + SD * np.random.default_rng(5).standard_normal(40)
+    x = np.where(t < turn, 0.02 + 1.5 * (t - turn), 0.02 - 1.1 * (t - turn)) + SD * np.random.default_rng(
+        5
+    ).standard_normal(40)
     xy = np.column_stack([x, 0.3 * t + SD * np.random.default_rng(6).standard_normal(40)])
     if wrong is not None:
         xy[wrong, 1] += 12 * SD
     data = RunData("run", t, xy, np.zeros(40), np.full(40, SD), np.full(40, 1e-3), STILL, 0.04, 0.01, 0.5)
     none = np.zeros(0, np.int64)
     flights = (Flight(0, last_of_first, True), Flight(last_of_first + 1, 39, False))
-    return Run(data, Segments(none, np.zeros((0, 2)), np.zeros((0, 2), np.int64), none), flights, np.zeros(40), np.zeros((40, 8)), np.arange(40))
+    return Run(
+        data,
+        Segments(none, np.zeros((0, 2)), np.zeros((0, 2), np.int64), none),
+        flights,
+        np.zeros(40),
+        np.zeros((40, 8)),
+        np.arange(40),
+    )
 
 
 def after(run: Run) -> Run | None:
-    return settled(run, fit_flights(run.data, run.flights, np.zeros(len(PARAMETERS)), np.zeros(2 + len(WARP))), 1.0)
+    return settled(run, fit_flights(run.data, run.flights, np.zeros(len(PARAMETERS)), np.zeros(2 + len(LENS_TERMS))))
 
 
 def test_a_frame_past_the_impact_goes_to_the_next_flight():
     found = after(bounced(20))
-    assert found is not None and [(f.first, f.last, f.joined) for f in found.flights] == [(0, 19, True), (20, 39, False)]
+    assert found is not None and [(f.first, f.last, f.joined) for f in found.flights] == [
+        (0, 19, True),
+        (20, 39, False),
+    ]
 
 
 def test_a_wrong_frame_is_set_aside_and_the_flight_stays():

@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from analysis.evidence import columns_of, gather, solve
-from analysis.flight_model import INDEX, PARAMETERS, fly
-from analysis.flights import LONGEST_FLIGHT_S, WARP, Flight, RunData, fit_flights, shortened
-from analysis.host_motion import HostMotion
+from analysis.flights.evidence import columns_of, gather, solve
+from analysis.flights.fit import LENS_TERMS, LONGEST_FLIGHT_S, Flight, RunData, fit_flights, shortened
+from analysis.flights.model import FlightRig, fly
+from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.motion.host_path import HostMotion
 
 SD, SD_ANGLE = 1.2e-5, 2e-3
 OMEGA = 2 * np.pi * 11.0
@@ -20,14 +21,14 @@ HARMONICS[0, 2] = 0.0164
 HOST = HostMotion(HARMONICS, OMEGA, 1e-3, np.zeros(4), 0.0, np.zeros((0, 4)))
 TRUE = np.zeros(len(PARAMETERS))
 TRUE[INDEX["friction"]], TRUE[INDEX["coupling"]] = 0.25, 1.0
-SHARED = np.zeros(2 + len(WARP))
-ARGUMENTS = (HARMONICS, OMEGA, 0.01, 0.5, 0.04, 0.0)
+SHARED = np.zeros(2 + len(LENS_TERMS))
+RIG = FlightRig(HARMONICS, OMEGA, 0.01, 0.5, 0.04, 0.0)
 
 
 def flown(start, frames=40, t0=0.02, p=TRUE):
     times = t0 + np.arange(frames) / 800
     out = np.empty((frames, 6))
-    fly(np.asarray(start, float), t0, times, p, *ARGUMENTS, out)
+    fly(np.asarray(start, float), t0, times, p, RIG, out)
     return times, out
 
 
@@ -35,18 +36,33 @@ def run_of(times, states, rng, rho=0.0):
     noise = rng.standard_normal((len(times), 3))
     for i in range(1, len(times)):
         noise[i] = rho * noise[i - 1] + np.sqrt(1 - rho**2) * noise[i]
-    return RunData("run", times, states[:, :2] + SD * noise[:, :2], states[:, 2] + SD_ANGLE * noise[:, 2], np.full(len(times), SD),
-                   np.full(len(times), SD_ANGLE), HOST, 0.04, 0.01, 0.5)
+    return RunData(
+        "run",
+        times,
+        states[:, :2] + SD * noise[:, :2],
+        states[:, 2] + SD_ANGLE * noise[:, 2],
+        np.full(len(times), SD),
+        np.full(len(times), SD_ANGLE),
+        HOST,
+        0.04,
+        0.01,
+        0.5,
+    )
 
 
-STARTS = [(0.01, 0.0, 0.1, 0.6, -0.4, 40.0), (-0.02, 0.01, 2.0, 0.2, 0.9, -80.0), (0.0, 0.02, 0.0, -1.1, 0.1, 5.0), (0.0, 0.0, 0.0, 0.9, 0.9, 150.0)]
+STARTS = [
+    (0.01, 0.0, 0.1, 0.6, -0.4, 40.0),
+    (-0.02, 0.01, 2.0, 0.2, 0.9, -80.0),
+    (0.0, 0.02, 0.0, -1.1, 0.1, 5.0),
+    (0.0, 0.0, 0.0, 0.9, 0.9, 150.0),
+]
 
 
 def test_integration_has_converged():
     """Against a start half-way: forwards and backwards agree."""
     times, states = flown(STARTS[1])
     back = np.empty((len(times), 6))
-    fly(states[20], times[20], times, TRUE, *ARGUMENTS, back)
+    fly(states[20], times[20], times, TRUE, RIG, back)
     assert np.abs(back[:, :2] - states[:, :2]).max() < 1e-8
 
 
@@ -56,7 +72,7 @@ def test_states_scatter_as_their_covariance_says():
         times, states = flown(STARTS[seed % 4])
         fit = fit_flights(run_of(times, states, np.random.default_rng(seed)), [Flight(0, 39, False)], TRUE, SHARED)
         at = int(np.argmin(np.abs(times - fit.reference_s[0])))
-        got, covariance = fit.propagate(0, times[at:at + 1])
+        got, covariance = fit.propagate(0, times[at : at + 1])
         error = got[0] - states[at]
         z.append(error @ np.linalg.solve(covariance[0], error))
         assert fit.misfit[0] / fit.freedom[0] < 2
@@ -94,7 +110,9 @@ def test_a_start_from_an_earlier_fit_ends_in_the_same_place():
     run = run_of(*flown(STARTS[1]), np.random.default_rng(9))
     first = fit_flights(run, [Flight(0, 39, False)], TRUE, SHARED)
     again = fit_flights(run, [Flight(0, 39, False)], TRUE, SHARED, first)
-    assert np.all(np.abs(again.states - first.states) < 0.05 * np.sqrt(np.diagonal(first.covariances, axis1=1, axis2=2)))
+    assert np.all(
+        np.abs(again.states - first.states) < 0.05 * np.sqrt(np.diagonal(first.covariances, axis1=1, axis2=2))
+    )
 
 
 def test_friction_that_turns_is_integrated_through():
@@ -103,7 +121,7 @@ def test_friction_that_turns_is_integrated_through():
     ends = []
     for frames in (641, 400_001):
         states = np.empty((frames, 6))
-        fly(start, 0.0, np.linspace(0, 0.8, frames), TRUE, *ARGUMENTS, states)
+        fly(start, 0.0, np.linspace(0, 0.8, frames), TRUE, RIG, states)
         ends.append(states[-1, :2])
     assert np.all(np.abs(ends[0] - ends[1]) < 2e-7)
 
@@ -112,7 +130,7 @@ def test_a_disk_that_comes_to_rest_tells_its_start_and_the_friction():
     """Friction 0.25 stops 0.3 m/s and 20 rad/s within 0.15 s; the other half second lies still."""
     still = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
     start, times, states = np.array([0.01, 0.0, 0.1, 0.3, -0.1, 20.0]), np.arange(400) / 800, np.empty((400, 6))
-    fly(start, 0.0, times, TRUE, np.zeros((4, 1)), 0.0, *ARGUMENTS[2:], states)
+    fly(start, 0.0, times, TRUE, RIG._replace(harmonics=np.zeros((4, 1)), omega_rad_per_s=0.0), states)
     assert np.abs(states[200, 3:]).max() < 1e-3
     run = replace(run_of(times, states, np.random.default_rng(4)), host=still)
     fit = fit_flights(run, [Flight(0, 399, False)], TRUE, SHARED)

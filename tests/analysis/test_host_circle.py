@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.host_circle import circle_through, fit_circles, host_circle
+from analysis.motion.host_circle import circle_through, fit_circles, host_circle
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -22,17 +22,13 @@ inner_radius_m = 0.05
 
 
 def recording(folder, count=4):
-    (folder / "recording.toml").write_text(
-        RECORDING.format(markers=", ".join(f'"H{i}"' for i in range(1, count + 1)))
-    )
+    (folder / "recording.toml").write_text(RECORDING.format(markers=", ".join(f'"H{i}"' for i in range(1, count + 1))))
     return read_recording(folder)
 
 
 def circle_points(centre_m, radius_m, tilt_rad, angles_rad, rng=None, sd_m=0.0):
     """Points (F, K, 3) on a circle tilted about x."""
-    local = np.stack(
-        [radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad), np.zeros_like(angles_rad)], -1
-    )
+    local = np.stack([radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad), np.zeros_like(angles_rad)], -1)
     cos, sin = np.cos(tilt_rad), np.sin(tilt_rad)
     position = local @ np.array([[1, 0, 0], [0, cos, sin], [0, -sin, cos]]) + np.asarray(centre_m)[:, None, :]
     return position if rng is None else position + rng.normal(0, sd_m, position.shape)
@@ -106,9 +102,7 @@ def test_least_squares_beats_the_mean_of_three_marker_circles():
     noisy = circle_points(np.zeros((5000, 3)), 0.05, 0.0, np.array([0.1, 0.9, 2.5, 4.0]), rng, 3e-5)
     from itertools import combinations
 
-    mean = np.mean(
-        [circle_through(*(noisy[:, i] for i in triple))[0] for triple in combinations(range(4), 3)], axis=0
-    )
+    mean = np.mean([circle_through(*(noisy[:, i] for i in triple))[0] for triple in combinations(range(4), 3)], axis=0)
     fit, _, residual = fit_circles(noisy)
     for estimate in (mean, fit):
         error = estimate[:, :2].mean(0) / (estimate[:, :2].std(0) / np.sqrt(len(noisy)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.host_motion import fit_host_motion
+from analysis.motion.host_path import fit_host_motion
 
 FREQUENCY_HZ = 11.03
 
@@ -13,15 +13,22 @@ FREQUENCY_HZ = 11.03
 def shaken(n=480, sd=1e-5, seed=1):
     t = np.arange(n) / 800
     w = 2 * np.pi * FREQUENCY_HZ
-    exact = np.column_stack([0.0164 * np.sin(w * t + 0.3) + 2e-5 * np.cos(2 * w * t), 1e-4 * np.cos(w * t), 5e-5 * np.sin(w * t), 0.01 * np.sin(3 * w * t)])
+    exact = np.column_stack(
+        [
+            0.0164 * np.sin(w * t + 0.3) + 2e-5 * np.cos(2 * w * t),
+            1e-4 * np.cos(w * t),
+            5e-5 * np.sin(w * t),
+            0.01 * np.sin(3 * w * t),
+        ]
+    )
     noise = np.random.default_rng(seed).standard_normal(exact.shape) * sd
     return t, exact, exact + noise, np.full_like(exact, sd)
 
 
-@pytest.mark.parametrize("told", [11.0, None])
-def test_frequency_and_place_within_their_noise(told):
+@pytest.mark.parametrize("asked_hz", [11.0, None])
+def test_frequency_and_place_within_their_noise(asked_hz):
     t, exact, seen, sd = shaken()
-    host = fit_host_motion(t, seen, sd, told)
+    host = fit_host_motion(t, seen, sd, asked_hz)
     assert abs(host.frequency_hz - FREQUENCY_HZ) < 4 * host.omega_sd_rad_per_s / (2 * np.pi)
     assert np.sqrt(np.mean((host.at(t) - exact) ** 2)) < 3e-6
     assert abs(host.amplitude_m - 0.0164) < 1e-5

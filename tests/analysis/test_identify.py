@@ -1,4 +1,6 @@
-"""Motion to parameters: runs of the house simulator with noise, runs of the practice series with known truth, and too little data."""
+"""Motion to parameters: runs of the house simulator with noise, runs of the practice series with known truth, and too
+little data.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +12,10 @@ import pandas as pd
 import pytest
 
 from analysis.identify import identify, identify_series
-from analysis.motion import bodies_clouds, layouts_from_points, motion_from_points
-from ovines.commands.simulate import impact_table, motion_table
+from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
+from ovines.pipeline.simulation import impact_table, motion_table
 from ovines.recording import read_recording, read_series
 from ovines.tables import read_table
 
@@ -32,9 +34,21 @@ NAMES = tuple(TRUTH)
 
 
 def scenario(law: ImpactLaw, friction: float, drive: bool = True, spin: float = -60.0) -> Scenario:
-    host = Host(radius_m=0.05, motion="driven", drive=(Harmonic("x", 0.0164, 11.0, 0.3),)) if drive else Host(radius_m=0.05, motion="fixed")
-    return Scenario("truth", Nes(0.01, 0.0246, 0.5), host, law, 0.6, FloorFriction(friction) if friction else None,
-                    initial_nes=(0.03, -0.01, 0.4, 2.2, 0.0, spin), sample_rate_hz=800.0)
+    host = (
+        Host(radius_m=0.05, motion="driven", drive=(Harmonic("x", 0.0164, 11.0, 0.3),))
+        if drive
+        else Host(radius_m=0.05, motion="fixed")
+    )
+    return Scenario(
+        "truth",
+        Nes(0.01, 0.0246, 0.5),
+        host,
+        law,
+        0.6,
+        FloorFriction(friction) if friction else None,
+        initial_nes=(0.03, -0.01, 0.4, 2.2, 0.0, spin),
+        sample_rate_hz=800.0,
+    )
 
 
 def noisy(result, seed: int = 1) -> pd.DataFrame:
@@ -62,7 +76,9 @@ def driven(recording):
     return motion, impact_table(result), identify(motion, recording)
 
 
-def missed_and_false(found: pd.DataFrame, true: pd.DataFrame, end_s: float, within_s: float = 0.6e-3) -> tuple[list, list, list]:
+def missed_and_false(
+    found: pd.DataFrame, true: pd.DataFrame, end_s: float, within_s: float = 0.6e-3
+) -> tuple[list, list, list]:
     """True impacts above 0.1 m/s without a partner, found ones without, time errors (s) of the pairs."""
     times, free = found["time_s"].to_numpy(), np.ones(len(found), bool)
     missed, errors = [], []
@@ -101,18 +117,27 @@ def test_each_impact_informs_one_of_two(driven):
     impacts = driven[2].impacts
     stick, slide = (impacts["regime"] == kind for kind in ("stick", "slide"))
     assert stick.any() and slide.any()
-    assert impacts.loc[stick, "wall_friction"].isna().all() and impacts.loc[stick, "tangential_restitution"].notna().all()
-    assert impacts.loc[slide, "tangential_restitution"].isna().all() and impacts.loc[slide, "wall_friction"].notna().all()
-    # What only a chain shows was not measured on its own.
+    assert (
+        impacts.loc[stick, "wall_friction"].isna().all() and impacts.loc[stick, "tangential_restitution"].notna().all()
+    )
+    assert (
+        impacts.loc[slide, "tangential_restitution"].isna().all() and impacts.loc[slide, "wall_friction"].notna().all()
+    )
+    # What only a sequence shows was not measured on its own.
     assert impacts.loc[~stick & ~slide, "restitution"].isna().all()
 
 
 def test_each_impact_says_its_impulse_ratio_and_whether_spin_and_impulse_agree(driven):
     measured = driven[2].impacts.dropna(subset="impulse_ratio")
-    assert len(measured) > 5 and (measured["impulse_ratio"] <= TRUTH["wall_friction"] + 4 * measured["impulse_ratio_sd"]).all()
+    assert (
+        len(measured) > 5
+        and (measured["impulse_ratio"] <= TRUTH["wall_friction"] + 4 * measured["impulse_ratio_sd"]).all()
+    )
     slides = measured["regime"] == "slide"
-    np.testing.assert_allclose(measured["impulse_ratio"][slides], measured["wall_friction"][slides])
-    np.testing.assert_allclose(measured["effective_tangential_restitution"][~slides], measured["tangential_restitution"][~slides])
+    np.testing.assert_allclose(measured["impulse_ratio"][slides], measured["wall_friction"][slides], rtol=1e-12)
+    np.testing.assert_allclose(
+        measured["effective_tangential_restitution"][~slides], measured["tangential_restitution"][~slides], rtol=1e-12
+    )
     assert (np.abs(measured["spin_imbalance_m_per_s"]) < 5 * measured["spin_imbalance_sd_m_per_s"]).all()
 
 
@@ -136,7 +161,12 @@ def test_a_puck_on_a_table_at_rest(recording):
 
 def test_without_friction_the_answer_is_about_zero(recording):
     result = simulate(scenario(ImpactLaw(0.8, 0.1, 0.4), 0.0, drive=False))
-    row = identify(noisy(result), recording).identification.set_index("parameter").drop(columns="n_impacts").loc["floor_friction"]
+    row = (
+        identify(noisy(result), recording)
+        .identification.set_index("parameter")
+        .drop(columns="n_impacts")
+        .loc["floor_friction"]
+    )
     assert row["low"] == 0.0 and row["high"] < 2e-3
 
 
@@ -190,14 +220,18 @@ def test_poor_data_give_tables_and_no_warning(case, driven, recording):
 
 
 def test_flat_walls_are_refused_in_words(driven, tmp_path):
-    (tmp_path / "recording.toml").write_text(TOML.replace("inner_radius_m = 0.05", "polygon_m = [[0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]"))
+    (tmp_path / "recording.toml").write_text(
+        TOML.replace("inner_radius_m = 0.05", "polygon_m = [[0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]")
+    )
     with pytest.raises(InputError, match="polygon_m"):
         identify(driven[0], read_recording(tmp_path))
 
 
 def test_runs_of_one_rig_together_know_more(recording):
-    motions = [noisy(simulate(scenario(ImpactLaw(*(TRUTH[n] for n in NAMES[:3])), TRUTH["floor_friction"], spin=spin)), seed)
-               for seed, spin in ((1, -60.0), (2, 40.0))]
+    motions = [
+        noisy(simulate(scenario(ImpactLaw(*(TRUTH[n] for n in NAMES[:3])), TRUTH["floor_friction"], spin=spin)), seed)
+        for seed, spin in ((1, -60.0), (2, 40.0))
+    ]
     joint, runs = identify_series(motions, [recording, recording])
     alone = identify(motions[0], recording)
     assert len(runs) == 2 and all(len(run.impacts) > 5 for run in runs)
@@ -213,7 +247,9 @@ def practice_motions(folder):
 
     recordings = read_series(folder)
     cameras = read_calibration(recordings[0].calibration_file)
-    points = [triangulate(read_table(r.folder / "tracks.parquet", "tracks"), cameras, r.window_offset_px) for r in recordings]
+    points = [
+        triangulate(read_table(r.folder / "tracks.parquet", "tracks"), cameras, r.window_offset_px) for r in recordings
+    ]
     clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
     layouts = layouts_from_points({b: [c[b] for c in clouds] for b in ("host", "nes")}, recordings[0])
     return recordings, [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
@@ -266,7 +302,9 @@ def test_lengths_that_are_off_are_told_and_do_not_bend_the_law(driven, recording
 
 
 def test_a_wrong_inertia_factor_is_told(driven, tmp_path):
-    (tmp_path / "recording.toml").write_text(TOML.replace("inertia_factor = 0.5", "inertia_factor = 0.52"), encoding="utf-8")
+    (tmp_path / "recording.toml").write_text(
+        TOML.replace("inertia_factor = 0.5", "inertia_factor = 0.52"), encoding="utf-8"
+    )
     found = identify(driven[0], read_recording(tmp_path))
     assert any("inertia_factor" in note for note in found.notes)
 

@@ -1,4 +1,4 @@
-"""Impacts from two flights: instant, speeds and covariance; and the wall from where they meet; chains of impacts."""
+"""Impacts from two flights: instant, speeds and covariance; the wall from where they intersect; bounce sequences."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis import chain_contact
-from analysis.chain_contact import RECORD
-from analysis.chain_model import simulate_chain
-from analysis.flight_model import INDEX, PARAMETERS
-from analysis.flights import WARP, Flight, RunData, fit_flights
-from analysis.host_motion import HostMotion
-from analysis.impacts import measure, meet
-from analysis.wall import Wall
-from analysis.wall_fit import fit_wall
+from analysis.bounces.contact import RECORD, BounceRig
+from analysis.bounces.model import BouncePath, simulate_bounces
+from analysis.contact.impacts import intersect, measure
+from analysis.contact.wall import Wall
+from analysis.contact.wall_fit import fit_wall
+from analysis.flights.fit import LENS_TERMS, Flight, RunData, fit_flights
+from analysis.flights.model import FlightRig
+from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.motion.host_path import HostMotion
 
 SD, SD_ANGLE = 1.2e-5, 2e-3
 OMEGA = 2 * np.pi * 11.0
@@ -26,23 +26,48 @@ PARAMETER = np.zeros(len(PARAMETERS))
 PARAMETER[INDEX["friction"]], PARAMETER[INDEX["coupling"]] = 0.25, 1.0
 LAW = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
 RADIUS = 0.04
-RIG_VALUES = {**LAW, "radius": RADIUS, "disk_radius": 0.01, "inertia": 0.5, "omega": OMEGA, "stop_speed": 0.02, "restitution_speed": 1.0}
-RIG = np.array([RIG_VALUES.get(name, 0.0) for name in chain_contact.RIG])
+RIG = BounceRig(
+    FlightRig(HARMONICS, OMEGA, 0.01, 0.5, RADIUS, 0.0),
+    PARAMETER,
+    centre_x_m=0.0,
+    centre_y_m=0.0,
+    disk_x_m=0.0,
+    disk_y_m=0.0,
+    ellipse_cos=0.0,
+    ellipse_sin=0.0,
+    stop_speed_m_per_s=0.02,
+    wall_frequency_per_s=0.0,
+    restitution_rise=0.0,
+    restitution_speed_m_per_s=1.0,
+    **LAW,
+)
 
 
-def chain(start, frames=200, rig=RIG):
-    times = np.arange(frames) / 800
-    out, records = np.empty((frames, 6)), np.zeros((80, len(RECORD)))
-    n, settled = simulate_chain(np.asarray(start, float), 0.0, False, times, 0.0, np.zeros(80), PARAMETER, HARMONICS, rig, out, records,
-                                np.empty((80, 6)))
-    return times, out, records[:n], settled
+def path_of(frames):
+    return BouncePath(np.empty((frames, 6)), np.zeros((80, len(RECORD))), np.empty((80, 6)))
+
+
+def sequence(start, frames=200, rig=RIG):
+    times, path = np.arange(frames) / 800, path_of(frames)
+    n, settled = simulate_bounces(np.asarray(start, float), 0.0, False, times, 0.0, np.zeros(80), rig, path)
+    return times, path.states, path.records[:n], settled
 
 
 def fitted(seed, frames=220, start=(0.01, 0.005, 0.0, 0.8, -0.9, 50.0)):
-    times, out, records, settled = chain(start, frames)
+    times, out, records, settled = sequence(start, frames)
     rng = np.random.default_rng(seed)
-    data = RunData("run", times, out[:, :2] + SD * rng.standard_normal((frames, 2)), out[:, 2] + SD_ANGLE * rng.standard_normal(frames),
-                   np.full(frames, SD), np.full(frames, SD_ANGLE), HOST, RADIUS, 0.01, 0.5)
+    data = RunData(
+        "run",
+        times,
+        out[:, :2] + SD * rng.standard_normal((frames, 2)),
+        out[:, 2] + SD_ANGLE * rng.standard_normal(frames),
+        np.full(frames, SD),
+        np.full(frames, SD_ANGLE),
+        HOST,
+        RADIUS,
+        0.01,
+        0.5,
+    )
     moments = records[np.concatenate([[True], np.diff(records[:, 0]) > 8 / 800])][:, 0]
     edges = np.floor(moments[moments < min(settled, times[-1])] * 800).astype(int)
     # The flight before the first chattering hop ends the run.
@@ -53,7 +78,7 @@ def fitted(seed, frames=220, start=(0.01, 0.005, 0.0, 0.8, -0.9, 50.0)):
         flights.append(Flight(first, edge, True))
         first = edge + 1
     flights[-1] = Flight(flights[-1].first, flights[-1].last, False)
-    return fit_flights(data, flights, PARAMETER, np.zeros(2 + len(WARP))), records
+    return fit_flights(data, flights, PARAMETER, np.zeros(2 + len(LENS_TERMS))), records
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +87,9 @@ def pairs():
     found = []
     for seed in range(12):
         fit, records = fitted(seed, start=(0.01, 0.005, 0.0, 0.8 + 0.05 * seed, -0.9, 50.0))
-        meetings = meet([fit])
-        impacts = measure(meetings, Wall(RADIUS))
-        true = records[[int(np.argmin(np.abs(records[:, 0] - t))) for t in meetings.time_s]]
+        junctions = intersect([fit])
+        impacts = measure(junctions, Wall(RADIUS))
+        true = records[[int(np.argmin(np.abs(records[:, 0] - t))) for t in junctions.time_s]]
         found.append((impacts, true))
     return found
 
@@ -75,31 +100,40 @@ def test_instants_to_a_hundredth_of_a_frame(pairs):
     assert np.sqrt(np.mean(errors**2)) * 800 < 0.02
 
 
-@pytest.mark.parametrize(("name", "column"), [("normal_before", 1), ("normal_after", 2), ("tangential_before", 3), ("tangential_after", 4), ("spin_before", 5),
-                                              ("time", 0)])
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("normal_before", 1),
+        ("normal_after", 2),
+        ("tangential_before", 3),
+        ("tangential_after", 4),
+        ("spin_before", 5),
+        ("time", 0),
+    ],
+)
 def test_errors_are_as_large_as_the_covariance_says(pairs, name, column):
     z = np.concatenate([(impacts.of(name) - true[:, column]) / impacts.sd(name) for impacts, true in pairs])
     assert np.sqrt(np.mean(z**2)) < 1.5 and np.median(np.abs(z)) < 1.1
 
 
 @pytest.mark.parametrize("frames", [-5, 5])
-def test_flights_that_meet_far_from_their_gap_are_no_impact(frames):
-    """The same two flights, the gap between them said to be five frames earlier or later than where they meet."""
+def test_flights_that_intersect_far_from_their_gap_are_no_impact(frames):
+    """The same two flights, the gap between them said to be five frames earlier or later than where they intersect."""
     fit, _ = fitted(0)
     first, second = fit.flights[:2]
     moved = (replace(first, last=first.last + frames), replace(second, first=second.first + frames, joined=False))
-    assert meet([fit]).flight[0] == 0
-    assert len(meet([replace(fit, flights=moved)])) == 0
+    assert intersect([fit]).flight[0] == 0
+    assert len(intersect([replace(fit, flights=moved)])) == 0
 
 
-def test_the_wall_is_where_the_flights_meet(pairs):
+def test_the_wall_is_where_the_flights_intersect(pairs):
     fit, _ = fitted(3)
-    found = fit_wall(meet([fit]), Wall(RADIUS + 1e-4), ["radius"], {"radius": 3e-4})
+    found = fit_wall(intersect([fit]), Wall(RADIUS + 1e-4), ["radius"], {"radius": 3e-4})
     assert abs(found.wall.contact_radius_m - RADIUS) < 1.5e-5
 
 
-def test_a_chain_ends_at_the_wall_and_loses_speed_by_the_law():
-    times, out, records, settled = chain((0.0, 0.03, 0.0, 0.3, 0.5, 0.0), 400)
+def test_a_sequence_ends_at_the_wall_and_loses_speed_by_the_law():
+    times, out, records, settled = sequence((0.0, 0.03, 0.0, 0.3, 0.5, 0.0), 400)
     np.testing.assert_allclose(records[:, 2], LAW["restitution"] * records[:, 1], rtol=1e-12)
     assert np.all(np.diff(records[:, 0]) > 0)
     at_impacts = np.searchsorted(times, records[:, 0])
@@ -111,13 +145,12 @@ def test_a_chain_ends_at_the_wall_and_loses_speed_by_the_law():
         np.testing.assert_allclose(inside[after], RADIUS, atol=1e-7)
 
 
-def test_a_chain_continues_from_the_state_before_an_impact():
-    times, out, records, _ = chain((0.01, 0.005, 0.0, 0.8, -0.9, 50.0), 120)
-    befores = np.empty((80, 6))
-    simulate_chain(np.array([0.01, 0.005, 0.0, 0.8, -0.9, 50.0]), 0.0, False, times, 0.0, np.zeros(80), PARAMETER, HARMONICS, RIG,
-                   np.empty((120, 6)), np.zeros((80, 8)), befores)
+def test_a_sequence_continues_from_the_state_before_an_impact():
+    times, out, records, _ = sequence((0.01, 0.005, 0.0, 0.8, -0.9, 50.0), 120)
+    start = np.array([0.01, 0.005, 0.0, 0.8, -0.9, 50.0])
+    first = path_of(120)
+    simulate_bounces(start, 0.0, False, times, 0.0, np.zeros(80), RIG, first)
     later = times[times > records[0, 0]]
-    again = np.empty((len(later), 6))
-    simulate_chain(befores[0], records[0, 0], True, later, 0.0, np.zeros(80), PARAMETER, HARMONICS, RIG, again, np.zeros((80, 8)),
-                   np.empty((80, 6)))
-    np.testing.assert_allclose(again[:20, :2], out[times > records[0, 0]][:20, :2], atol=1e-8)
+    again = path_of(len(later))
+    simulate_bounces(first.befores[0], records[0, 0], True, later, 0.0, np.zeros(80), RIG, again)
+    np.testing.assert_allclose(again.states[:20, :2], out[times > records[0, 0]][:20, :2], atol=1e-8)

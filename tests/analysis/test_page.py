@@ -15,8 +15,15 @@ from analysis.report.page import Page
 
 @pytest.mark.parametrize(
     "value, sd, text",
-    [(0.29513, 0.00029, "0.29513(29)"), (0.789, 0.0064, "0.789(6)"), (-0.5, 0.2, "−0.50(20)"), (0.7, 0.0097, "0.700(10)"),
-     (0.1, 2.0, "0.1 ± 2.0"), (None, 1.0, "–"), (float("nan"), 0.1, "–")],
+    [
+        (0.29513, 0.00029, "0.29513(29)"),
+        (0.789, 0.0064, "0.789(6)"),
+        (-0.5, 0.2, "−0.50(20)"),
+        (0.7, 0.0097, "0.700(10)"),
+        (0.1, 2.0, "0.1 ± 2.0"),
+        (None, 1.0, "–"),
+        (float("nan"), 0.1, "–"),
+    ],
 )
 def test_short_form_holds_the_sd_in_the_last_digits(value, sd, text):
     assert value_with_digits(value, sd) == text
@@ -110,7 +117,8 @@ def test_indices_of_symbols_are_set_low_and_nothing_else_is():
 def test_the_browser_would_tell(browse):
     """The check itself: a page that complains, fetches and lacks a picture is seen to do so."""
     seen = browse(
-        '<html><body><img alt="gone" src="missing.png"><img alt="far" src="https://example.org/x.png"><script>console.error("oh")</script></body></html>'
+        '<html><body><img alt="gone" src="missing.png"><img alt="far" '
+        'src="https://example.org/x.png"><script>console.error("oh")</script></body></html>'
     )
     assert seen.console
     assert any("missing.png" in address for address in seen.fetched)
@@ -141,7 +149,17 @@ def test_the_same_figure_gives_the_same_page():
 
 @pytest.mark.parametrize(
     ("value_m", "text"),
-    [(9.3e-7, "0.93 µm"), (1.7e-6, "1.7 µm"), (-2.34e-4, "−0.23 mm"), (0.05, "50 mm"), (4e-9, "4.0 nm"), (0.0, "0 nm"), (1.5, "1.5 m"), (nan, "–"), (None, "–")],
+    [
+        (9.3e-7, "0.93 µm"),
+        (1.7e-6, "1.7 µm"),
+        (-2.34e-4, "−0.23 mm"),
+        (0.05, "50 mm"),
+        (4e-9, "4.0 nm"),
+        (0.0, "0 nm"),
+        (1.5, "1.5 m"),
+        (nan, "–"),
+        (None, "–"),
+    ],
 )
 def test_lengths_choose_their_unit(value_m, text):
     assert length(value_m) == text

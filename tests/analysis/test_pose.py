@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.pose import MarkerCloud, fit_pose, refine_layout, unwrap_angle
+from analysis.motion.pose import MarkerCloud, fit_pose, refine_layout, unwrap_angle
 
-LAYOUT = np.array([[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]])
+LAYOUT = np.array(
+    [[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]]
+)
 
 
 def cloud(layout, angle, place, sd=1e-5, rng=None):

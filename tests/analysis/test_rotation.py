@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.rotation import rotation, triplet_angle, triplet_angles, unwrap_over_gaps
+from analysis.motion.rotation import rotation, triplet_angle, triplet_angles, unwrap_over_gaps
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -47,22 +47,18 @@ def scene(angle_rad, layout=LAYOUT, rng=None, sd_m=0.0):
             "z_m": 0.01,
         }
     )
-    motion = pd.DataFrame(
-        {"frame": np.arange(len(x)), "time_s": np.arange(len(x)) / 800, "nes_angle_rad": angle_rad}
-    )
+    motion = pd.DataFrame({"frame": np.arange(len(x)), "time_s": np.arange(len(x)) / 800, "nes_angle_rad": angle_rad})
     return points, motion
 
 
 def test_eq_115_corrected_is_the_foot_of_the_perpendicular():
     """A = (0, 0), C = (4, 0), B = (1, 3): the foot P is (1, 0), so PB points along +y."""
-    assert triplet_angle([0, 0], [1, 3], [4, 0]) == pytest.approx(np.pi / 2)
-    assert triplet_angle([0, 0], [1, -3], [4, 0]) == pytest.approx(-np.pi / 2)  # cos alone loses this sign
+    assert triplet_angle([0, 0], [1, 3], [4, 0]) == pytest.approx(np.pi / 2, rel=1e-12)
+    assert triplet_angle([0, 0], [1, -3], [4, 0]) == pytest.approx(-np.pi / 2, rel=1e-12)  # cos alone loses this sign
 
 
 def test_every_triplet_follows_the_rotation_both_ways(tmp_path):
-    angle = np.concatenate(
-        [np.linspace(0, 25, 300), np.linspace(25, -10, 400)]
-    )  # several turns and a reversal
+    angle = np.concatenate([np.linspace(0, 25, 300), np.linspace(25, -10, 400)])  # several turns and a reversal
     points, motion = scene(angle)
     frames, triplets = triplet_angles(points, recording(tmp_path))
     assert len(triplets) >= 8  # of ten, those that are not flat

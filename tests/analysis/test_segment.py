@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from analysis.flights import flights_from_segments
-from analysis.segment import REACH_FRAMES, SIGNIFICANCE, find_contact, find_kinks, segment
+from analysis.flights.fit import flights_from_segments
+from analysis.flights.segments import SIGNIFICANCE, find_contact, find_kinks, reach_frames, segment
 
 RATE = 800.0
 SD = 1.5e-5
 
 
 def path(kinks, frames=120, seed=1):
-    """Piecewise flights (floor friction 2 m/s^2) whose velocity jumps at the given times (in frames) by the given steps."""
+    """Piecewise flights (floor friction 2 m/s^2) whose velocity jumps at the given times (in frames) by the given
+    steps.
+    """
     t = np.arange(frames) / RATE
     x, y = 0.8 * t - 1.0 * t**2, -0.3 * t
     for when, dx, dy in kinks:
@@ -23,7 +26,7 @@ def path(kinks, frames=120, seed=1):
 
 
 def kinks_of(t, x, y, sd):
-    return find_kinks(t, x, y, sd, 0, len(t) - 1, SIGNIFICANCE, REACH_FRAMES)[:, 0].astype(int).tolist()
+    return find_kinks(t, x, y, sd, 0, len(t) - 1, SIGNIFICANCE, reach_frames(t))[:, 0].astype(int).tolist()
 
 
 def test_no_kink_in_a_flight():
@@ -43,8 +46,40 @@ def test_a_weak_kink_of_0_3_metres_per_second():
 
 
 def test_neighbours_four_frames_apart():
-    """Both are found; a third between them may be (two flights too short to be fitted, left to the chains)."""
+    """Both are found; a third between them may be (two flights too short to be fitted, left to the sequences)."""
     assert {50, 54} <= set(kinks_of(*path([(50.5, -1.5, 0.0), (54.5, 1.2, 0.0)])))
+
+
+@pytest.mark.parametrize("rate", [100.0, 800.0, 5000.0])
+def test_a_force_that_turns_is_no_kink_at_any_frame_rate(rate):
+    """Friction of a quarter of gravity that turns within a frame, cameras of a micrometre: what the path bends by is no
+    step of the velocity.
+    """
+    for seed in range(10):
+        t = np.arange(60) / rate
+        late = np.maximum(t - 30.3 / rate, 0.0)
+        x = 0.8 * t - 1.25 * t**2 + 2.5 * late**2 + 1e-6 * np.random.default_rng(seed).standard_normal(60)
+        assert kinks_of(t, x, 0.3 * t, np.full(60, 1e-6)) == []
+
+
+@pytest.mark.parametrize("rate", [100.0, 400.0, 800.0, 5000.0])
+def test_an_impact_of_0_3_metres_per_second_is_a_kink_at_any_frame_rate(rate):
+    """A step of 0.5 m/s between flights that friction bends differently."""
+    for seed in range(10):
+        t = np.arange(60) / rate
+        late = np.maximum(t - 30.5 / rate, 0.0)
+        x = 0.8 * t - 1.25 * t**2 - 0.5 * late + 2.0 * late**2
+        found = kinks_of(t, x + 5e-6 * np.random.default_rng(seed).standard_normal(60), 0.3 * t, np.full(60, 5e-6))
+        assert len(found) == 1 and abs(found[0] - 30) <= (1 if rate < 2000 else 2)
+
+
+def test_a_kink_far_from_the_wall_is_no_impact():
+    t, x, y, sd = path([(30.4, -1.5, 0.2), (70.6, 0.9, 0.9)])
+    place = np.column_stack([x, y])
+    at_the_wall = np.tile([0.0595, 0.0], (len(t), 1))
+    for early_limit, expected in ((0.06, [30, 70]), (0.1, [70])):
+        limit = np.where(np.arange(len(t)) < 50, early_limit, 0.06)
+        assert segment(t, place, sd, at_the_wall, limit).gaps.tolist() == expected
 
 
 def test_missing_frames_are_bridged():
@@ -78,9 +113,11 @@ def test_a_frame_exposed_across_a_fast_impact_is_set_aside_however_sharp_the_mar
     time = np.arange(30) / 800
     moment, sd = 15.01 / 800, np.where(np.arange(30) < 15, 1e-6, 3e-6)
     late = np.maximum(time - moment, 0.0)
-    xy = np.column_stack([-1.97 * time + 5.14 * late, -0.72 * time + 1.2 * late]) + sd[:, None] * rng.standard_normal((30, 2))
+    xy = np.column_stack([-1.97 * time + 5.14 * late, -0.72 * time + 1.2 * late]) + sd[:, None] * rng.standard_normal(
+        (30, 2)
+    )
     xy[15] += [2e-4, 5e-5]
-    found = segment(time, xy, sd, np.zeros(30), np.full(30, 0.04))
+    found = segment(time, xy, sd, np.tile([0.0495, 0.0], (30, 1)), np.full(30, 0.05))
     assert found.smeared.tolist() == [15]
     assert len(found.gaps) == 1
     assert found.gaps[0] in (14, 15)

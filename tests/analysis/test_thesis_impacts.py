@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.error_map import REGION_90, error_map
-from analysis.thesis_impacts import contact_normal, smoothed_acceleration, thesis_impacts
-from analysis.thesis_parameters import normal_error, tangential_error, thesis_identification
+from analysis.contact.law_map import REGION_90, error_map
+from analysis.thesis.impacts import contact_normal, smoothed_acceleration, thesis_impacts
+from analysis.thesis.parameters import normal_error, tangential_error, thesis_identification
 from ovines.recording import read_recording
 from ovines.tables import checked
 
@@ -69,13 +69,13 @@ def test_straight_lines_are_biased_by_the_hosts_acceleration(tmp_path):
     contact, found = 0.0502, []
     for phase in np.linspace(0, 2 * np.pi, 24, endpoint=False):
         host = 90.0 / omega**2 * np.sin(omega * (clock - contact) + phase)
-        meeting, wall_speed = 90.0 / omega**2 * np.sin(phase) + 0.04, 90.0 / omega * np.cos(phase)
+        place, wall_speed = 90.0 / omega**2 * np.sin(phase) + 0.04, 90.0 / omega * np.cos(phase)
         speed = np.where(clock < contact, wall_speed + 1.0, wall_speed - 0.72)
         motion = pd.DataFrame(
             {
                 "frame": np.arange(80),
                 "time_s": clock,
-                "nes_x_m": meeting + speed * (clock - contact),
+                "nes_x_m": place + speed * (clock - contact),
                 "nes_y_m": 0.0,
                 "host_x_m": host,
                 "host_y_m": 0.0,
@@ -139,10 +139,10 @@ def test_nothing_to_see(tmp_path):
 def test_normals(tmp_path):
     circle = recording(tmp_path, "inner_radius_m = 0.05\nobstacle_radius_m = 0.01")
     np.testing.assert_allclose(
-        contact_normal(np.array([0.03, 0.02]), 0.3, circle), np.array([3, 2]) / np.sqrt(13)
+        contact_normal(np.array([0.03, 0.02]), 0.3, circle), np.array([3, 2]) / np.sqrt(13), rtol=1e-12
     )
     np.testing.assert_allclose(
-        contact_normal(np.array([0.02, 0.0]), 0.3, circle), [-1, 0]
+        contact_normal(np.array([0.02, 0.0]), 0.3, circle), [-1, 0], atol=1e-12
     )  # nearer the obstacle
     square = recording(tmp_path, "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]")
     np.testing.assert_allclose(contact_normal(np.array([0.039, 0.03]), 0.0, square), [1, 0], atol=1e-12)
@@ -176,9 +176,7 @@ def test_one_impact_has_an_l_of_zeros_and_two_kinds_close_it():
         np.linspace(0, 0.3, 61),
         np.linspace(-0.5, 1, 61),
     )  # both true values lie on the grid: 0.13 no, so within a step
-    steep, oblique = (
-        luding(1, np.random.default_rng(4), angles=angles) for angles in ((0.1, 0.11), (1.0, 1.01))
-    )
+    steep, oblique = (luding(1, np.random.default_rng(4), angles=angles) for angles in ((0.1, 0.11), (1.0, 1.01)))
     for table, leg in ((steep, "beta"), (oblique, "mu")):
         error = tangential_error(table, mu, beta, 0.72, Q)[0]
         small = error < 0.08
@@ -198,7 +196,7 @@ def test_one_impact_has_an_l_of_zeros_and_two_kinds_close_it():
 def test_normal_error_is_zero_at_the_restitution():
     table = luding(3, np.random.default_rng(5))
     grid = np.linspace(0, 1, 101)
-    np.testing.assert_allclose(grid[normal_error(table, grid).argmin(1)], 0.72)
+    np.testing.assert_allclose(grid[normal_error(table, grid).argmin(1)], 0.72, rtol=1e-12)
 
 
 def test_joint_region_covers_the_truth():
@@ -209,8 +207,7 @@ def test_joint_region_covers_the_truth():
     mu, beta = np.linspace(0.08, 0.18, 101), np.linspace(0.2, 0.8, 121)
     i, j = np.argmin(np.abs(mu - 0.13)), np.argmin(np.abs(beta - 0.49))
     covered = sum(
-        error_map(luding(14, rng, noise=0.02), 0.72, Q, mu, beta).deviance[i, j] <= REGION_90
-        for _ in range(150)
+        error_map(luding(14, rng, noise=0.02), 0.72, Q, mu, beta).deviance[i, j] <= REGION_90 for _ in range(150)
     )
     assert 0.90 - 0.075 <= covered / 150 <= 0.975
 

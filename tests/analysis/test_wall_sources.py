@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.contact.wall_sources import WallSource, _mean, wall_sources
 from analysis.figures.geometry import wall_comparison
 from analysis.report.geometry import in_words
-from analysis.wall_sources import WallSource, _mean, wall_sources
 from ovines.recording import read_recording
 
 TOML = """format = 1
@@ -34,25 +34,51 @@ TURN, OFF = 0.4, np.array([3e-4, -2e-4])
 
 @pytest.fixture
 def rig(tmp_path: Path):
-    """Host turned by 0.4 rad and moving; markers' circle 1 % larger than its layout, the wall 0.3, -0.2 mm off in the Host's frame."""
+    """Host turned by 0.4 rad and moving; markers' circle 1 % larger than its layout, the wall 0.3, -0.2 mm off in the
+    Host's frame.
+    """
     rng = np.random.default_rng(1)
     (tmp_path / "recording.toml").write_text(TOML.format(layout=LAYOUT))
     host = np.column_stack([0.02 * np.sin(0.1 * FRAMES), 0.001 * np.cos(0.1 * FRAMES)])
     turned = np.array([[np.cos(TURN), -np.sin(TURN)], [np.sin(TURN), np.cos(TURN)]]) @ OFF
     motion = pd.DataFrame({"frame": FRAMES, "host_x_m": host[:, 0], "host_y_m": host[:, 1], "host_angle_rad": TURN})
     seen = host + turned + rng.normal(0, 5e-6, host.shape)
-    circles = pd.DataFrame({"frame": FRAMES, "fit_x_m": seen[:, 0], "fit_y_m": seen[:, 1],
-                            "fit_radius_m": 0.05555 + rng.normal(0, 5e-6, len(FRAMES))})
-    rows = [{"frame": f, "body": body, "x_m": host[f, 0] + turned[0], "y_m": host[f, 1] + turned[1], "radius_m": radius + rng.normal(0, 2e-6),
-             "x_sd_m": 1e-6, "y_sd_m": 1e-6, "radius_sd_m": 2e-6} for f in FRAMES[::20] for body, radius in (("host", 0.0502), ("nes", 0.00998))]
-    found = pd.DataFrame([("contact_radius_m", 0.0403, 1e-5, 7), ("wall_centre_x_m", 2.9e-4, 2e-5, 7), ("wall_centre_y_m", -2.1e-4, 3e-5, 7)],
-                         columns=["parameter", "value", "sd", "n_impacts"])
+    circles = pd.DataFrame(
+        {
+            "frame": FRAMES,
+            "fit_x_m": seen[:, 0],
+            "fit_y_m": seen[:, 1],
+            "fit_radius_m": 0.05555 + rng.normal(0, 5e-6, len(FRAMES)),
+        }
+    )
+    rows = [
+        {
+            "frame": f,
+            "body": body,
+            "x_m": host[f, 0] + turned[0],
+            "y_m": host[f, 1] + turned[1],
+            "radius_m": radius + rng.normal(0, 2e-6),
+            "x_sd_m": 1e-6,
+            "y_sd_m": 1e-6,
+            "radius_sd_m": 2e-6,
+        }
+        for f in FRAMES[::20]
+        for body, radius in (("host", 0.0502), ("nes", 0.00998))
+    ]
+    found = pd.DataFrame(
+        [
+            ("contact_radius_m", 0.0403, 1e-5, 7),
+            ("wall_centre_x_m", 2.9e-4, 2e-5, 7),
+            ("wall_centre_y_m", -2.1e-4, 3e-5, 7),
+        ],
+        columns=["parameter", "value", "sd", "n_impacts"],
+    )
     return read_recording(tmp_path), motion, circles, pd.DataFrame(rows), found
 
 
 def test_each_source_gives_its_radius_and_centre(rig):
     design, markers, edges, impacts = wall_sources(*rig, pixel_m=2e-4)
-    assert design.contact_radius_m == pytest.approx(0.04)
+    assert design.contact_radius_m == pytest.approx(0.04, rel=1e-12)
     assert markers.contact_radius_m == pytest.approx(0.05 * 1.01 - 0.01, abs=2e-6)
     assert edges.contact_radius_m == pytest.approx(0.0502 - 0.00998, abs=4e-6)
     assert (impacts.contact_radius_m, impacts.contact_radius_sd_m, impacts.count) == (0.0403, 1e-5, 7)

@@ -1,4 +1,5 @@
-"""A second simulator for the tests: Jacobians and a mass matrix, scipy's DOP853, one event function per thing that can happen.
+"""A second simulator for the tests: Jacobians and a mass matrix, scipy's DOP853, one event function per thing that can
+happen.
 
 Shares no code with ovines.core: elliptic integrals by Carlson's forms and an area integral, contact forces from
 J M^-1 J^T, everything in the world frame.  Slow (a second of motion takes seconds), accurate (rtol 1e-11), no penalty.
@@ -30,7 +31,9 @@ def _torque_by_area(k: float) -> float:
 
 
 # even in k: a polynomial in k^2; below k = 0.03 rounding of the area sum would show, there it is extrapolated
-_SMALL = chebyshev.Chebyshev.interpolate(lambda square: np.vectorize(_torque_by_area)(np.sqrt(square)), 9, domain=[9e-4, 0.09])
+_SMALL = chebyshev.Chebyshev.interpolate(
+    lambda square: np.vectorize(_torque_by_area)(np.sqrt(square)), 9, domain=[9e-4, 0.09]
+)
 
 
 def force_and_torque(speed: float, rim: float) -> tuple[float, float]:
@@ -96,7 +99,9 @@ class Rig:
 
 # state: x, y, angle, vx, vy, spin, and the Host's X, Y, Angle, Vx, Vy, Spin
 class Plant:
-    """Runs a rig from a state to an end; ``times``/``states`` dense, ``impacts`` (t, u_n, u_t, spin after), ``held``."""
+    """Runs a rig from a state to an end; ``times``/``states`` dense, ``impacts`` (t, u_n, u_t, spin after),
+    ``held``.
+    """
 
     def __init__(self, rig: Rig, nes, host=(0.0,) * 6):
         self.rig = rig
@@ -151,7 +156,9 @@ class Plant:
         return [ax, ay, turn, hx, hy, hturn]
 
     def wall(self, i, t, y):
-        """Gap, normal towards wall ``i``, contact arm from the Host's centre, curvature (1/m) of the wall's offset curve."""
+        """Gap, normal towards wall ``i``, contact arm from the Host's centre, curvature (1/m) of the wall's offset
+        curve.
+        """
         q, _ = self.host(t, y)
         rx, ry = y[0] - q[0], y[1] - q[1]
         rig = self.rig

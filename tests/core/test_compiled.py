@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.blind.dynamics import _run
+from analysis.blind.plant.dynamics import _run
 from ovines.core.compiled import STAMP, compiled, source_stamp, stamp_above
 from ovines.core.engine import run
 
@@ -14,13 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def test_the_stamp_changes_with_any_compiled_file(tmp_path):
     (tmp_path / "engine.py").write_text("from ovines.core.compiled import compiled\n")
-    (tmp_path / "dop853.py").write_text("y = 1\n")
+    (tmp_path / "integration").mkdir()
+    (tmp_path / "integration" / "dop853.py").write_text("y = 1\n")
     (tmp_path / "named.py").write_text("z = 1\n")
     before = source_stamp(tmp_path)
     (tmp_path / "named.py").write_text("z = 2\n")
     assert source_stamp(tmp_path) == before  # nothing compiled in it
-    (tmp_path / "dop853.py").write_text("y = 2\n")
-    assert source_stamp(tmp_path) != before
+    (tmp_path / "integration" / "dop853.py").write_text("y = 2\n")
+    assert source_stamp(tmp_path) != before  # in a room too
 
 
 def test_a_package_above_has_a_stamp_of_its_own_compiled_files(tmp_path):
@@ -44,8 +45,8 @@ def test_a_file_whose_fields_are_compiled_in_belongs_to_the_stamp(tmp_path):
 
 
 def test_the_plant_is_kept_under_a_stamp_that_knows_its_parameters():
-    folder = ROOT / "analysis" / "blind"
-    assert _run._cache._cache_file._source_stamp == stamp_above(folder, ("plant_state.py",)) != stamp_above(folder)
+    folder = ROOT / "analysis" / "blind" / "plant"
+    assert _run._cache._cache_file._source_stamp == stamp_above(folder, ("state.py",)) != stamp_above(folder)
 
 
 def test_the_engine_is_kept_under_the_stamp():
@@ -56,5 +57,9 @@ def test_the_engine_is_kept_under_the_stamp():
 @pytest.mark.parametrize("package", ["ovines", "vision", "analysis"])
 def test_nothing_is_compiled_without_the_stamp(package):
     """numba's own cache would go on running a changed callee's old code."""
-    bare = [path for path in (ROOT / package).rglob("*.py") if re.search(r"^@(numba\.)?njit", path.read_text(encoding="utf-8"), re.MULTILINE)]
+    bare = [
+        path
+        for path in (ROOT / package).rglob("*.py")
+        if re.search(r"^@(numba\.)?njit", path.read_text(encoding="utf-8"), re.MULTILINE)
+    ]
     assert bare == []

@@ -1,6 +1,8 @@
-"""Random scenarios against a second simulator (tests/core/naive_plant.py), over the first impacts and through sustained contact.
+"""Random scenarios against a second simulator (tests/core/naive_plant.py), over the first impacts and through sustained
+contact.
 
-How long two right answers agree is asked of the system: the same scenario from a start 1e-9 m away tells how fast errors grow.
+How long two right answers agree is asked of the system: the same scenario from a start 1e-9 m away tells how fast
+errors grow.
 """
 
 import math
@@ -18,7 +20,9 @@ KINDS = ("ring", "turning", "lifted", "ground", "sprung", "free", "obstacle", "t
 
 
 def random_scenario(kind, rng):
-    """A disk of 1 cm in a Host of about 5 cm, shaken at the rig's strength; low restitution makes contacts sustained."""
+    """A disk of 1 cm in a Host of about 5 cm, shaken at the rig's strength; low restitution makes contacts
+    sustained.
+    """
     omega_hz = rng.uniform(8, 13)
     drive = [Harmonic("x", rng.uniform(4, 9) * 9.81 / (2 * math.pi * omega_hz) ** 2, omega_hz, rng.uniform(0, 6))]
     if kind in ("turning", "triangle"):
@@ -44,8 +48,11 @@ def random_scenario(kind, rng):
     start = (x + far * math.cos(angle), y + far * math.sin(angle), *rng.normal(0, 1.0, 2), 0.3, rng.normal(0, 40))
     first = (0.0, 0.0, *rng.normal(0, 0.3, 2), 0.1, rng.normal(0, 3)) if host.mass_kg else (0.0,) * 6
     law = ImpactLaw(rng.uniform(0, 0.75), rng.uniform(0, 0.6), rng.uniform(-0.5, 0.9))
-    friction = FloorFriction(rng.uniform(0.05, 0.4), str(rng.choice(["farkas", "farkas", "coulomb"])),
-                             "ground" if kind == "ground" else "host")  # fmt: skip
+    friction = FloorFriction(
+        rng.uniform(0.05, 0.4),
+        str(rng.choice(["farkas", "farkas", "coulomb"])),
+        "ground" if kind == "ground" else "host",
+    )
     gravity = (0.0, 0.0) if kind != "ground" else (0.0, rng.uniform(-5.0, 5.0))
     return Scenario(kind, Nes(0.01, 0.0246, 0.5), host, law, 0.25, friction, start, first, gravity, 800.0)
 
@@ -88,7 +95,7 @@ def compare(scenario):
 
 
 def test_farkas_functions_of_the_second_simulator():
-    from ovines.core.friction import farkas
+    from ovines.core.system.friction import farkas
 
     for ratio in np.geomspace(1e-6, 1e6, 97):
         assert force_and_torque(ratio, 1.0) == pytest.approx(farkas(ratio), rel=1e-10)
@@ -102,7 +109,8 @@ def fast(times, speeds, *more):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenarios(kind):
-    """Six of each kind.  A tenth of a micrometre, times what the system makes of an error; measured mostly below 1e-10 m.
+    """Six of each kind.  A tenth of a micrometre, times what the system makes of an error; measured mostly below 1e-10
+    m.
 
     The tenth is the end of a chatter: both stop at bounces of 1e-14 m, whose friction the other one may still feel.
     """
@@ -151,7 +159,9 @@ def test_ensembles_in_distribution():
             if which == 0:
                 run = simulate(scenario)
                 hits = fast(run.impacts["time_s"], run.impacts["normal_speed_before_m_per_s"])
-                last = [run.motion[f"nes_{c}"][-1] for c in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s", "spin_rad_per_s")]
+                last = [
+                    run.motion[f"nes_{c}"][-1] for c in ("x_m", "y_m", "vx_m_per_s", "vy_m_per_s", "spin_rad_per_s")
+                ]
                 rows.append([len(hits), *last, float(np.sum(run.contacts[:, 1] - run.contacts[:, 0]))])
             else:
                 run = Plant(rig_of(scenario), start).run(scenario.duration_s)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ovines.core import ScenarioError, simulate, simulate_ensemble
-from ovines.core.named import named_scenario
+from ovines.core.system.named import named_scenario
 
 SHORT = replace(named_scenario("table-15-case-2"), duration_s=0.1)
 SPREAD = {"nes_x_m": 1e-4, "restitution": (0.7, 0.9), "drive_phase_shift_rad": 0.1}
@@ -21,8 +21,14 @@ def test_rows_do_not_depend_on_jobs_or_chunks():
 
 def test_a_row_is_the_single_run():
     x = np.array([0.05, 0.052, 0.054])
-    ensemble = simulate_ensemble(SHORT, 3, {"nes_x_m": x}, np.random.default_rng(0), sample_times_s=np.array([0.03, 0.1]),
-                                 tolerance=SHORT.tolerance)  # fmt: skip
+    ensemble = simulate_ensemble(
+        SHORT,
+        3,
+        {"nes_x_m": x},
+        np.random.default_rng(0),
+        sample_times_s=np.array([0.03, 0.1]),
+        tolerance=SHORT.tolerance,
+    )
     for row in range(3):
         start = (x[row], *SHORT.initial_nes[1:])
         single = simulate(replace(SHORT, initial_nes=start))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core import simulate
-from ovines.core.model import Host, ImpactLaw, Nes, Scenario
+from ovines.core.system.model import Host, ImpactLaw, Nes, Scenario
 
 
 def test_a_free_host_goes_on_and_turns_on_between_impacts():

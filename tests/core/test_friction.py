@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from ovines.core.friction import farkas, floor_friction
+from ovines.core.system.friction import farkas, floor_friction
 
 
 def reference(ratio):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ovines.core import parameters as P
-from ovines.core.impact import effective_restitution, impulses, luding
+from ovines.core.system import parameters as P
+from ovines.core.system.impact import effective_restitution, impulses, luding
 
 
 def thesis_impact(un, ut, eps, mu, beta0, m_n, q_n, m_h, q_h):
@@ -59,12 +59,20 @@ def test_restitution_falls_with_speed_and_swings_with_azimuth():
     swing = with_law(RESTITUTION=0.7, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)
     for azimuth in (0.5, 1.5, 0.5 + np.pi):
         assert effective_restitution(1.0, azimuth, swing) == pytest.approx(0.7 + 0.1 * np.cos(azimuth - 0.5), rel=1e-14)
-    assert effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.95, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)) == 1.0
-    assert effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.05, RESTITUTION_SWING=-0.1, RESTITUTION_DIRECTION=0.5)) == 0.0
+    assert (
+        effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.95, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5))
+        == 1.0
+    )
+    assert (
+        effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.05, RESTITUTION_SWING=-0.1, RESTITUTION_DIRECTION=0.5))
+        == 0.0
+    )
 
 
 def test_coupled_impulses_leave_what_the_law_says():
-    """With an off-centre mass normal and tangent act on each other: the velocities after, from the impulses, are the law's."""
+    """With an off-centre mass normal and tangent act on each other: the velocities after, from the impulses, are the
+    law's.
+    """
     rng = np.random.default_rng(8)
     kinds = set()
     for _ in range(500):

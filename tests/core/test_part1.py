@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ovines.core import simulate, simulate_ensemble
-from ovines.core.named import NAMED, named_scenario
 from ovines.core.packing import contact_radius
+from ovines.core.system.named import NAMED, named_scenario
 
 
 @pytest.fixture(scope="module")
@@ -176,8 +176,11 @@ def test_rotation_symmetry():
     drive = base.host.drive[0]
     turned_drive = (replace(drive, axis="x", amplitude=drive.amplitude * c),
                     replace(drive, axis="y", amplitude=drive.amplitude * s))  # fmt: skip
-    turned = replace(base, host=replace(base.host, drive=turned_drive),
-                     initial_nes=(c * x - s * y, s * x + c * y, c * vx - s * vy, s * vx + c * vy, turn, spin))  # fmt: skip
+    turned = replace(
+        base,
+        host=replace(base.host, drive=turned_drive),
+        initial_nes=(c * x - s * y, s * x + c * y, c * vx - s * vy, s * vx + c * vy, turn, spin),
+    )
     a, b = simulate(base), simulate(turned)
     n = np.searchsorted(a.time_s, a.impacts["time_s"][min(3, len(a.impacts) - 1)])
     assert np.allclose(c * a.motion["nes_x_m"][:n] - s * a.motion["nes_y_m"][:n], b.motion["nes_x_m"][:n], atol=1e-9)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from ovines.core import ScenarioError
-from ovines.core.shaker import amplitude_of, best_amplitude, clearance, host_radius_for, within_shaker
+from ovines.core.system.shaker import amplitude_of, best_amplitude, clearance, host_radius_for, within_shaker
 
 
 def test_thesis_figures():

@@ -6,20 +6,22 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from ovines.core import double_double as dd
-from ovines.core import parameters as P
 from ovines.core import simulate
 from ovines.core.engine import run
-from ovines.core.named import named_scenario
+from ovines.core.integration import double_double as dd
+from ovines.core.integration.sampling import N_SAMPLE
 from ovines.core.packing import pack
-from ovines.core.sampling import N_SAMPLE
+from ovines.core.system import parameters as P
+from ovines.core.system.named import named_scenario
 
 N = 40
 GOAL = 1e-9  # s at impact 10 (issue 3)
 
 
 class Reference:
-    """NES of 0.2 kg and 0.2 m in a ring of 1 kg and 1 m on springs, ground 0.005 sin t along y; no tangential impulse."""
+    """NES of 0.2 kg and 0.2 m in a ring of 1 kg and 1 m on springs, ground 0.005 sin t along y; no tangential
+    impulse.
+    """
 
     def __init__(self, digits: int) -> None:
         mp.mp.dps = digits
@@ -110,7 +112,9 @@ def errors(true, **changes):
 
 
 def test_impact_times_to_the_last_digit(true):
-    """Flights and impacts in pairs of doubles: measured 0 up to impact 24 and beyond; the goal is 1e-9 s at impact 10."""
+    """Flights and impacts in pairs of doubles: measured 0 up to impact 24 and beyond; the goal is 1e-9 s at impact
+    10.
+    """
     found = errors(true)
     assert np.max(found[:10]) < GOAL
     assert np.max(found[:24]) < 1e-12

@@ -5,10 +5,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from analysis.blind.observe import world_points
-from analysis.blind.plant import outline_series, run_outline
-from analysis.blind.series_files import Poses
-from analysis.blind.views import ViewErrors
+from analysis.blind.recording.files import Poses
+from analysis.blind.recording.observe import world_points
+from analysis.blind.recording.views import ViewErrors
+from analysis.blind.series import outline_series, run_outline
 from ovines.blind_film import OUTWARD, film_series
 from ovines.recording import read_recording
 

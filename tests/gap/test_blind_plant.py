@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipk
 
-from analysis.blind import dynamics
-from analysis.blind.accelerations import host_pose
-from analysis.blind.disk_friction import disk_friction_table
-from analysis.blind.dynamics import START_S, run_plant, state_at
-from analysis.blind.plant_state import PlantParameters
+from analysis.blind.plant import dynamics
+from analysis.blind.plant.accelerations import host_pose
+from analysis.blind.plant.disk_friction import disk_friction_table
+from analysis.blind.plant.dynamics import START_S, run_plant, state_at
+from analysis.blind.plant.state import PlantParameters
 
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = ROOT.parent / "shared" / "practice_truth"
@@ -21,12 +21,14 @@ BARE = PlantParameters(floor_friction=0.0, restitution=0.7)
 
 
 def test_plant_imports_nothing_of_the_simulator():
-    for path in (ROOT / "analysis" / "blind").glob("*.py"):
+    for path in (ROOT / "analysis" / "blind").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             compiler = ["ovines.core.compiled"]  # how code is compiled and kept, no physics
-            assert not [n for n in names if n.startswith(("ovines.core", "analysis.gap")) and n not in compiler], path.name
+            assert not [n for n in names if n.startswith(("ovines.core", "analysis.gap")) and n not in compiler], (
+                path.name
+            )
 
 
 def test_disk_friction_agrees_with_elliptic_integrals():
@@ -50,9 +52,7 @@ def test_disk_friction_agrees_with_elliptic_integrals():
 
 
 def _after(parameters, start, duration_s, harmonics=STILL):
-    motion = run_plant(
-        parameters, harmonics, np.array(start, dtype=float), duration_s, np.random.default_rng(0)
-    )
+    motion = run_plant(parameters, harmonics, np.array(start, dtype=float), duration_s, np.random.default_rng(0))
     return motion, state_at(motion, np.array([duration_s - 1e-9]))[0]
 
 

@@ -9,16 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.causes import CAUSES, draft_series, physics_of_run
-from analysis.blind.dynamics import run_plant, state_at
-from analysis.blind.plant import NOISE_KINDS, draw_start, make_series
-from analysis.blind.series_files import calibration_of
-from analysis.blind.views import draw_views
+from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
+from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.recording.files import calibration_of
+from analysis.blind.recording.place import HOME, Place, draw_place, on_the_films_clock
+from analysis.blind.recording.views import draw_views
+from analysis.blind.series import NOISE_KINDS, draw_start, make_series
 from ovines.camera import read_calibration, triangulate_points
 
-MEASUREMENT = {name for name, cause in CAUSES.items() if cause.stage == "measurement"} | {
-    "centre_marker_offset"
-}
+MEASUREMENT = {name for name, cause in CAUSES.items() if cause.stage == "measurement"} | {"centre_marker_offset"}
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +30,7 @@ def test_series_is_like_the_practice_series(plain):
     assert plain.truth["verdict"] == "none" and plain.truth["effects"] == []
     assert 150 < plain.truth["n_impacts"] < 320
     frames = [tracks.frame.max() + 1 for _, tracks in plain.recordings]
-    assert 318 <= min(frames) and max(frames) <= 960
+    assert min(frames) >= 318 and max(frames) <= 960
     seen = sum(len(t) for _, t in plain.recordings) / (24 * sum(frames))
     assert 0.96 < seen < 0.995
     held = [plain.states[f"held{run + 1:02d}"] for run in range(12)]
@@ -91,9 +90,7 @@ def _paths(name, size):
     harmonics = np.array([[0, 0.0164, drive, 2.0], [3, draft.vertical_amplitude_m, drive, 1.0]])
     physics = physics_of_run(draft, 0, drive, 1.2)
     time = np.linspace(0.0, 0.1, 200)
-    return np.stack(
-        [state_at(run_plant(physics, harmonics, draw_start(rng), 0.101, rng), time) for _ in range(10)]
-    )
+    return np.stack([state_at(run_plant(physics, harmonics, draw_start(rng), 0.101, rng), time) for _ in range(10)])
 
 
 @pytest.mark.parametrize("name", sorted(set(CAUSES) - MEASUREMENT - {"floor_friction", "spin_coupling"}))
@@ -106,9 +103,7 @@ def test_a_physical_cause_moves_the_disk_elsewhere(name):
 
 
 def test_same_seed_same_series():
-    a, b = (
-        make_series("air_drag+wall_ellipticity", 0.35, np.random.default_rng(2), runs=1) for _ in range(2)
-    )
+    a, b = (make_series("air_drag+wall_ellipticity", 0.35, np.random.default_rng(2), runs=1) for _ in range(2))
     assert a.truth == b.truth and a.recordings[0][0] == b.recordings[0][0]
     pd.testing.assert_frame_equal(a.recordings[0][1], b.recordings[0][1])
     assert a.truth["effects"] == ["air_drag", "wall_ellipticity"] and a.truth["stages"] == [
@@ -163,3 +158,103 @@ def test_clock_offset_lifts_the_moving_host_and_nothing_else_does():
 def test_window_offset_shows_in_the_epipolar_residual():
     assert abs(np.median(_seen_with("sensor_window_offset", "G")[1])) > 1.0
     assert abs(np.median(_seen_with("none", "G")[1])) < 0.05
+
+
+ELSEWHERE = Place((1.2, -0.7), 2.5, (5e4,), (1000,), 3.0)
+
+
+@pytest.fixture(scope="module")
+def two_places():
+    """The same tilted series at home and elsewhere, three times as large."""
+    return [
+        make_series("table_tilt", 1.0, np.random.default_rng(21), runs=1, noise="white", place=place)
+        for place in (HOME, ELSEWHERE)
+    ]
+
+
+def test_another_place_has_the_same_pictures_and_tells_its_own_world(two_places):
+    """Similar rigs send the same pixels; the calibration, the clock and the sizes in recording.toml tell them apart."""
+    home, elsewhere = two_places
+    tracks = [series.recordings[0][1] for series in two_places]
+    pd.testing.assert_frame_equal(
+        tracks[0][["camera", "marker", "u_px", "v_px"]], tracks[1][["camera", "marker", "u_px", "v_px"]]
+    )
+    assert np.allclose(tracks[1].time_s, tracks[0].time_s * np.sqrt(3) + 5e4, atol=1e-9)
+    assert (tracks[1].frame - tracks[0].frame == 1000).all()
+    here, _ = _points(home, "H")
+    there, _ = _points(elsewhere, "H")
+    c, s = np.cos(2.5), np.sin(2.5)
+    for name, points in here.items():
+        world = 3.0 * points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + (1.2, -0.7, 0.0)
+        assert np.abs(there[name] - world).max() < 1e-8
+    told = tomllib.loads(elsewhere.recordings[0][0])
+    assert told["bodies"]["host"]["inner_radius_m"] == pytest.approx(0.15) and told["bodies"]["nes"][
+        "mass_kg"
+    ] == pytest.approx(0.0246 * 27)
+    assert told["time"]["frame_rate_hz"] == pytest.approx(800 / np.sqrt(3)) and told["excitation"][
+        "frequency_hz"
+    ] == pytest.approx(11 / np.sqrt(3))
+
+
+def test_truths_of_another_place(two_places):
+    home, elsewhere = two_places
+    tilts = [series.truth["parameters"]["table_tilt"] for series in two_places]
+    assert tilts[0]["tilt_rad"] == tilts[1]["tilt_rad"]  # gravity is the same
+    assert np.cos(tilts[1]["direction_rad"] - tilts[0]["direction_rad"] - 2.5) == pytest.approx(1.0)
+    assert home.truth["n_impacts"] == elsewhere.truth["n_impacts"] and elsewhere.truth["world"]["rig_at_m"] == [
+        1.2,
+        -0.7,
+    ]
+    one, other = home.states["state01"], elsewhere.states["state01"]
+    assert np.allclose(other[:, :2], 3 * one[:, :2]) and np.allclose(other[:, 5], one[:, 5] / np.sqrt(3))
+    # what flies free of friction's torque for a moment moves with its own velocity: units and clock agree
+    step = np.gradient(other[:, 0]) * 800 / np.sqrt(3)
+    assert np.median(np.abs(step - other[:, 2])) < 0.02
+    clocked = on_the_films_clock(elsewhere.states, ELSEWHERE)["imp01"]
+    assert np.allclose(clocked[:, 0], home.states["imp01"][:, 0] * np.sqrt(3) + 5e4, atol=1e-9)
+    assert np.allclose(clocked[:, 1:], home.states["imp01"][:, 1:] * np.sqrt(3))
+
+
+def test_sizes_of_causes_in_another_rigs_units():
+    small = Place(turned_rad=0.5, scale=0.25)
+    assert small.told("air_drag", {"rate_per_m": 0.4}) == {"rate_per_m": pytest.approx(1.6)}
+    assert small.told("viscous_drag", {"rate_per_s": 0.6}) == {"rate_per_s": pytest.approx(1.2)}
+    assert small.told("finite_contact_time", {"duration_s": 8e-4}) == {"duration_s": pytest.approx(4e-4)}
+    assert small.told("wall_centre_offset", {"x_m": 4e-4, "y_m": 0.0}) == {
+        "x_m": pytest.approx(1e-4),
+        "y_m": 0.0,
+    }  # in the Host's frame
+    assert small.told("mass_centre_offset", {"x_m": 0.0, "y_m": 2e-4}) == {
+        "x_m": 0.0,
+        "y_m": pytest.approx(5e-5),
+    }  # in the disk's
+    speeds = small.told("speed_dependent_restitution", {"restitution_slow": 0.86, "speed_scale_m_per_s": 1.0})
+    assert speeds == {"restitution_slow": 0.86, "speed_scale_m_per_s": pytest.approx(0.5)}
+    assert small.told("wall_ellipticity", {"ellipticity": 0.005, "direction_rad": 0.3})[
+        "direction_rad"
+    ] == pytest.approx(0.8)
+    plane = small.told("plane_tilt", {"x_rad": 0.01, "y_rad": 0.0})
+    assert (plane["x_rad"], plane["y_rad"]) == (pytest.approx(0.01 * np.cos(0.5)), pytest.approx(0.01 * np.sin(0.5)))
+
+
+def test_places_are_drawn_over_the_whole_bench():
+    places = [draw_place(np.random.default_rng(seed), 2) for seed in range(200)]
+    far = np.array([np.hypot(*place.rig_at_m) for place in places])
+    assert 1.7 < far.max() <= 2.0 and far.min() < 0.4
+    assert np.ptp([place.turned_rad for place in places]) > 6.0
+    assert 0.25 < np.mean([place.scale == 1.0 for place in places]) < 0.55
+    assert {place.frame_rate_hz for place in places} == {400.0, 800.0, 1600.0}
+    assert all(len(place.start_s) == len(place.first_frame) == 2 for place in places)
+
+
+def test_the_plane_leans_the_same_way_in_a_turned_world():
+    """The Host's markers triangulated in the told world: their normal leans as the truth says."""
+    place = Place((0.4, 0.9), -2.0)
+    series = make_series("plane_tilt", 1.0, np.random.default_rng(4), runs=1, noise="white", place=place)
+    points, _ = _points(series, "G")
+    a, b, c = (points[name].mean(0) for name in ("G1", "G2", "G3"))
+    normal = np.cross(c - a, b - a)
+    normal /= np.linalg.norm(normal) * np.sign(normal[2])
+    true = series.truth["parameters"]["plane_tilt"]
+    # a turn by (x, y) about the horizontal axes leans the normal towards (y, -x)
+    assert normal[:2] == pytest.approx([true["y_rad"], -true["x_rad"]], abs=5e-4)

@@ -7,11 +7,12 @@ import sys
 import numpy as np
 import pytest
 
-from analysis.blind import score, score_report, trial
-from analysis.blind.intervals import wilson
-from analysis.blind.listed_causes import LISTED
-from analysis.blind.score_parameters import missed_above_limit
-from analysis.blind.withheld import judge_withheld, to_withhold, withheld_figures, withheld_markdown
+from analysis.blind import trial
+from analysis.blind.causes.listed import LISTED
+from analysis.blind.scoring import report, score
+from analysis.blind.scoring.intervals import wilson
+from analysis.blind.scoring.parameters import missed_above_limit
+from analysis.blind.scoring.withheld import judge_withheld, to_withhold, withheld_figures, withheld_markdown
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -46,6 +47,16 @@ def test_hash_stands_first_and_the_sealed_truth_needs_its_seed(tmp_path):
     assert all("effect" not in p.name for p in (folder / "cases").rglob("*"))
     with pytest.raises(InputError):
         trial.make_trial(folder, 1, 5)
+
+
+def test_cases_lie_anywhere_on_the_bench():
+    """No two cases share a world or a clock; a filmed one has frames from 0 and no clock of its own."""
+    made = list(trial.outlines(6, 11, ("none",), filmed=1))
+    worlds = [outline.truth["world"] for outline in made]
+    assert len({tuple(world["rig_at_m"]) for world in worlds}) == 7
+    assert all(len(set(world["start_s"])) == 12 for world in worlds[:6]) and worlds[6]["start_s"] == []
+    again = [outline.truth["world"] for outline in trial.outlines(6, 11, ("none",), filmed=1)]
+    assert again == worlds
 
 
 def test_an_edited_truth_is_refused(tmp_path):
@@ -126,17 +137,13 @@ def test_one_name_for_everything_is_a_false_alarm_and_no_unknown():
 def test_either_name_is_right_for_missing_floor_friction():
     truth = next(t for t in _truths().values() if t["effect"] == "floor_friction")
     for name in ("floor_friction", "spin_coupling"):
-        row = score.mark(
-            truth, {"verdict": "effect", "effects": [name], "equivalent": [name], "stage": "flight"}
-        )
+        row = score.mark(truth, {"verdict": "effect", "effects": [name], "equivalent": [name], "stage": "flight"})
         assert row.first_right and row.in_set and row.stage_right
 
 
 def test_angles_are_compared_on_the_circle():
     truth = {"effects": ["wall_ellipticity"], "parameters": {"wall_ellipticity": {"direction_rad": 0.02}}}
-    answer = {
-        "parameters": {"wall_ellipticity": {"direction_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}
-    }
+    answer = {"parameters": {"wall_ellipticity": {"direction_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}}
     assert [c["inside"] for c in score.parameter_checks(truth, answer)] == [True]
 
 
@@ -175,12 +182,10 @@ def test_report_names_the_failures_and_draws_the_confusion(tmp_path):
             }
         )
     )
-    text = score_report.markdown(
-        list(figures.values()), score.per_cause(rows, answers), rows, "ovines blind score trial"
-    )
+    text = report.markdown(list(figures.values()), score.per_cause(rows, answers), rows, "ovines blind score trial")
     wrong = text.split("## Cases answered wrongly")[1]
     assert "air_drag" in wrong and "table_tilt | 1" not in wrong
-    score_report.confusion_picture(rows, tmp_path / "confusion.png")
+    report.confusion_picture(rows, tmp_path / "confusion.png")
     assert (tmp_path / "confusion.png").stat().st_size > 10_000
 
 

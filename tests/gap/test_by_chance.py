@@ -8,16 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.plant import make_series, write_series
-from analysis.gap.cause import GAIN
+from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import decide
-from analysis.gap.flight_stage import _indices, gain_of, solve_named
-from analysis.gap.impact_stage import restitution_gains
-from analysis.gap.ladder import climb
-from analysis.gap.next_recording import AS_RECORDED
-from analysis.gap.next_test import TERMS, next_tests, rival_of
-from analysis.gap.null_gains import _root, flights_by_chance, impacts_by_chance, threshold
-from ovines.commands.diagnose import load
+from analysis.gap.ladder import run_ladder
+from analysis.gap.next_test.choice import TERMS, next_tests, rival_of
+from analysis.gap.next_test.recording import AS_RECORDED
+from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
+from analysis.gap.selection.impact_candidates import restitution_gains
+from analysis.gap.selection.null_distribution import (
+    _root,
+    flight_null_distribution,
+    impact_null_distribution,
+    threshold,
+)
+from analysis.gap.thresholds import GAIN
+from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
 
@@ -26,44 +31,48 @@ def dragged(tmp_path_factory):
     """The ladder of six runs with air drag at its small size."""
     folder = Path(tmp_path_factory.mktemp("dragged")) / "series"
     write_series(make_series("air_drag", 0.35, np.random.default_rng(31), runs=6, noise="white"), folder)
-    series, _ = load(read_series(folder), folder / "results")
-    return climb(series, np.random.default_rng(0))
+    series, _ = load_series(read_series(folder), folder / "results")
+    return run_ladder(series, np.random.default_rng(0))
 
 
 def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):
     base, terms = dragged.flight, [TERMS["table_tilt"], TERMS["viscous_drag"]]
-    by_chance = flights_by_chance(base, terms, np.random.default_rng(5), draws=1)
+    null_distribution = flight_null_distribution(base, terms, np.random.default_rng(5), draws=1)
     names = [*base.columns, "tilt_x", "tilt_y", "viscous"]
     at, excess, rng = _indices(names), max(base.misfit / base.count, 1.0), np.random.default_rng(5)
     drawn = []
     for e in base.evidence:
         information, _ = e.take(at)
         score = np.zeros(len(e.columns))
-        score[[e.columns.index(c) for c in at]] = (_root(excess * information) @ rng.standard_normal((len(names), 1)))[:, 0]
+        score[[e.columns.index(c) for c in at]] = (_root(excess * information) @ rng.standard_normal((len(names), 1)))[
+            :, 0
+        ]
         drawn.append(replace(e, score=score))
     expected = max(gain_of(replace(base, evidence=tuple(drawn)), t).held_out for t in terms)
-    assert by_chance[0] == pytest.approx(expected, rel=1e-6, abs=1e-6)
+    assert null_distribution[0] == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
 
 def test_impacts_without_effect_gain_as_much_as_the_bootstrap_says(dragged):
     assert dragged.impacts is not None
     data, rng = dragged.impacts.data, np.random.default_rng(6)
-    by_chance = impacts_by_chance(data, (), np.random.default_rng(7))
+    null_distribution = impact_null_distribution(data, (), np.random.default_rng(7))
     drawn = []
     for _ in range(12):
         after = 0.7 * data.before + np.hypot(data.normal_sd, 0.02 * data.before) * rng.standard_normal(len(data))
         drawn.append(max(g.gain for g in restitution_gains(replace(data, after=after), ())))
     # Medians of twelve and of 400: the former's standard error is about 1.
-    assert np.median(drawn) == pytest.approx(np.median(by_chance), abs=3.5)
-    assert np.quantile(by_chance, 0.99) < 25
+    assert np.median(drawn) == pytest.approx(np.median(null_distribution), abs=3.5)
+    assert np.quantile(null_distribution, 0.99) < 25
 
 
 def test_threshold_is_the_larger_of_the_two(dragged):
     assert threshold(np.arange(1000.0), 50.0) == pytest.approx(989, abs=1)
     assert threshold(np.arange(10.0), 50.0) == 50.0
     assert threshold(np.zeros(0), 50.0) == 50.0
-    assert dragged.flights_by_chance.shape == (400,)
-    assert next(g for g in dragged.flight_gains if g.term.name == "air_drag").held_out > threshold(dragged.flights_by_chance, GAIN / 2)
+    assert dragged.flight_null_distribution.shape == (400,)
+    assert next(g for g in dragged.flight_gains if g.term.name == "air_drag").held_out > threshold(
+        dragged.flight_null_distribution, GAIN / 2
+    )
 
 
 def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
@@ -79,7 +88,8 @@ def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
     size = dragged.causes[0].parameters["rate_per_m"][0]
     seconds = sum(f.run.time_s[-1] - f.run.time_s[0] for f in dragged.flight.fits)
     per_recording = size / np.sqrt(covariance[at, at]) * np.sqrt(tests.duration_s / seconds)
-    # Three simulated recordings from the same starts are other recordings: impacts lead elsewhere, and long flights decide.
+    # Three simulated recordings from the same starts are other recordings: impacts lead elsewhere, and long flights
+    # decide.
     assert 0.25 < separation[AS_RECORDED] / per_recording < 4
     assert "viscous drag" in tests.words() and tests.words().endswith((".", ")."))
 

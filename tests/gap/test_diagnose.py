@@ -1,4 +1,6 @@
-"""The diagnosis against a plant that shares no code with it: found when present, not found when absent, never named when unknown."""
+"""The diagnosis against a plant that shares no code with it: found when present, not found when absent, never named
+when unknown.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +12,46 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.plant import make_series, write_series
+from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from ovines.commands.diagnose import load
+from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
-FLIGHT = ("floor_friction", "spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion", "friction_drift")
+FLIGHT = (
+    "floor_friction",
+    "spin_coupling",
+    "viscous_drag",
+    "air_drag",
+    "table_tilt",
+    "vertical_motion",
+    "friction_drift",
+)
 IMPACT = ("speed_dependent_restitution", "direction_dependent_restitution", "finite_contact_time")
 GEOMETRY = ("wall_ellipticity", "wall_centre_offset", "mass_centre_offset", "centre_marker_offset")
-MEASUREMENT = ("camera_clock_offset", "sensor_window_offset", "length_scale_error", "frame_rate_error", "plane_tilt", "trigger_jitter")
-STAGE = {e: s for s, es in (("flight", FLIGHT), ("impact", IMPACT), ("geometry", GEOMETRY), ("measurement", MEASUREMENT)) for e in es}
+MEASUREMENT = (
+    "camera_clock_offset",
+    "sensor_window_offset",
+    "length_scale_error",
+    "frame_rate_error",
+    "plane_tilt",
+    "trigger_jitter",
+)
+STAGE = {
+    e: s
+    for s, es in (("flight", FLIGHT), ("impact", IMPACT), ("geometry", GEOMETRY), ("measurement", MEASUREMENT))
+    for e in es
+}
 
 
-def diagnosed(folder: Path, kind: str, size: float, seed: int, noise: str, runs: int = 8, withheld: frozenset[str] = frozenset()):
+def diagnosed(
+    folder: Path, kind: str, size: float, seed: int, noise: str, runs: int = 8, withheld: frozenset[str] = frozenset()
+):
     """The plant's series of ``kind``, written and diagnosed; (diagnosis, truth)."""
     series = make_series(kind, size, np.random.default_rng(seed), runs=runs, noise=noise)
     write_series(series, folder)
-    loaded, _ = load(read_series(folder), folder / "results")
+    loaded, _ = load_series(read_series(folder), folder / "results")
     return diagnose(loaded, np.random.default_rng(0), withheld), series.truth
 
 
@@ -62,7 +85,9 @@ def test_unlisted_force_is_unknown_with_what_it_goes_with(tmp_path):
 
 
 def test_withheld_effect_becomes_unknown_in_the_right_place(tmp_path):
-    found, _ = diagnosed(tmp_path / "series", "wall_ellipticity", 1.0, 14, "white", withheld=frozenset({"wall_ellipticity"}))
+    found, _ = diagnosed(
+        tmp_path / "series", "wall_ellipticity", 1.0, 14, "white", withheld=frozenset({"wall_ellipticity"})
+    )
     assert (found.summary["verdict"], found.summary["stage"]) == ("unknown", "geometry")
     assert "azimuth" in found.summary["goes_with"][0]["goes_with"]
 
@@ -72,7 +97,9 @@ def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path):
     write_series(make_series("air_drag", 1.0, np.random.default_rng(15), runs=6, noise="white"), folder)
     model = tmp_path / "model.toml"
     command = [sys.executable, "-m", "ovines", "diagnose", str(folder), "--out"]
-    done = subprocess.run([*command, str(out), "--write-model", str(model)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, str(out), "--write-model", str(model)], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     summary = json.loads((out / "diagnosis.json").read_text())
     assert summary["format"] == 1 and summary["effects"] == ["air_drag"] and summary["equivalent"][0] == "air_drag"
@@ -84,7 +111,7 @@ def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path):
     assert (out / "gap.html").stat().st_size > 10_000
     for recording in folder.glob("run-*/recording.toml"):
         text = recording.read_text()
-        recording.write_text(text[:text.index("[model]")] + model.read_text())
+        recording.write_text(text[: text.index("[model]")] + model.read_text())
     again = subprocess.run([*command, str(tmp_path / "again")], capture_output=True, text=True, check=False)
     assert again.returncode == 0, again.stderr
     assert json.loads((tmp_path / "again" / "diagnosis.json").read_text())["verdict"] == "none"
@@ -108,7 +135,7 @@ def test_practice_series(number):
     if not folder.is_dir():
         pytest.skip("no practice series beside the checkout")
     truth = json.loads((SHARED / "practice_truth" / f"practice-{number:02d}.json").read_text())["effect"]
-    series, _ = load(read_series(folder), Path("unused"))
+    series, _ = load_series(read_series(folder), Path("unused"))
     found = diagnose(series, np.random.default_rng(0)).summary
     expected = [] if truth == "none" or truth.startswith("unknown") else truth.split("+")
     assert sorted(found["effects"]) == sorted(expected)

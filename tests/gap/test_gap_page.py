@@ -1,4 +1,6 @@
-"""gap.html: what it says and shows for an effect, for nothing found, and where data are missing; looked at in a real browser."""
+"""gap.html: what it says and shows for an effect, for nothing found, and where data are missing; looked at in a real
+browser.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +10,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.plant import make_series, write_series
-from analysis.flight_model import GRAVITY_M_PER_S2
+from analysis.blind.series import make_series, write_series
+from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.diagnose import Diagnosis, diagnose
-from analysis.gap.figures import binned
-from analysis.gap.figures_flights import LONG, flight_panels, missing_acceleration, residual_frames
-from analysis.gap.figures_impacts import _gains, impact_panels
-from analysis.gap.figures_paths import chosen_flight, flight_errors, paths_of
-from analysis.gap.page import gap_page
-from analysis.gap.page_words import EFFECTS, parameter_words, shown, shown_interval
+from analysis.gap.page.figures import binned
+from analysis.gap.page.figures_flights import LONG, flight_panels, missing_acceleration, residual_frames
+from analysis.gap.page.figures_impacts import _gains, impact_panels
+from analysis.gap.page.figures_paths import chosen_flight, flight_errors, paths_of
+from analysis.gap.page.gap_page import gap_page
+from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.series import from_motions
-from analysis.gap.words import NEXT_TEST
-from ovines.commands.diagnose import load
+from analysis.gap.tests_by_hand import NEXT_TEST
+from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
 
-FIGURES = ("gap-ladder", "gap-ranking-flights", "gap-ranking-impacts", "gap-where", "gap-trajectory", "gap-measured", "gap-layout")
+FIGURES = (
+    "gap-ladder",
+    "gap-ranking-flights",
+    "gap-ranking-impacts",
+    "gap-where",
+    "gap-trajectory",
+    "gap-measured",
+    "gap-layout",
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +42,7 @@ def tilted(tmp_path_factory) -> tuple[Diagnosis, dict]:
     folder: Path = tmp_path_factory.mktemp("tilted")
     series = make_series("table_tilt", 1.0, np.random.default_rng(5), runs=3, noise="white")
     write_series(series, folder)
-    loaded, _ = load(read_series(folder), folder / "results")
+    loaded, _ = load_series(read_series(folder), folder / "results")
     return diagnose(loaded, np.random.default_rng(0)), series.truth
 
 
@@ -73,13 +83,17 @@ def test_page_in_a_browser(page, browse):  # noqa: F811
 def test_missing_acceleration_is_the_tilt_before_and_nothing_after(tilted):
     diagnosis, truth = tilted
     ladder, true = diagnosis.ladder, truth["parameters"]["table_tilt"]
-    expected = GRAVITY_M_PER_S2 * true["tilt_rad"] * np.array([np.cos(true["direction_rad"]), np.sin(true["direction_rad"])])
+    expected = (
+        GRAVITY_M_PER_S2 * true["tilt_rad"] * np.array([np.cos(true["direction_rad"]), np.sin(true["direction_rad"])])
+    )
     for fitted, target in ((ladder.nominal, expected), (ladder.flight, np.zeros(2))):
         table = missing_acceleration(residual_frames(ladder.series.runs, fitted), LONG)
         found = table[["x", "y"]].median().to_numpy()
         # The nominal fit bends friction to hide a part of the tilt, so "before" holds to a fifth of it only.
         assert np.hypot(*(found - target)) < 0.2 * np.hypot(*expected)
-    before, after = (np.median(np.abs(getattr(flight_panels(ladder, "table_tilt")[0], which))) for which in ("before", "after"))
+    before, after = (
+        np.median(np.abs(getattr(flight_panels(ladder, "table_tilt")[0], which))) for which in ("before", "after")
+    )
     assert after < before
 
 
@@ -103,12 +117,27 @@ def test_motion_alone_gives_named_gaps(tilted):
 
 
 def test_unknown_is_said_with_what_it_goes_with(tilted):
-    """The page of an unknown: made from a diagnosis whose structure is put there by hand, because only its words are tested."""
+    """The page of an unknown: made from a diagnosis whose structure is put there by hand, because only its words are
+    tested.
+    """
     diagnosis, _ = tilted
-    goes = [{"stage": s, "phase": "impact", "coordinate": c, "goes_with": g, "times_negligible": 7.25}
-            for s, c, g in (("geometry", "radius", "three times the azimuth"), ("impact", "normal", "a place on the wall at azimuth 1.0 rad"),
-                            ("measurement", "x", "the ground markers, which move together"))]
-    summary = {**diagnosis.summary, "verdict": "unknown", "effects": [], "equivalent": [], "parameters": {}, "stage": "geometry", "goes_with": goes}
+    goes = [
+        {"stage": s, "phase": "impact", "coordinate": c, "goes_with": g, "times_negligible": 7.25}
+        for s, c, g in (
+            ("geometry", "radius", "three times the azimuth"),
+            ("impact", "normal", "a place on the wall at azimuth 1.0 rad"),
+            ("measurement", "x", "the ground markers, which move together"),
+        )
+    ]
+    summary = {
+        **diagnosis.summary,
+        "verdict": "unknown",
+        "effects": [],
+        "equivalent": [],
+        "parameters": {},
+        "stage": "geometry",
+        "goes_with": goes,
+    }
     page = gap_page(replace(diagnosis, summary=summary), "odd")
     assert page.cards[0].answer == "Unknown" and page.cards[1].status == "bad"
     assert "three times the azimuth" in page.lead and "7.2" in texts_of(page)
@@ -156,6 +185,15 @@ def test_bins_follow_a_curve_and_leave_out_empty_ones():
 
 def test_words_and_units():
     assert set(EFFECTS) == set(NEXT_TEST)
-    assert shown("tilt_rad", 0.01755) == "17.6 mrad" and shown("offset_s", 1.474e-4) == "147 µs" and shown("x_m", 2e-4) == "0.200 mm"
-    assert shown("ratio", 1.00025) == "1.00025" and shown("rate_per_s", 0.3) == "0.300 1/s" and shown("size", None) == "–"
-    assert shown_interval("direction_rad", 0.0, np.pi / 2).endswith("°") and parameter_words("speed_scale_m_per_s") == "speed scale"
+    assert (
+        shown("tilt_rad", 0.01755) == "17.6 mrad"
+        and shown("offset_s", 1.474e-4) == "147 µs"
+        and shown("x_m", 2e-4) == "0.200 mm"
+    )
+    assert (
+        shown("ratio", 1.00025) == "1.00025" and shown("rate_per_s", 0.3) == "0.300 1/s" and shown("size", None) == "–"
+    )
+    assert (
+        shown_interval("direction_rad", 0.0, np.pi / 2).endswith("°")
+        and parameter_words("speed_scale_m_per_s") == "speed scale"
+    )

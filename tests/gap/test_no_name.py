@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.plant import make_series, write_series
+from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.page import gap_page
-from analysis.gap.robust_regression import regress
-from analysis.gap.unexplained import _left, _swallowed, noise_correlation
-from ovines.commands.diagnose import load
+from analysis.gap.page.gap_page import gap_page
+from analysis.gap.prediction.unexplained import _left, _swallowed, noise_correlation
+from analysis.gap.selection.robust_regression import regress
+from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
 #: kind, size, noise -> stage, a word of what it goes with
@@ -36,11 +36,13 @@ MORE = [
 
 def diagnosed(folder, kind, size, noise, runs):
     write_series(make_series(kind, size, np.random.default_rng(51), runs=runs, noise=noise), folder)
-    series, _ = load(read_series(folder), folder / "results")
+    series, _ = load_series(read_series(folder), folder / "results")
     return diagnose(series, np.random.default_rng(0))
 
 
-@pytest.mark.parametrize(("kind", "size", "noise", "stage", "word"), [*CASES, *(pytest.param(*c, marks=pytest.mark.long) for c in MORE)])
+@pytest.mark.parametrize(
+    ("kind", "size", "noise", "stage", "word"), [*CASES, *(pytest.param(*c, marks=pytest.mark.long) for c in MORE)]
+)
 def test_a_cause_without_a_name_is_unknown_in_its_stage(tmp_path, kind, size, noise, stage, word):
     """Probes and floors were made with these kinds in view: a check against falling back, not a blind result."""
     found = diagnosed(tmp_path / "series", kind, size, noise, 8 if size < 1 else 12)
@@ -48,7 +50,11 @@ def test_a_cause_without_a_name_is_unknown_in_its_stage(tmp_path, kind, size, no
     assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", stage, [])
     assert word in summary["goes_with"][0]["goes_with"]
     evidence = next(s for s in gap_page(found, "a series").sections if s.anchor == "evidence")
-    expected = "gap-ground" if word == "ground" else {"measurement": "gap-rigid", "flight": "gap-flights", "impact": "gap-impacts"}[stage]
+    expected = (
+        "gap-ground"
+        if word == "ground"
+        else {"measurement": "gap-rigid", "flight": "gap-flights", "impact": "gap-impacts"}[stage]
+    )
     assert any(name.startswith(expected) for name in evidence.figures)
 
 
@@ -66,7 +72,9 @@ def test_a_part_of_the_impacts_that_follows_another_law_is_seen():
 
 
 def test_correlated_noise_raises_the_flights_over_their_floor(tmp_path):
-    """The share of AR(1) noise that a polynomial leaves against drawn noise, and the Host's residual against the truth's coefficient."""
+    """The share of AR(1) noise that a polynomial leaves against drawn noise, and the Host's residual against the
+    truth's coefficient.
+    """
     rng, rho, n = np.random.default_rng(2), 0.6, 24
     factor = np.linalg.cholesky(rho ** np.abs(np.subtract.outer(np.arange(n), np.arange(n))))
     noise = factor @ rng.standard_normal((n, 4000))

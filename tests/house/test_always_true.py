@@ -1,4 +1,6 @@
-"""What holds for any input, tried on drawn ones: inverses, walls, energy, mirrors, units, and a chain that repeats itself."""
+"""What holds for any input, tried on drawn ones: inverses, walls, energy, mirrors, units, and a chain that repeats
+itself.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from analysis.identify import identify
-from analysis.motion import motion_from_points
+from analysis.motion.bodies import motion_from_points
 from ovines.__main__ import main
 from ovines.camera import Camera, triangulate_points
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
@@ -41,7 +43,15 @@ def cameras(draw: st.DrawFn) -> list[Camera]:
         angle = max(float(np.linalg.norm(turn)), 1e-12)
         k = np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]]) / angle
         rotation = camera.rotation @ (np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k)
-        lens = np.array([draw(st.floats(-0.2, 0.2)), draw(st.floats(-0.1, 0.1)), draw(st.floats(-2e-3, 2e-3)), draw(st.floats(-2e-3, 2e-3)), 0.0])
+        lens = np.array(
+            [
+                draw(st.floats(-0.2, 0.2)),
+                draw(st.floats(-0.1, 0.1)),
+                draw(st.floats(-2e-3, 2e-3)),
+                draw(st.floats(-2e-3, 2e-3)),
+                0.0,
+            ]
+        )
         made.append(replace(camera, rotation=rotation, distortion=lens))
     return made
 
@@ -71,18 +81,32 @@ def scenarios(draw: st.DrawFn, driven: bool = False) -> Scenario:
     """A disk of 10 mm in a ring of 50 mm, at rest or shaken, with any impact law and floor friction."""
     radius, angle = 0.038 * draw(SHARE), draw(st.floats(0, 6.28))
     speed, direction = draw(st.floats(0.05, 3)), draw(st.floats(0, 6.28))
-    start = (radius * np.cos(angle), radius * np.sin(angle), speed * np.cos(direction), speed * np.sin(direction), 0.0, draw(st.floats(-100, 100)))
+    start = (
+        radius * np.cos(angle),
+        radius * np.sin(angle),
+        speed * np.cos(direction),
+        speed * np.sin(direction),
+        0.0,
+        draw(st.floats(-100, 100)),
+    )
     drive = (Harmonic("x", draw(st.floats(1e-3, 0.01)), draw(st.floats(5, 15))),) if driven else ()
     host = Host(radius_m=0.05, motion="driven" if driven else "fixed", mass_kg=0.1 if driven else None, drive=drive)
     law = ImpactLaw(draw(SHARE), draw(SHARE), draw(st.floats(-1, 1)))
-    friction = FloorFriction(draw(st.floats(0, 0.4)), draw(st.sampled_from(["farkas", "coulomb"]))) if draw(st.booleans()) else None
+    friction = (
+        FloorFriction(draw(st.floats(0, 0.4)), draw(st.sampled_from(["farkas", "coulomb"])))
+        if draw(st.booleans())
+        else None
+    )
     return Scenario("drawn", Nes(0.01, 0.0246), host, law, 0.15, friction, start)
 
 
 def kinetic_j(result: SimulationResult, scenario: Scenario) -> np.ndarray:
     m, nes = result.motion, scenario.nes
     moment = nes.inertia_factor * nes.mass_kg * nes.radius_m**2
-    return 0.5 * nes.mass_kg * (m["nes_vx_m_per_s"] ** 2 + m["nes_vy_m_per_s"] ** 2) + 0.5 * moment * m["nes_spin_rad_per_s"] ** 2
+    return (
+        0.5 * nes.mass_kg * (m["nes_vx_m_per_s"] ** 2 + m["nes_vy_m_per_s"] ** 2)
+        + 0.5 * moment * m["nes_spin_rad_per_s"] ** 2
+    )
 
 
 @SOME
@@ -121,7 +145,11 @@ def test_a_mirror_changes_nothing(scenario):
     """y -> -y: the same motion with y, angle and spin turned over."""
     x, y, vx, vy, angle, spin = scenario.initial_nes
     mirrored = simulate(replace(scenario, initial_nes=(x, -y, vx, -vy, -angle, -spin)))
-    agree(simulate(scenario), mirrored, {"nes_x_m": 1, "nes_y_m": -1, "nes_angle_rad": -1, "nes_vx_m_per_s": 1, "nes_spin_rad_per_s": -1})
+    agree(
+        simulate(scenario),
+        mirrored,
+        {"nes_x_m": 1, "nes_y_m": -1, "nes_angle_rad": -1, "nes_vx_m_per_s": 1, "nes_spin_rad_per_s": -1},
+    )
 
 
 @SOME
@@ -131,12 +159,23 @@ def test_units_change_nothing(scenario, k):
     x, y, vx, vy, angle, spin = scenario.initial_nes
     friction = scenario.friction
     if friction is not None:
-        friction = replace(friction, load_m_per_s2=k * friction.load_m_per_s2, regularisation_m_per_s=k * friction.regularisation_m_per_s)
+        friction = replace(
+            friction,
+            load_m_per_s2=k * friction.load_m_per_s2,
+            regularisation_m_per_s=k * friction.regularisation_m_per_s,
+        )
     other = replace(
-        scenario, nes=replace(scenario.nes, radius_m=k * 0.01), host=replace(scenario.host, radius_m=k * 0.05), friction=friction,
+        scenario,
+        nes=replace(scenario.nes, radius_m=k * 0.01),
+        host=replace(scenario.host, radius_m=k * 0.05),
+        friction=friction,
         initial_nes=(k * x, k * y, k * vx, k * vy, angle, spin),
-    )  # fmt: skip
-    agree(simulate(scenario), simulate(other), {"nes_x_m": k, "nes_vy_m_per_s": k, "nes_angle_rad": 1, "nes_spin_rad_per_s": 1})
+    )
+    agree(
+        simulate(scenario),
+        simulate(other),
+        {"nes_x_m": k, "nes_vy_m_per_s": k, "nes_angle_rad": 1, "nes_spin_rad_per_s": 1},
+    )
 
 
 def points_of(motion: pd.DataFrame, mirror: int = 1, turn_rad: float = 0.0) -> pd.DataFrame:
@@ -149,7 +188,17 @@ def points_of(motion: pd.DataFrame, mirror: int = 1, turn_rad: float = 0.0) -> p
         for i in range(len(layout)):
             columns = {"x_m": c * x[:, i] - s * y[:, i], "y_m": s * x[:, i] + c * y[:, i], "z_m": points[:, i, 2]}
             sd = dict.fromkeys(("x_sd_m", "y_sd_m", "z_sd_m", "reprojection_px"), 1e-5)
-            parts.append(pd.DataFrame({"frame": motion["frame"], "time_s": motion["time_s"], "marker": f"{prefix}{i + 1}", **columns, **sd}))
+            parts.append(
+                pd.DataFrame(
+                    {
+                        "frame": motion["frame"],
+                        "time_s": motion["time_s"],
+                        "marker": f"{prefix}{i + 1}",
+                        **columns,
+                        **sd,
+                    }
+                )
+            )
     return pd.concat(parts, ignore_index=True)
 
 
@@ -199,7 +248,9 @@ def tables_in(out) -> dict[str, bytes]:
 
 
 def test_same_input_same_bytes(tmp_path, capsys):
-    """Two recordings and their joint identification: one job, two jobs, again, and forced; every table the same bytes."""
+    """Two recordings and their joint identification: one job, two jobs, again, and forced; every table the same
+    bytes.
+    """
     for number in (1, 2):
         write_small_recording(tmp_path / "series" / f"run-{number:02d}", frames=100, seed=number)
     series = str(tmp_path / "series")
@@ -207,7 +258,7 @@ def test_same_input_same_bytes(tmp_path, capsys):
     assert main(["identify", series, "--out", str(tmp_path / "two"), "--jobs", "2"]) == 0, capsys.readouterr().err
     one = tables_in(tmp_path / "one")
     two = tables_in(tmp_path / "two")
-    assert len(one) == 2 * 8 + 1 and set(two) == set(one)
+    assert len(one) == 2 * 9 + 1 and set(two) == set(one)
     assert [name for name in one if one[name] != two[name]] == []
     capsys.readouterr()
     assert main(["identify", series, "--out", str(tmp_path / "one")]) == 0

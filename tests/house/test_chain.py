@@ -2,19 +2,22 @@
 
 import json
 import shutil
+import subprocess
+import sys
 
 import pandas as pd
 import pytest
 from filelock import FileLock
 
-import ovines.chain
+import ovines.pipeline.stages
 from ovines.camera import read_calibration
-from ovines.chain import STAGES, inputs_of, location, stage, stages_of, stored_state
 from ovines.errors import InputError
-from ovines.lock import LOCK
+from ovines.io.lock import LOCK
+from ovines.pipeline.code import ROOT, code_of
+from ovines.pipeline.runner import run_stages, write_output
+from ovines.pipeline.stages import STAGES, inputs_of, location, stage, stages_of, stored_state
 from ovines.recording import read_recording
-from ovines.running import run_stages, write_output
-from ovines.tables import read_provenance, read_table, write_table
+from ovines.tables import TABLES, read_provenance, read_table, write_table
 from tests.conftest import two_cameras
 
 
@@ -47,9 +50,7 @@ def test_provenance_says_where_it_comes_from(done):
     assert state["command"] == "triangulate" and state["version"]
     assert set(state["inputs"]) == {"tracks.parquet", "calibration.json"}
     assert set(state["parameters"]) == {"cameras"}
-    assert str(folder) not in json.dumps(state), (
-        "an absolute path would make the same recording give other bytes"
-    )
+    assert str(folder) not in json.dumps(state), "an absolute path would make the same recording give other bytes"
 
 
 def test_same_content_is_up_to_date(done):
@@ -91,14 +92,8 @@ def _output_gone(folder, out):
     (out / "points.parquet").unlink()
 
 
-def _output_cut(folder, out):
-    content = (out / "points.parquet").read_bytes()
-    (out / "points.parquet").write_bytes(content[: len(content) // 2])
-
-
-def _output_of_another_program(folder, out):
-    frame = pd.DataFrame(read_table(out / "points.parquet", "points"))
-    write_table(frame, "points", out / "points.parquet", {})
+def _output_empty(folder, out):
+    (out / "points.parquet").write_bytes(b"")
 
 
 @pytest.mark.parametrize(
@@ -108,8 +103,7 @@ def _output_of_another_program(folder, out):
         _another_window,
         _another_calibration,
         _output_gone,
-        _output_cut,
-        _output_of_another_program,
+        _output_empty,
     ],
 )
 def test_what_changed_runs_again(change, done):
@@ -130,8 +124,38 @@ def test_what_the_stage_does_not_read_leaves_it_up_to_date(done):
 
 def test_changed_code_runs_again(done, monkeypatch):
     folder, out = done
-    monkeypatch.setattr(ovines.chain, "code_digest", lambda sources: "other code")
+    monkeypatch.setattr(ovines.pipeline.stages, "code_digest", lambda stage: "other code")
     assert triangulate(folder, out) == "run"
+
+
+def test_a_figure_or_a_page_makes_no_parameter_stale():
+    code = {one.name: {path.relative_to(ROOT).as_posix() for path in code_of(one.name)} for one in STAGES}
+    for name in ("calibrate", "track", "triangulate", "analyse", "identify"):
+        assert not [
+            path
+            for path in code[name]
+            if path.startswith(("analysis/report", "analysis/figures", "analysis/gap", "ovines/commands"))
+        ]
+    assert not [path for path in code["identify"] if path.startswith(("vision/tracking", "vision/markers"))]
+    assert {"analysis/report/style.css", "analysis/figures/style.py"} <= code["report"]
+    assert {"vision/tracking/state.py", "ovines/camera.py", "ovines/tables/declared.py"} <= code["track"]
+
+
+def test_whatever_a_stage_loads_is_its_code():
+    """In a process of its own: when all that `identify` imports is loaded, every file of ours that is loaded is the
+    stage's code.
+    """
+    script = """
+import sys
+from pathlib import Path
+from ovines.pipeline.code import ROOT, code_of
+import ovines.pipeline.functions, analysis.identify, analysis.checks.recording
+ours = [m.__file__ for n, m in list(sys.modules.items()) if n.split(".")[0] in ("vision", "analysis", "ovines")]
+loaded = {Path(file).resolve() for file in ours if file}
+print(sorted(str(p.relative_to(ROOT)) for p in loaded - set(code_of("identify"))))
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def test_force(done):
@@ -139,11 +163,15 @@ def test_force(done):
     assert triangulate(folder, out, force=True) == "run"
 
 
+def empty_table(name):
+    return pd.DataFrame({column.name: [] for column in TABLES[name].columns})
+
+
 def test_a_stage_that_runs_removes_what_was_made_from_its_old_output(done):
     folder, out = done
     later = [name for one in STAGES[STAGES.index(stage("triangulate")) + 1 :] for name in one.writes]
     for name in later:
-        (out / name).write_text("made from the old points")
+        write_output("a page" if name.endswith(".html") else empty_table(name.removesuffix(".parquet")), out / name, {})
     (out / "calibration.json").write_text("earlier")
     _one_track_less(folder, out)
     triangulate(folder, out)
@@ -191,9 +219,7 @@ def test_stages_by_entry(small_recording):
     (folder / "points.parquet").touch()
     recording = read_recording(folder)
     assert [one.name for one in stages_of(recording)] == ["analyse", "identify", "report"]
-    assert location("points.parquet or motion.parquet", recording, folder / "o") == [
-        folder / "points.parquet"
-    ]
+    assert location("points.parquet or motion.parquet", recording, folder / "o") == [folder / "points.parquet"]
     with pytest.raises(InputError, match="'triangulate' has nothing to do"):
         triangulate(folder, folder / "o")
     text = (folder / "recording.toml").read_text()
@@ -259,8 +285,6 @@ def test_the_state_stands_in_every_kind_of_output(name, tmp_path):
     write_output(content, tmp_path / name, state)
     assert stored_state(tmp_path / name) == state
     if name == "report.html":
-        assert (tmp_path / name).read_text(encoding="utf-8").count("-->") == 2, (
-            "the state may not end its comment"
-        )
+        assert (tmp_path / name).read_text(encoding="utf-8").count("-->") == 2, "the state may not end its comment"
     if name == "calibration.json":
         assert [camera.name for camera in read_calibration(tmp_path / name)] == ["VW1", "VW2"]

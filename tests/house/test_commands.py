@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from ovines.__main__ import main
-from ovines.one_recording import run_one
-from ovines.series import run_series
+from ovines.pipeline.one_recording import run_one
+from ovines.pipeline.series import run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
 from tests.conftest import bouncing_motion, refused, write_small_recording
@@ -58,27 +58,38 @@ def test_a_stage_as_a_process(small_recording, tmp_path, ovines):
 def test_results_lie_inside_the_recording_by_default(small_recording, ovines):
     assert ovines("triangulate", small_recording.folder).returncode == 0
     assert (small_recording.folder / "results" / "points.parquet").is_file()
-    assert ovines("triangulate", small_recording.folder / "recording.toml").stdout.startswith(
-        "run-01: up to date"
-    )
+    assert ovines("triangulate", small_recording.folder / "recording.toml").stdout.startswith("run-01: up to date")
 
 
 WRONG = {
     "unknown key": (lambda f: change_toml(f, "frame_rate_hz", "frame_rat_hz"), ("line 5", "'frame_rate_hz'?")),
     "broken TOML": (lambda f: change_toml(f, "[time]", "[time"), ("recording.toml",)),
     "no calibration": (lambda f: (f.parent / "calibration.json").unlink(), ("calibration.json",)),
-    "broken calibration": (lambda f: (f.parent / "calibration.json").write_text('{"format": 1, '), ("calibration.json",)),
-    "another camera in the tracks": (
-        lambda f: change_tracks(f, lambda t: t.assign(camera=t["camera"].replace("VW2", "VW3"))), ("VW3",),
+    "broken calibration": (
+        lambda f: (f.parent / "calibration.json").write_text('{"format": 1, '),
+        ("calibration.json",),
     ),
-    "missing column": (lambda f: change_tracks(f, lambda t: t.drop(columns="u_px")), ("no column u_px", "tracks.parquet")),
-    "NaN": (lambda f: change_tracks(f, lambda t: t.assign(u_px=t["u_px"].where(t["frame"] != 7))), ("u_px is missing",)),
+    "another camera in the tracks": (
+        lambda f: change_tracks(f, lambda t: t.assign(camera=t["camera"].replace("VW2", "VW3"))),
+        ("VW3",),
+    ),
+    "missing column": (
+        lambda f: change_tracks(f, lambda t: t.drop(columns="u_px")),
+        ("no column u_px", "tracks.parquet"),
+    ),
+    "NaN": (
+        lambda f: change_tracks(f, lambda t: t.assign(u_px=t["u_px"].where(t["frame"] != 7))),
+        ("u_px is missing",),
+    ),
     "one camera": (lambda f: change_tracks(f, lambda t: t[t["camera"] == "VW1"]), ("camera",)),
     "time twice": (lambda f: change_tracks(f, lambda t: t.assign(time_s=0.0)), ("is followed by", "time")),
     "zero bytes": (lambda f: (f / "tracks.parquet").write_bytes(b""), ("cannot be read as Parquet",)),
-    "a folder for a table": (lambda f: ((f / "tracks.parquet").unlink(), (f / "tracks.parquet").mkdir()), ("no frames",)),
+    "a folder for a table": (
+        lambda f: ((f / "tracks.parquet").unlink(), (f / "tracks.parquet").mkdir()),
+        ("no frames",),
+    ),
     "no rows": (lambda f: change_tracks(f, lambda t: t.iloc[:0]), ("tracks",)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", WRONG)
@@ -145,7 +156,7 @@ def test_jobs_change_no_byte(small_series, tmp_path):
 
 def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
-    monkeypatch.setattr("ovines.series.run_one", _dies_once)
+    monkeypatch.setattr("ovines.pipeline.series.run_one", _dies_once)
     monkeypatch.setenv("OVINES_TEST_MARK", str(tmp_path / "died"))
     outcomes = run_series(small_series, tmp_path / "out", "triangulate", jobs=2, bars=False)
     assert (tmp_path / "died").exists()
@@ -164,7 +175,7 @@ def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch
     def broken(work):
         raise ZeroDivisionError("our bug")
 
-    monkeypatch.setattr("ovines.stages.triangulate", broken)
+    monkeypatch.setattr("ovines.pipeline.functions.triangulate", broken)
     outcome = run_one(small_recording.folder, tmp_path / "out", None, False, False)
     assert outcome.status == "failed" and "ZeroDivisionError: our bug" in outcome.message
 
@@ -179,12 +190,13 @@ def test_names_with_spaces_and_umlauts(tmp_path, ovines):
 def write_motion_entry(folder, frame, bodies):
     folder.mkdir(parents=True)
     pq.write_table(pa.Table.from_pandas(frame), folder / "motion.parquet")
-    (folder / "recording.toml").write_text(
-        f'format = 1\nname = "puck"\n[time]\nframe_rate_hz = 800.0\n{bodies}'
-    )
+    (folder / "recording.toml").write_text(f'format = 1\nname = "puck"\n[time]\nframe_rate_hz = 800.0\n{bodies}')
 
 
-PUCK = "[bodies.host]\npolygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]\n[bodies.nes]\nradius_m = 0.01\n"
+PUCK = (
+    "[bodies.host]\npolygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]\n[bodies.nes]\nradius_m "
+    "= 0.01\n"
+)
 
 
 def test_an_entry_at_motion_needs_no_cameras(tmp_path, ovines):

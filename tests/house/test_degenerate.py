@@ -26,7 +26,8 @@ def lost(first: int, last: int, marker: str = "") -> Spoil:
     return lambda t: t[~(t["frame"].between(first, last) & t["marker"].str.startswith(marker))]
 
 
-# spoiled tracks, exit status of `ovines run`, and a word: of the refusal, or of the note that names the gap ("" for none)
+# spoiled tracks, exit status of `ovines run`, and a word: of the refusal, or of the note that names the gap ("" for
+# none)
 TRACKS: dict[str, tuple[Spoil, int, str]] = {
     "two markers of the NES": (only("H1", "H2", "H3", "H4", "N2", "N3"), 0, "no rotation.parquet: no more than 2"),
     "one marker of the NES": (only("H1", "H2", "H3", "H4", "N1"), 2, "no frame shows two markers of the NES"),
@@ -35,27 +36,43 @@ TRACKS: dict[str, tuple[Spoil, int, str]] = {
     "no marker of the NES": (only("H1", "H2", "H3", "H4"), 2, "no frame shows two markers of the NES"),
     "no marker of the Host": (only("N1", "N2", "N3", "N4", "N5"), 2, "no frame shows two markers of the Host"),
     "one camera": (lambda t: t[t["camera"] == "VW1"], 2, "camera"),
-    "one camera for half of the run": (lambda t: t[(t["camera"] == "VW1") | (t["frame"] < 100)], 0, "no point in 100 of 200 tracked frames"),
+    "one camera for half of the run": (
+        lambda t: t[(t["camera"] == "VW1") | (t["frame"] < 100)],
+        0,
+        "no point in 100 of 200 tracked frames",
+    ),
     "all lost for 100 ms": (lost(60, 139), 0, "NES not seen in 80 of 200 frames, longest from 0.075 s to 0.1737 s"),
     "NES lost for 100 ms": (lost(60, 139, "N"), 0, "NES not seen in 80 of 200 frames"),
     "Host lost for 100 ms": (lost(60, 139, "H"), 0, "Host not seen in 80 of 200 frames"),
-    "every second frame lost": (lambda t: t[t["frame"] % 2 == 0], 0, "NES not seen in 99 of 199 frames, never more than 1 in a row"),
+    "every second frame lost": (
+        lambda t: t[t["frame"] % 2 == 0],
+        0,
+        "NES not seen in 99 of 199 frames, never more than 1 in a row",
+    ),
     "one frame": (lambda t: t[t["frame"] == 0], 0, "does not move"),
     "three frames": (lambda t: t[t["frame"] < 3], 0, ""),
-    "unknown markers too": (lambda t: pd.concat([t, t[t["marker"] == "N1"].assign(marker="Q7")]), 0, "tracks of Q7 are not used"),
+    "unknown markers too": (
+        lambda t: pd.concat([t, t[t["marker"] == "N1"].assign(marker="Q7")]),
+        0,
+        "tracks of Q7 are not used",
+    ),
     "only unknown markers": (lambda t: t.assign(marker="Q" + t["marker"]), 2, "marker"),
-    "nothing moves": (lambda t: t.assign(**{c: t.groupby(["camera", "marker"])[c].transform("first") for c in ("u_px", "v_px")}), 0, "does not move"),
+    "nothing moves": (
+        lambda t: t.assign(**{c: t.groupby(["camera", "marker"])[c].transform("first") for c in ("u_px", "v_px")}),
+        0,
+        "does not move",
+    ),
     "duplicate frames": (lambda t: t.assign(frame=t["frame"] // 2), 2, "frame"),
     "negative times": (lambda t: t.assign(time_s=t["time_s"] - 5.0), 0, ""),
     "repeated times": (lambda t: t.assign(time_s=np.floor(t["time_s"] * 400) / 400), 2, "time"),
     "times a million seconds late": (lambda t: t.assign(time_s=t["time_s"] + 1e6), 0, ""),
     "NaN": (lambda t: t.assign(u_px=t["u_px"].where(t["frame"] != 5)), 2, "u_px"),
     "infinite": (lambda t: t.assign(v_px=t["v_px"].where(t["frame"] != 5, np.inf)), 2, "v_px"),
-    "markers far off": (lambda t: t.assign(u_px=t["u_px"] * 1e6), 2, "no points"),
+    "markers far off": (lambda t: t.assign(u_px=t["u_px"] * 1e6), 2, "u_px is 2.3"),
     "markers on one spot": (lambda t: t.assign(u_px=500.0, v_px=300.0), 2, "no frame shows two markers"),
     "sd of zero": (lambda t: t.assign(sd_px=0.0), 2, "sd_px"),
     "sd unknown": (lambda t: t.assign(sd_px=np.nan), 0, ""),
-}  # fmt: skip
+}
 
 
 def write_tracks(path: Path, frame: pd.DataFrame) -> None:
@@ -67,10 +84,28 @@ def write_tracks(path: Path, frame: pd.DataFrame) -> None:
 
 
 QUICK = {
-    "no angle", "two markers of the NES", "one camera", "all lost for 100 ms", "one frame", "only unknown markers", "duplicate frames", "negative times",
-    "repeated times", "NaN", "infinite", "no impacts, at rest", "NES never seen", "times backwards", "black", "the same noise in every frame",
-    "wrong size", "no marker of the Host", "markers far off", "markers on one spot", "sd of zero",
-}  # fmt: skip
+    "no angle",
+    "two markers of the NES",
+    "one camera",
+    "all lost for 100 ms",
+    "one frame",
+    "only unknown markers",
+    "duplicate frames",
+    "negative times",
+    "repeated times",
+    "NaN",
+    "infinite",
+    "no impacts, at rest",
+    "NES never seen",
+    "times backwards",
+    "black",
+    "the same noise in every frame",
+    "wrong size",
+    "no marker of the Host",
+    "markers far off",
+    "markers on one spot",
+    "sd of zero",
+}
 # what each command needs after `ovines run RECORDING --out OUT`, tried whether that came through or not
 AFTER = {
     "check": lambda folder, out: [folder, "--out", out],
@@ -90,7 +125,9 @@ def cases(names: Iterable[str]) -> list:
 
 
 def ended_well(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
-    """Run a command: status 0, or 2 with three lines; never an exception, a traceback or numpy's warnings on the terminal."""
+    """Run a command: status 0, or 2 with three lines; never an exception, a traceback or numpy's warnings on the
+    terminal.
+    """
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
@@ -104,7 +141,9 @@ def ended_well(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[
     return status, output + error
 
 
-def through_every_command(folder: Path, out: Path, expected: int, word: str, capsys: pytest.CaptureFixture[str]) -> dict[str, int]:
+def through_every_command(
+    folder: Path, out: Path, expected: int, word: str, capsys: pytest.CaptureFixture[str]
+) -> dict[str, int]:
     """`ovines run`, then every command that could follow it; the exit status of each."""
     status, said = ended_well(capsys, "run", folder, "--out", out)
     assert status == expected and word in said, said
@@ -140,8 +179,16 @@ def still(motion: pd.DataFrame) -> pd.DataFrame:
 MOTION: dict[str, tuple[Spoil, int, str]] = {
     "no impacts, at rest": (still, 0, "does not move"),
     "no impacts, one flight": (lambda m: m[m["frame"] < 12], 0, ""),
-    "NES never seen": (lambda m: m.assign(nes_x_m=np.nan, nes_y_m=np.nan, nes_angle_rad=np.nan), 2, "no place of the NES"),
-    "Host never seen": (lambda m: m.assign(host_x_m=np.nan, host_y_m=np.nan, host_angle_rad=np.nan), 0, "no place of the Host"),
+    "NES never seen": (
+        lambda m: m.assign(nes_x_m=np.nan, nes_y_m=np.nan, nes_angle_rad=np.nan),
+        2,
+        "no place of the NES",
+    ),
+    "Host never seen": (
+        lambda m: m.assign(host_x_m=np.nan, host_y_m=np.nan, host_angle_rad=np.nan),
+        0,
+        "no place of the Host",
+    ),
     "no angle": (lambda m: m.assign(nes_angle_rad=np.nan), 0, ""),
     "NES outside the Host": (lambda m: m.assign(nes_x_m=m["nes_x_m"] + 1.0), 0, "outside the Host's wall in 100 %"),
     "frames 1000 apart": (lambda m: m.assign(frame=m["frame"] * 1000), 0, ""),
@@ -152,7 +199,7 @@ MOTION: dict[str, tuple[Spoil, int, str]] = {
     "infinite": (lambda m: m.assign(nes_y_m=np.inf), 2, "nes_y_m is infinite"),
     "negative frames": (lambda m: m.assign(frame=m["frame"] - 5), 2, "frame is -5"),
     "duplicate frames": (lambda m: pd.concat([m, m]), 2, "stands more than once"),
-}  # fmt: skip
+}
 BODIES = "[bodies.host]\ninner_radius_m = 0.05\n[bodies.nes]\nradius_m = 0.01\ninertia_factor = 0.5\nmass_kg = 0.02\n"
 
 
@@ -212,8 +259,13 @@ def test_calibration_images_without_a_board(case, tmp_path, capsys):
     folder = write_small_recording(tmp_path / "run", frames=20).folder
     text = (folder / "recording.toml").read_text()
     images = 'board = "charuco_5x7_8mm"\nintrinsic = "{camera}_*.png"\nextrinsic = "x_{camera}.png"'
-    (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images).replace("4096, 3072", "400, 300").replace(
-        "4096, 688", "400, 300").replace("0, 1192", "0, 0").replace("0, 900", "0, 0"))
+    (folder / "recording.toml").write_text(
+        text.replace('file = "../calibration.json"', images)
+        .replace("4096, 3072", "400, 300")
+        .replace("4096, 688", "400, 300")
+        .replace("0, 1192", "0, 0")
+        .replace("0, 900", "0, 0")
+    )
     for name in ("VW1_1", "VW1_2", "VW2_1", "VW2_2", "x_VW1", "x_VW2"):
         cv2.imwrite(str(folder / f"{name}.png"), IMAGES["black"][0] if case == "black" else NOISE)
     for command in ("calibrate", "run", "diagnose"):
@@ -234,8 +286,8 @@ TRIGGERS = {
 
 @pytest.mark.parametrize("case", TRIGGERS)
 def test_trigger_times(case, tmp_path, capsys):
-    """Negative times are times (a trigger in mid-recording); what does not go forward is refused by its line, before any
-    image is looked at.
+    """Negative times are times (a trigger in mid-recording); what does not go forward is refused by its line, before
+    any image is looked at.
     """
     text, word = TRIGGERS[case]
     write_frames(tmp_path / "run", IMAGES["black"])

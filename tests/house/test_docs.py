@@ -1,4 +1,6 @@
-"""The documentation says what is so: examples run, commands parse, made pages are fresh, the site builds without network."""
+"""The documentation says what is so: examples run, commands parse, made pages are fresh, the site builds without
+network.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from ovines.__main__ import parse
-from ovines.reference_pages import FOLDER, PAGES
+from ovines.documentation.reference_pages import FOLDER, PAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -28,7 +30,9 @@ def fences(path: Path) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_reference_is_made_from_the_code(name):
-    assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), "run python -m ovines.reference_pages"
+    assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), (
+        "run python -m ovines.documentation.reference_pages"
+    )
 
 
 def test_python_examples_print_what_the_page_shows():
@@ -38,7 +42,7 @@ def test_python_examples_print_what_the_page_shows():
     for code, expected in shown:
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            exec(compile(code, "python.md", "exec"), {})  # noqa: S102
+            exec(compile(code, "python.md", "exec"), {})
         assert printed.getvalue() == expected
 
 
@@ -77,7 +81,9 @@ def test_the_site_builds_and_asks_nobody(tmp_path):
     assert len(pages) > 15
     for page in pages:
         text = page.read_text(encoding="utf-8")
-        asked = re.findall(r"<(?:script|img|iframe|source)[^>]+src=\"(?:https?:)?//[^\"]+|<link[^>]+href=\"(?:https?:)?//[^\"]+", text)
+        asked = re.findall(
+            r"<(?:script|img|iframe|source)[^>]+src=\"(?:https?:)?//[^\"]+|<link[^>]+href=\"(?:https?:)?//[^\"]+", text
+        )
         assert not [one for one in asked if "canonical" not in one], page
     for sheet in (tmp_path / "site").rglob("*.css"):
         assert not re.search(r"url\([\"']?(https?:)?//|@import", sheet.read_text(encoding="utf-8")), sheet
@@ -97,10 +103,11 @@ def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
             assert made.size == kept.size and len(made.convert("L").getcolors() or range(256)) > 20, name  # not blank
 
 
-@pytest.mark.long
 @pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample series")
 def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
-    """Each `$ ovines ...` of the tutorial run in turn; the lines below it are what it prints (times and paths apart)."""
+    """Each `$ ovines ...` of the tutorial run in turn; the lines below it are what it prints (times and paths
+    apart).
+    """
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
     blocks = [content for _, content in fences(ROOT / "docs" / "tutorial.md") if content.startswith("$ ovines")]
     assert len(blocks) >= 3
@@ -123,7 +130,7 @@ def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
     for code, expected in cells:
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            exec(compile(code, "notebook.md", "exec"), space)  # noqa: S102
+            exec(compile(code, "notebook.md", "exec"), space)
         assert printed.getvalue() == expected, code
     assert (tmp_path / "notebook_path.png").stat().st_size > 10_000
 
@@ -131,7 +138,7 @@ def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
 def test_the_notebook_names_every_stage():
     """`ovines.notebook` has a function for each command that computes."""
     from ovines import notebook
-    from ovines.chain import STAGES
+    from ovines.pipeline.stages import STAGES
 
     for name in ({one.name for one in STAGES} - {"report"}) | {"compare", "diagnose", "simulate"}:
         assert callable(getattr(notebook, name)) and name in notebook.__all__

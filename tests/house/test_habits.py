@@ -43,14 +43,20 @@ def test_the_commands_of_contributing_are_there():
     assert set(rows) == {"set up", "test", "lint", "documentation"}
     extras = re.search(r"\.\[([\w,]+)\]", rows["set up"])[1].split(",")
     packages = {plain(name) for extra in extras for name in PROJECT["optional-dependencies"][extra]}
-    tools = set(re.findall(r"\.venv/bin/([\w-]+)", rows["lint"] + rows["documentation"] + text)) - {"pip", "python", "ovines"}
+    tools = set(re.findall(r"\.venv/bin/([\w-]+)", rows["lint"] + rows["documentation"] + text)) - {
+        "pip",
+        "python",
+        "ovines",
+    }
     assert {"ruff", "mypy", "pre-commit", "mkdocs"} <= tools <= packages
     hooks = re.findall(r"entry: sh -c '.*exec (\w+)", (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
     assert hooks == ["ruff", "mypy"]
 
 
 def test_licence_and_citation_agree_with_the_package():
-    assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("BSD 3-Clause") and PROJECT["license"] == "BSD-3-Clause"
+    assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("BSD 3-Clause") and PROJECT[
+        "license"
+    ] == "BSD-3-Clause"
     yaml = pytest.importorskip("yaml")
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert {"cff-version", "message", "title", "authors", "version", "license"} <= set(citation)

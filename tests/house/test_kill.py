@@ -10,10 +10,10 @@ import time
 import numpy as np
 import pytest
 
+from ovines.io.atomic_write import TEMPORARY_SUFFIX
+from ovines.pipeline.runner import run_stages
 from ovines.recording import read_recording
-from ovines.running import run_stages
 from ovines.tables import read_provenance
-from ovines.written_whole import TEMPORARY_SUFFIX
 from tests.conftest import refused, write_small_recording
 
 COMMAND = "triangulate"

@@ -11,7 +11,10 @@ from ovines.errors import InputError
 from ovines.recording import read_recording
 from tests.conftest import recording_toml, write_small_recording
 
-TEXT = recording_toml() + '\n[excitation]\nfrequency_hz = 11.0\naxis = "x"\n\n[model]\neffects = ["floor_friction"]\nrestitution = 0.72\n'
+TEXT = (
+    recording_toml()
+    + '\n[excitation]\nfrequency_hz = 11.0\naxis = "x"\n\n[model]\neffects = ["floor_friction"]\nrestitution = 0.72\n'
+)
 
 # what is replaced by what; the line that must be named is the first one that holds the third text
 FAULTS = {
@@ -22,10 +25,18 @@ FAULTS = {
     "rate of zero": ("frame_rate_hz = 800.0", "frame_rate_hz = 0.0", "frame_rate_hz"),
     "rate that is no number": ("frame_rate_hz = 800.0", "frame_rate_hz = nan", "frame_rate_hz"),
     "three sizes": ("sensor_size_px = [4096, 3072]", "sensor_size_px = [4096, 3072, 1]", "sensor_size_px"),
-    "fraction of a pixel": ("window_offset_px = [0, 1192]", "window_offset_px = [0.5, 1192]", "window_offset_px = [0.5"),
+    "fraction of a pixel": (
+        "window_offset_px = [0, 1192]",
+        "window_offset_px = [0.5, 1192]",
+        "window_offset_px = [0.5",
+    ),
     "negative window": ("window_offset_px = [0, 900]", "window_offset_px = [0, -900]", "window_offset_px = [0, -900"),
     "path for a name": ('name = "VW2"', 'name = "../VW2"', 'name = "../VW2"'),
-    "marker without a place": ('markers = ["H1", "H2", "H3", "H4"]', 'markers = ["H1", "H2", "H3", "H4", "H5"]', "layout_m"),
+    "marker without a place": (
+        'markers = ["H1", "H2", "H3", "H4"]',
+        'markers = ["H1", "H2", "H3", "H4", "H5"]',
+        "layout_m",
+    ),
     "marker twice": ('"N4", "N5"', '"N4", "N4"', '"N4", "N4"'),
     "marker on two bodies": ('"N4", "N5"', '"N4", "H1"', '"N4", "H1"'),
     "wall of no size": ("inner_radius_m = 0.05", "inner_radius_m = -0.05", "inner_radius_m"),
@@ -45,12 +56,16 @@ FAULTS = {
     "effects that are no list": ('effects = ["floor_friction"]', 'effects = "floor_friction"', "effects"),
     "camera twice": ('name = "VW2"', 'name = "VW1" # again', "# again"),
     "calibration nowhere": ('file = "../calibration.json"', 'file = "../none.json"', "file ="),
-    "calibration of two kinds": ('file = "../calibration.json"', 'file = "../calibration.json"\nboard = "b"', "[calibration]"),
+    "calibration of two kinds": (
+        'file = "../calibration.json"',
+        'file = "../calibration.json"\nboard = "b"',
+        "[calibration]",
+    ),
     "trigger nowhere": ("frame_rate_hz = 800.0", 'trigger = "none.csv"', "trigger ="),
     "bracket left open": ("[time]", "[time", "[time"),
     "key twice": ("frame_rate_hz = 800.0", "frame_rate_hz = 800.0\nframe_rate_hz = 800.0", None),
     "comma for a point": ("frame_rate_hz = 800.0", "frame_rate_hz = 800,0", "frame_rate_hz"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)

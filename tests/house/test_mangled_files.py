@@ -8,18 +8,13 @@ from hypothesis import strategies as st
 
 from ovines.camera import read_calibration, write_calibration
 from ovines.errors import InputError
-from ovines.first_frame_names import read_names
+from ovines.plausibility.names import read_names
 from ovines.recording import read_recording, read_trigger
 from tests.conftest import drawn, recording_toml, two_cameras
 
 MANY = drawn(200)
 JSON = st.recursive(
-    st.none()
-    | st.booleans()
-    | st.integers()
-    | st.integers(10**300, 10**310)
-    | st.floats()
-    | st.text(max_size=8),
+    st.none() | st.booleans() | st.integers() | st.integers(10**300, 10**310) | st.floats() | st.text(max_size=8),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
     max_leaves=8,
 )

@@ -21,7 +21,16 @@ from tests.conftest import write_small_recording
     [
         (),
         ("--name", 'x" <b> ä # [y]', "--images", "mp4", "--cameras", "left", "right", "top"),
-        ("--calibration", "../calibration.json", "--frequency-hz", "11", "--acceleration-g", "8", "--host-radius-mm", "60"),
+        (
+            "--calibration",
+            "../calibration.json",
+            "--frequency-hz",
+            "11",
+            "--acceleration-g",
+            "8",
+            "--host-radius-mm",
+            "60",
+        ),
     ],
 )
 def test_a_new_recording_is_valid(tmp_path, options):
@@ -29,7 +38,11 @@ def test_a_new_recording_is_valid(tmp_path, options):
     recording = read_recording(tmp_path / "ä b")
     assert recording.entry() == "frames"
     if "--name" in options:
-        assert recording.name == 'x" <b> ä # [y]' and [one.name for one in recording.cameras] == ["left", "right", "top"]
+        assert recording.name == 'x" <b> ä # [y]' and [one.name for one in recording.cameras] == [
+            "left",
+            "right",
+            "top",
+        ]
         assert recording.cameras[0].frames == "left.mp4"
     if "--calibration" in options:
         assert recording.excitation.frequency_hz == 11.0
@@ -42,13 +55,20 @@ def test_every_commented_line_is_valid_too(tmp_path):
     """The lines to switch on by taking '# ' away (all that hold no '...' and no second choice)."""
     assert main(["new", str(tmp_path / "r")]) == 0
     path = tmp_path / "r" / "recording.toml"
-    text = re.sub(r"^# (trigger|window_\w+|exposure_s|restitution|wall_friction|tangential_restitution|floor_friction) =", r"\1 =", path.read_text(), flags=re.MULTILINE)
+    text = re.sub(
+        r"^# (trigger|window_\w+|exposure_s|restitution|wall_friction|tangential_restitution|floor_friction) =",
+        r"\1 =",
+        path.read_text(),
+        flags=re.MULTILINE,
+    )
     assert text.count("\n# ") < path.read_text().count("\n# ") - 9
     path.write_text(text)
     assert read_recording(path).model.restitution == 0.72
 
 
-@pytest.mark.parametrize("options", [("--cameras", "a", "a"), ("--rate-hz", "nan"), ("--nes-radius-mm", "80"), ("--sensor", "0", "9")])
+@pytest.mark.parametrize(
+    "options", [("--cameras", "a", "a"), ("--rate-hz", "nan"), ("--nes-radius-mm", "80"), ("--sensor", "0", "9")]
+)
 def test_options_that_no_recording_may_have_are_refused_and_leave_nothing(tmp_path, options, capsys):
     assert main(["new", str(tmp_path / "r"), *options]) == 2
     assert "correct the option" in capsys.readouterr().err
@@ -56,7 +76,9 @@ def test_options_that_no_recording_may_have_are_refused_and_leave_nothing(tmp_pa
 
 
 def at_a_terminal(arguments: list[str], answers: list[str]) -> tuple[str, int]:
-    """A real terminal (pty): each answer typed when a question waits for it, Ctrl-D after the last; what it showed, exit status."""
+    """A real terminal (pty): each answer typed when a question waits for it, Ctrl-D after the last; what it showed,
+    exit status.
+    """
     ours, theirs = pty.openpty()
     command = [sys.executable, "-m", "ovines", *arguments]
     with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs) as process:
@@ -78,7 +100,23 @@ def at_a_terminal(arguments: list[str], answers: list[str]) -> tuple[str, int]:
 def test_new_asks_at_a_terminal(tmp_path):
     """What is left out is asked for; answers that cannot be are asked again with the reader's own reason."""
     folder = tmp_path / "r"
-    answers = ["left, right", "4096x", "1280 x 1024", "-5", "quick", "1000", "tif", "", "", "6", "9", "1.5", "", "11", "8"]
+    answers = [
+        "left, right",
+        "4096x",
+        "1280 x 1024",
+        "-5",
+        "quick",
+        "1000",
+        "tif",
+        "",
+        "",
+        "6",
+        "9",
+        "1.5",
+        "",
+        "11",
+        "8",
+    ]
     shown, status = at_a_terminal(["new", str(folder)], answers)
     assert status == 0, shown
     assert "'4096x' cannot be read; an example: 4096 x 3072" in shown
@@ -88,13 +126,30 @@ def test_new_asks_at_a_terminal(tmp_path):
     assert [one.name for one in recording.cameras] == ["left", "right"] and recording.cameras[1].frames == "right/*.tif"
     assert recording.cameras[0].sensor_size_px == (1280, 1024) and recording.frame_rate_hz == 1000
     assert recording.bodies["host"].inner_radius_m == pytest.approx(0.006)
-    assert recording.bodies["nes"].radius_m == pytest.approx(0.0015) and recording.bodies["nes"].mass_kg == pytest.approx(0.0246)
+    assert recording.bodies["nes"].radius_m == pytest.approx(0.0015) and recording.bodies[
+        "nes"
+    ].mass_kg == pytest.approx(0.0246)
     assert (recording.excitation.frequency_hz, recording.excitation.acceleration_g) == (11, 8)
     assert recording.board == "charuco_5x7_8mm"
 
 
 def test_new_asks_only_for_what_is_left_out(tmp_path):
-    given = ["--cameras", "a", "b", "--sensor", "640", "480", "--rate-hz", "500", "--images", "avi", "--host-radius-mm", "40", "--nes-mass-g", "5"]
+    given = [
+        "--cameras",
+        "a",
+        "b",
+        "--sensor",
+        "640",
+        "480",
+        "--rate-hz",
+        "500",
+        "--images",
+        "avi",
+        "--host-radius-mm",
+        "40",
+        "--nes-mass-g",
+        "5",
+    ]
     shown, status = at_a_terminal(["new", str(tmp_path / "r"), *given], ["../calibration.json", "", "none"])
     assert status == 0 and shown.count("]: ") == 3, shown  # the board is not asked for: the calibration is solved
     assert read_recording(tmp_path / "r").calibration_file == tmp_path / "r" / "../calibration.json"
@@ -118,7 +173,9 @@ def test_an_existing_recording_is_kept(tmp_path):
 
 
 def test_the_drawing():
-    drawn = drawing("tracks", {"triangulate": "up to date", "analyse": "would run", "report": "would run after analyse"})
+    drawn = drawing(
+        "tracks", {"triangulate": "up to date", "analyse": "would run", "report": "would run after analyse"}
+    )
     assert drawn.splitlines()[0] == "  tracks -> [x] triangulate -> [ ] analyse -> [ ] report"
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ovines.camera import read_calibration
+from ovines.pipeline.runner import run_stages
 from ovines.recording import read_recording
-from ovines.running import run_stages
 from ovines.tables import read_table
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"

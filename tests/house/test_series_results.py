@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ovines.one_recording import run_one
-from ovines.pages import FIGURES
+from ovines.pipeline.one_recording import run_one
+from ovines.pipeline.pages import FIGURES
+from ovines.pipeline.series import run_series
+from ovines.pipeline.series_results import write_series_results
 from ovines.recording import read_recording
-from ovines.series import run_series
-from ovines.series_results import write_series_results
 from ovines.tables import read_table
 from tests.conftest import two_cameras, write_small_recording
 
@@ -75,12 +75,14 @@ def test_a_solved_calibration_gets_its_page(small_recording, tmp_path, monkeypat
     for camera in ("VW1", "VW2"):
         (folder / f"{camera}.png").write_bytes(b"x")
     out.mkdir()
-    (out / "calibration.html").write_text("an old page")
+    (out / "calibration.html").write_text('<meta name="generator" content="ovines"> an old page')
     seen = []
 
     class Solved:
         cameras, advice = two_cameras(), ()
-        views = pd.DataFrame({"camera": ["VW1"], "view": ["a"], "points": [24], "used": [True], "rms_px": [0.1], "reason": [None]})
+        views = pd.DataFrame(
+            {"camera": ["VW1"], "view": ["a"], "points": [24], "used": [True], "rms_px": [0.1], "reason": [None]}
+        )
         parameters = pd.DataFrame({"camera": ["VW1"], "parameter": ["fx"], "value": [3000.0], "sd": [2.0]})
         covariance, labels = np.array([[4.0]]), [("VW1", "fx")]
 

@@ -99,7 +99,7 @@ def test_html_in_names_is_text_in_every_page(tmp_path, capsys):
         folder = tmp_path / "series" / name
         write_motion(folder, bouncing_motion(200, 800.0))
         title = EVIL.replace("/", "\\u2215").replace('"', '\\"')  # a name holds no slash
-        body = '[model]\nrestitution = 0.7\nwall_friction = 0.1\ntangential_restitution = 0.4\n'
+        body = "[model]\nrestitution = 0.7\nwall_friction = 0.1\ntangential_restitution = 0.4\n"
         text = (folder / "recording.toml").read_text().replace("format = 1\n", f'format = 1\nname = "{title}"\n', 1)
         (folder / "recording.toml").write_text(text + body, encoding="utf-8")
     evil_series = tmp_path / EVIL.replace("/", "∕")
@@ -122,7 +122,9 @@ def test_no_name_leads_out_of_the_results_folder(name, tmp_path, ovines):
         write_small_recording(folder, frames=20)
         text = recording_toml("run")
         assert key in text
-        (folder / "recording.toml").write_text(text.replace(key, key.replace(key.split('"')[1], name)), encoding="utf-8")
+        (folder / "recording.toml").write_text(
+            text.replace(key, key.replace(key.split('"')[1], name)), encoding="utf-8"
+        )
         with pytest.raises(InputError):
             read_recording(folder)
 
@@ -164,10 +166,19 @@ def test_a_path_that_cannot_be(tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     long = tmp_path / ("x" * 300)
     for arguments in (
-        ["run", folder, "--out", long], ["run", long], ["check", long], ["diagnose", long], ["report", long], ["simulate", long],
-        ["run", folder, "--out", tmp_path / "file" / "x"], ["new", tmp_path / "file" / "x"], ["simulate", "rig", "--out", tmp_path / "file"],
-        ["diagnose", folder, "--out", tmp_path / "file"], ["compare", folder, "--out", tmp_path / "file"], ["animate", folder, "--results", long],
-    ):  # fmt: skip
+        ["run", folder, "--out", long],
+        ["run", long],
+        ["check", long],
+        ["diagnose", long],
+        ["report", long],
+        ["simulate", long],
+        ["run", folder, "--out", tmp_path / "file" / "x"],
+        ["new", tmp_path / "file" / "x"],
+        ["simulate", "rig", "--out", tmp_path / "file"],
+        ["diagnose", folder, "--out", tmp_path / "file"],
+        ["compare", folder, "--out", tmp_path / "file"],
+        ["animate", folder, "--results", long],
+    ):
         assert main([str(one) for one in arguments]) == 2, arguments
         said = capsys.readouterr()
         assert "found:" in said.err + said.out and "Traceback" not in said.err

@@ -27,7 +27,8 @@ def test_contract_columns_are_declared():
     contract = {
         "tracks": "camera frame time_s marker u_px v_px sd_px",
         "points": "frame time_s marker x_m y_m z_m x_sd_m y_sd_m z_sd_m reprojection_px",
-        "motion": "frame time_s nes_x_m nes_y_m nes_z_m nes_angle_rad host_x_m host_y_m host_z_m host_angle_rad nes_vx_m_per_s",
+        "motion": "frame time_s nes_x_m nes_y_m nes_z_m nes_angle_rad host_x_m host_y_m host_z_m host_angle_rad "
+        "nes_vx_m_per_s",
         "impacts": "impact time_s time_sd_s azimuth_rad normal_speed_before_m_per_s normal_speed_after_m_per_s "
         "tangential_speed_before_m_per_s tangential_speed_after_m_per_s spin_before_rad_per_s spin_after_rad_per_s "
         "restitution restitution_sd tangential_restitution wall_friction regime",
@@ -168,7 +169,7 @@ def test_any_declared_content_survives(tmp_path, rows):
         {
             "parameter": [f"p{number}" for number, _ in rows],
             **{
-                name: pd.Series([value for _, value in rows], dtype=float)
+                name: pd.Series([abs(value) if name == "sd" else value for _, value in rows], dtype=float)
                 for name in ("value", "sd", "low", "high")
             },
             "n_impacts": pd.Series([number for number, _ in rows], dtype="Int64"),

@@ -12,15 +12,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.simulated_motion import simulated_motion
 from analysis.view.outlines import body_lines, placed, poses, seen_by, wall_gap_m
+from analysis.view.simulated_motion import simulated_motion
 from ovines.__main__ import main
 from ovines.camera import read_calibration
 from ovines.recording import read_recording
 from ovines.tables import read_table, write_table
 from tests.conftest import two_cameras, write_small_recording
-from vision.pictures import Selection, jpegs
-from vision.sync import DroppedFrames
+from vision.frames.dropped import DroppedFrames
+from vision.frames.previews import Selection, jpegs
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"
 FRAMES = 90
@@ -63,7 +63,9 @@ def contents(path: Path) -> tuple[dict[str, int], dict[str, pd.DataFrame]]:
         if not chunk.is_static:
             rows[chunk.entity_path.lstrip("/")] += chunk.num_rows
             tables.setdefault(chunk.entity_path.lstrip("/"), []).append(chunk.to_record_batch().to_pandas())
-    return dict(rows), {name: pd.concat(parts).sort_values("frame").reset_index(drop=True) for name, parts in tables.items()}
+    return dict(rows), {
+        name: pd.concat(parts).sort_values("frame").reset_index(drop=True) for name, parts in tables.items()
+    }
 
 
 def test_the_file_holds_every_frame_and_what_was_found(results, tmp_path, capsys):
@@ -76,16 +78,26 @@ def test_the_file_holds_every_frame_and_what_was_found(results, tmp_path, capsys
         path = f"world/cameras/{camera}"
         assert rows[f"{path}/image"] == rows[f"{path}/bodies/nes"] == rows[f"{path}/bodies/host"] == FRAMES
         assert rows[f"{path}/tracks/ground"] == rows[f"{path}/tracks/host"] == rows[f"{path}/tracks/nes"] == FRAMES
-    assert rows["world/bodies/nes"] == rows["world/points/nes"] == rows["curves/x/nes"] == rows["curves/room_to_the_wall/nes"] == FRAMES
+    assert (
+        rows["world/bodies/nes"]
+        == rows["world/points/nes"]
+        == rows["curves/x/nes"]
+        == rows["curves/room_to_the_wall/nes"]
+        == FRAMES
+    )
     tracks = read_table(results / "tracks.parquet", "tracks")
     shown = tables["world/cameras/VW1/tracks/nes"]
     own = tracks[(tracks["camera"] == "VW1") & (tracks["frame"] == 45) & tracks["marker"].str.startswith("N")]
     row = shown[shown["frame"] == 45].iloc[0]
     assert list(row["Points2D:labels"]) == list(own["marker"]) == ["N1", "N2", "N4", "N5"]  # N3 is hidden there
     found = np.stack(row["Points2D:positions"])
-    np.testing.assert_allclose(found, own[["u_px", "v_px"]].to_numpy() + 0.5, atol=1e-3)  # their pixels begin at the corner
+    np.testing.assert_allclose(
+        found, own[["u_px", "v_px"]].to_numpy() + 0.5, atol=1e-3
+    )  # their pixels begin at the corner
     motion = read_table(results / "motion.parquet", "motion")
-    np.testing.assert_allclose(np.stack(tables["curves/x/nes"]["Scalars:scalars"])[:, 0], 1e3 * motion["nes_x_m"], atol=1e-6)
+    np.testing.assert_allclose(
+        np.stack(tables["curves/x/nes"]["Scalars:scalars"])[:, 0], 1e3 * motion["nes_x_m"], atol=1e-6
+    )
     jpeg = bytes(tables["world/cameras/VW2/image"]["EncodedImage:blob"].iloc[3][0])
     assert jpeg[:2] == b"\xff\xd8"
 
@@ -93,7 +105,12 @@ def test_the_file_holds_every_frame_and_what_was_found(results, tmp_path, capsys
 def test_fewer_frames_on_request(results, tmp_path):
     pytest.importorskip("rerun")
     out = tmp_path / "few.rrd"
-    assert main(["view", str(SAMPLE), "--results", str(results), "--save", str(out), "--frames", "10", "29", "--every", "5"]) == 0
+    assert (
+        main(
+            ["view", str(SAMPLE), "--results", str(results), "--save", str(out), "--frames", "10", "29", "--every", "5"]
+        )
+        == 0
+    )
     rows, tables = contents(out)
     assert list(tables["world/cameras/VW1/image"]["frame"]) == [10, 15, 20, 25]
     assert rows["curves/y/nes"] == FRAMES  # curves are whole
@@ -120,7 +137,9 @@ def test_refusals(tmp_path, capsys, arguments, word):
     pytest.importorskip("rerun")
     folder = write_small_recording(tmp_path / "run-01", frames=5).folder
     (folder / "tracks.parquet").unlink()
-    (folder / "recording.toml").write_text((folder / "recording.toml").read_text().replace('name = "VW1"', 'name = "VW1"\nframes = "a/*"'))
+    (folder / "recording.toml").write_text(
+        (folder / "recording.toml").read_text().replace('name = "VW1"', 'name = "VW1"\nframes = "a/*"')
+    )
     assert main(["view", str(folder), *arguments]) == 2
     assert word in capsys.readouterr().err
 
@@ -128,12 +147,16 @@ def test_refusals(tmp_path, capsys, arguments, word):
 def test_without_the_extra_it_says_how_to_get_it(tmp_path):
     """In a Python in which rerun cannot be imported."""
     hide = "import sys; sys.modules['rerun'] = None; from ovines.__main__ import main; sys.exit(main(['view', '.']))"
-    result = subprocess.run([sys.executable, "-c", hide], capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path)
+    result = subprocess.run(
+        [sys.executable, "-c", hide], capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path
+    )
     assert result.returncode == 2 and "pip install -e '.[view]'" in result.stderr and "Traceback" not in result.stderr
 
 
 def test_outlines_meet_the_markers_and_the_walls_touch():
-    """The disk's markers under a pose, projected, are where the cameras saw them; the room to the wall is what it is."""
+    """The disk's markers under a pose, projected, are where the cameras saw them; the room to the wall is what it
+    is.
+    """
     recording, truth = read_recording(SAMPLE), read_table(SAMPLE / "truth.parquet", "truth")
     own = truth[truth["camera"] == "VW2"]
     once = own.drop_duplicates("frame")
@@ -146,28 +169,39 @@ def test_outlines_meet_the_markers_and_the_walls_touch():
     radii = [np.hypot(*line[:, :2].T).max() for line in body_lines(recording)["nes"]]
     assert radii == pytest.approx([0.01] * 3)
     gap = wall_gap_m(once, recording)
-    assert -2e-4 < gap.min() < 2e-3 and gap.max() < 0.08  # frames do not fall on the impacts: 2.5 mm in a frame at 2 m/s
+    assert (
+        -2e-4 < gap.min() < 2e-3 and gap.max() < 0.08
+    )  # frames do not fall on the impacts: 2.5 mm in a frame at 2 m/s
 
 
 def test_room_in_a_square(tmp_path):
     (tmp_path / "recording.toml").write_text(
-        "format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\npolygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]\n"
+        "format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\npolygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, "
+        "0.05], [-0.05, 0.05]]\n"
         "[bodies.nes]\nradius_m = 0.01\n"
     )
-    motion = pd.DataFrame({"nes_x_m": [0.0, 0.03], "nes_y_m": 0.0, "host_x_m": 0.0, "host_y_m": 0.0, "host_angle_rad": [0.0, np.pi / 4]})
+    motion = pd.DataFrame(
+        {"nes_x_m": [0.0, 0.03], "nes_y_m": 0.0, "host_x_m": 0.0, "host_y_m": 0.0, "host_angle_rad": [0.0, np.pi / 4]}
+    )
     gap = wall_gap_m(motion, read_recording(tmp_path))
     assert gap == pytest.approx([0.04, 0.05 - 0.03 / np.sqrt(2) - 0.01])
 
 
 def test_simulated_flights_lie_on_the_measured_ones():
-    """Free flights without friction: each is foretold from its impact to numerical accuracy; before the first is nothing."""
+    """Free flights without friction: each is foretold from its impact to numerical accuracy; before the first is
+    nothing.
+    """
     from tests.conftest import bouncing_motion
 
     motion = bouncing_motion(160, 800.0)
     recording = read_recording(SAMPLE)
-    impacts, identification = exact_impacts(), pd.DataFrame(
-        [("restitution", 0.72), ("wall_friction", 0.0), ("tangential_restitution", -1.0), ("floor_friction", 0.0)], columns=["parameter", "value"]
-    ).assign(sd=1e-3, low=np.nan, high=np.nan)  # fmt: skip
+    impacts, identification = (
+        exact_impacts(),
+        pd.DataFrame(
+            [("restitution", 0.72), ("wall_friction", 0.0), ("tangential_restitution", -1.0), ("floor_friction", 0.0)],
+            columns=["parameter", "value"],
+        ).assign(sd=1e-3, low=np.nan, high=np.nan),
+    )
     table = simulated_motion(motion, impacts, identification, recording)
     before = motion["time_s"] < impacts["time_s"][0]
     assert table["nes_x_m"][before].isna().all()
@@ -192,12 +226,19 @@ def exact_impacts() -> pd.DataFrame:
         before, after = velocity[k - 2], velocity[k + 3]
         tangent = np.array([-normal[1], normal[0]])
         spin = 3.0
-        rows.append({
-            "impact": number, "time_s": fine["time_s"][k + 1], "azimuth_rad": np.arctan2(normal[1], normal[0]),
-            "normal_speed_before_m_per_s": before @ normal, "normal_speed_after_m_per_s": -after @ normal,
-            "tangential_speed_before_m_per_s": before @ tangent + 0.01 * spin, "tangential_speed_after_m_per_s": after @ tangent + 0.01 * spin,
-            "spin_before_rad_per_s": spin, "spin_after_rad_per_s": spin,
-        })  # fmt: skip
+        rows.append(
+            {
+                "impact": number,
+                "time_s": fine["time_s"][k + 1],
+                "azimuth_rad": np.arctan2(normal[1], normal[0]),
+                "normal_speed_before_m_per_s": before @ normal,
+                "normal_speed_after_m_per_s": -after @ normal,
+                "tangential_speed_before_m_per_s": before @ tangent + 0.01 * spin,
+                "tangential_speed_after_m_per_s": after @ tangent + 0.01 * spin,
+                "spin_before_rad_per_s": spin,
+                "spin_after_rad_per_s": spin,
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -226,5 +267,3 @@ def test_sixteen_bits_are_stretched(tmp_path):
     ((number, pictures),) = jpegs(read_recording(tmp_path), Selection(quality=95))
     seen = cv2.imdecode(np.frombuffer(pictures["VW1"], np.uint8), cv2.IMREAD_GRAYSCALE)
     assert number == 0 and seen[:, 0].max() < 12 and seen[:, -1].min() > 243
-
-

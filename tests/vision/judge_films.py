@@ -2,11 +2,12 @@
 
     python -m tests.vision.judge_films [--only plain] [--frames 6] [--seed 1] [--keep FOLDER] [--run]
 
-From boards to motion it goes by the chain's own functions (``--run``: by ``ovines run``, up to the report); what they wrote is compared
-with the truth, which never leaves this process.  ``seen``: of the markers that lie wholly in both pictures,
-those with a point.  ``swaps``: tracks nearer to another marker than to their own.  ``px``: median error of the centres, share inside
-1.645 sd.  ``um``: RMS of the points' error in space as they are / once one rigid motion (the calibration's) is taken off, the share of the latter
-inside 1.645 sd.  ``NES``: RMS of x, y [um] and of the angle [mrad] without their median (the calibration's), and the shares inside.
+From boards to motion it goes by the chain's own functions (``--run``: by ``ovines run``, up to the report); what they
+wrote is compared with the truth, which never leaves this process.  ``seen``: of the markers that lie wholly in both
+pictures, those with a point.  ``swaps``: tracks nearer to another marker than to their own.  ``px``: median error of
+the centres, share inside 1.645 sd.  ``um``: RMS of the points' error in space as they are / once one rigid motion (the
+calibration's) is taken off, the share of the latter inside 1.645 sd.  ``NES``: RMS of x, y [um] and of the angle [mrad]
+without their median (the calibration's), and the shares inside.
 ``walls``: error of R_H and R_N [um] and the sd that the notes tell.
 """
 
@@ -25,19 +26,27 @@ import pandas as pd
 
 from tests.vision.other_films import KINDS, Kind, drawn
 
-HEAD = (f"{'kind':30s}    seen swaps |  px: med   in | um:  raw  fitted   in | NES: seen   um  mrad   in   in | walls: R_H    sd    R_N    sd |   s")
+HEAD = (
+    f"{'kind':30s}    seen swaps |  px: med   in | um:  raw  fitted   in | NES: seen   um  mrad   in   in | walls: "
+    f"R_H    sd    R_N    sd |   s"
+)
 
 
 def run(folder: Path) -> tuple[int, str, float]:
     """``ovines run``: exit status, what it said, seconds."""
     before = time.time()
-    done = subprocess.run([sys.executable, "-m", "ovines", "run", str(folder), "--out", str(folder / "results")], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "ovines", "run", str(folder), "--out", str(folder / "results")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     return done.returncode, done.stdout + done.stderr, time.time() - before
 
 
 def followed(folder: Path) -> tuple[int, str, float]:
     """The same without the command: boards, tracks, points, motion."""
-    from analysis.motion import motion_from_points
+    from analysis.motion.bodies import motion_from_points
     from ovines.errors import InputError
     from ovines.recording import read_recording
     from vision.calibrate import calibrate_recording
@@ -61,7 +70,9 @@ def followed(folder: Path) -> tuple[int, str, float]:
 def judged(folder: Path, truth: pd.DataFrame, kind: Kind) -> str:
     """A row of the table."""
     results = folder / "results"
-    tracks, points, motion, walls = (pd.read_parquet(results / f"{name}.parquet") for name in ("tracks", "points", "motion", "walls"))
+    tracks, points, motion, walls = (
+        pd.read_parquet(results / f"{name}.parquet") for name in ("tracks", "points", "motion", "walls")
+    )
     return " | ".join([_centres(truth, tracks), _space(truth, points), _pose(truth, motion), _walls(walls, kind)])
 
 
@@ -102,16 +113,24 @@ def _pose(truth: pd.DataFrame, motion: pd.DataFrame) -> str:
         sd[key] = own[f"nes_{name}"].to_numpy(float)[seen]
     inside = {key: np.mean(np.abs(off[key]) < 1.645 * sd[key]) for key in off}
     place = 1e6 * np.sqrt(np.mean(np.r_[off["x_m"], off["y_m"]] ** 2))
-    return (f"{seen.mean():9.1%} {place:5.2f} {1e3 * np.sqrt(np.mean(off['angle_rad']**2)):5.2f} {0.5 * (inside['x_m'] + inside['y_m']):4.0%} "
-            f"{inside['angle_rad']:4.0%}")
+    return (
+        f"{seen.mean():9.1%} {place:5.2f} {1e3 * np.sqrt(np.mean(off['angle_rad'] ** 2)):5.2f} "
+        f"{0.5 * (inside['x_m'] + inside['y_m']):4.0%} "
+        f"{inside['angle_rad']:4.0%}"
+    )
 
 
 def _walls(walls: pd.DataFrame, kind: Kind) -> str:
-    from vision.wall_table import scatter_of
+    from vision.walls.table import scatter_of
+
     told = []
     for body, radius in (("host", kind.bodies.inner), ("nes", kind.bodies.washer)):
         own = walls[walls["body"] == body]
-        told.append(f"{'-':>6s} {'-':>5s}" if len(own) < 3 else "{:6.1f} {:5.1f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius, 0])))
+        told.append(
+            f"{'-':>6s} {'-':>5s}"
+            if len(own) < 3
+            else "{:6.1f} {:5.1f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius, 0]))
+        )
     return "       " + "  ".join(told)
 
 
@@ -131,7 +150,11 @@ def main() -> None:
             if args.keep:
                 truth.to_parquet(folder / "hidden_truth.parquet")
             status, said, seconds = (run if args.run else followed)(folder)
-            print(f"{name:30s} {judged(folder, truth, kind) if status == 0 else f'exit {status}: {said[-300:]}'} | {seconds:4.0f}", flush=True)
+            print(
+                f"{name:30s} {judged(folder, truth, kind) if status == 0 else f'exit {status}: {said[-300:]}'} | "
+                f"{seconds:4.0f}",
+                flush=True,
+            )
             (folder / "said.txt").write_text(said, encoding="utf-8")
 
 

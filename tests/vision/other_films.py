@@ -1,4 +1,5 @@
-"""Recordings as a stranger would bring them, drawn by `other_renderer`: a folder with views of a ChArUco board by both cameras, frames, recording.toml.
+"""Recordings as a stranger would bring them, drawn by `other_renderer`: a folder with views of a ChArUco board by both
+cameras, frames, recording.toml.
 
 `judge_films` says how true the chain is on them.
 """
@@ -15,8 +16,11 @@ import pandas as pd
 
 from tests.vision.other_renderer import PLACES, Bodies, Lens, Window, exposed
 
-BOARDS = {"charuco_5x7_8mm": (5, 7, 0.008, 0.006, "DICT_5X5_50"), "charuco_7x10_15mm": (7, 10, 0.015, 0.011, "DICT_5X5_50"),
-          "charuco_9x13_20mm": (9, 13, 0.02, 0.015, "DICT_5X5_100")}
+BOARDS = {
+    "charuco_5x7_8mm": (5, 7, 0.008, 0.006, "DICT_5X5_50"),
+    "charuco_7x10_15mm": (7, 10, 0.015, 0.011, "DICT_5X5_50"),
+    "charuco_9x13_20mm": (9, 13, 0.02, 0.015, "DICT_5X5_100"),
+}
 MIDDLE = np.array([0.045, -0.055])  # where the ring rests, seen from the board's corner
 STILL = Bodies((0, 0), (0, 0), np.empty((0, 7)))
 
@@ -42,12 +46,18 @@ class Kind:
     nes_centre: bool = True
     host_deg: tuple[float, ...] = (22, 118, 205, 309)
     host_centre: bool = False
-    ground: tuple[tuple[float, float], ...] = ((-0.08, 0.02), (0.085, 0.005), (0.078, -0.055))  # clockwise from the left, as they are named
+    ground: tuple[tuple[float, float], ...] = (
+        (-0.08, 0.02),
+        (0.085, 0.005),
+        (0.078, -0.055),
+    )  # clockwise from the left, as they are named
     sticker_m: dict[str, float] = field(default_factory=lambda: {"ground": 0.002, "host": 0.002, "nes": 0.0013})
     grey: float = 20.0
     paper: float | None = None  # grey of a thin ring about each sticker: half a radius wide
     bodies: Bodies = STILL
-    clutter: tuple[tuple[float, float, float, float, float], ...] = ()  # x, y, z, radius, grey: screws and holes on the ring
+    clutter: tuple[
+        tuple[float, float, float, float, float], ...
+    ] = ()  # x, y, z, radius, grey: screws and holes on the ring
     blur: float = 0.8
     noise: float = 2.0
     photons: float = 0.0
@@ -63,7 +73,9 @@ class Kind:
     board: str = "charuco_7x10_15mm"
     views: int = 10
     print_of: dict[str, bool] = field(default_factory=dict)  # legacy, inverted: unlike what the board's TOML says
-    printed: Callable[[np.ndarray], np.ndarray] = lambda picture: picture  # what a mistaken user does to the board's pictures
+    printed: Callable[[np.ndarray], np.ndarray] = lambda picture: (
+        picture
+    )  # what a mistaken user does to the board's pictures
     toml: Callable[[str], str] = lambda text: text
 
 
@@ -72,7 +84,9 @@ def lenses(kind: Kind, rng: np.random.Generator) -> list[Lens]:
     found = []
     for name, lean, roll in zip(("left", "right"), np.radians(kind.leans_deg), np.radians(kind.rolls_deg), strict=True):
         aside = np.radians(kind.aside_deg)
-        eye = np.append(MIDDLE, 0.0) + kind.distance_m * np.array([np.sin(lean), np.sin(aside) * np.cos(lean), np.cos(aside) * np.cos(lean)])
+        eye = np.append(MIDDLE, 0.0) + kind.distance_m * np.array(
+            [np.sin(lean), np.sin(aside) * np.cos(lean), np.cos(aside) * np.cos(lean)]
+        )
         forward = np.append(MIDDLE + rng.normal(0, 0.002, 2), 0.0) - eye
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, [0.0, 1.0, 0.0])
@@ -85,7 +99,8 @@ def lenses(kind: Kind, rng: np.random.Generator) -> list[Lens]:
 
 
 def plant(kind: Kind, seconds: float, rng: np.random.Generator) -> Callable[[float], np.ndarray]:
-    """Own, crude dynamics: ring shaken along x at 11 Hz, washer flying straight, bouncing off its wall, its spin thrown about.
+    """Own, crude dynamics: ring shaken along x at 11 Hz, washer flying straight, bouncing off its wall, its spin thrown
+    about.
 
     Gives (ring x, y, angle, washer x, y, angle) at a time, relative to MIDDLE.
     """
@@ -120,8 +135,11 @@ def layouts(kind: Kind) -> dict[str, np.ndarray]:
     nes = around(kind.nes_deg, kind.nes_out_m, b.washer_height)
     host = around(kind.host_deg, 0.5 * (b.inner + b.outer), b.wall)
     ground = np.array([(*(MIDDLE + place), b.table) for place in kind.ground])
-    return {"ground": ground, "host": np.r_[[[0.0, 0.0, 0.0]], host] if kind.host_centre else host,
-            "nes": np.r_[[[0.0, 0.0, b.washer_height]], nes] if kind.nes_centre else nes}
+    return {
+        "ground": ground,
+        "host": np.r_[[[0.0, 0.0, 0.0]], host] if kind.host_centre else host,
+        "nes": np.r_[[[0.0, 0.0, b.washer_height]], nes] if kind.nes_centre else nes,
+    }
 
 
 def scene(kind: Kind, placed: dict[str, np.ndarray], pose: np.ndarray) -> Bodies:
@@ -136,7 +154,9 @@ def scene(kind: Kind, placed: dict[str, np.ndarray], pose: np.ndarray) -> Bodies
             paper = (r * 1.5, kind.paper) if kind.paper is not None else (r, kind.grey)
             rows.append((at[0] + c * x - s * y, at[1] + s * x + c * y, z, r, kind.grey, *paper))
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    rows += [(ring[0] + c * x - s * y, ring[1] + s * x + c * y, z, r, grey, r, grey) for x, y, z, r, grey in kind.clutter]
+    rows += [
+        (ring[0] + c * x - s * y, ring[1] + s * x + c * y, z, r, grey, r, grey) for x, y, z, r, grey in kind.clutter
+    ]
     return replace(kind.bodies, ring_at=tuple(ring), washer_at=tuple(washer), stickers=np.array(rows))
 
 
@@ -145,52 +165,128 @@ def drawn(folder: Path, kind: Kind, frames: int, seed: int) -> pd.DataFrame:
     rng = np.random.default_rng(seed)
     folder.mkdir(parents=True, exist_ok=True)
     cameras, design = lenses(kind, rng), layouts(kind)
-    placed = {body: own + (np.column_stack([rng.normal(0, kind.layout_sd_m, (len(own), 2)), np.zeros(len(own))]) if body != "ground" else 0.0)
-              for body, own in design.items()}
+    placed = {
+        body: own
+        + (
+            np.column_stack([rng.normal(0, kind.layout_sd_m, (len(own), 2)), np.zeros(len(own))])
+            if body != "ground"
+            else 0.0
+        )
+        for body, own in design.items()
+    }
     names = [f"{body[0].upper()}{i + 1}" for body, own in placed.items() for i in range(len(own))]
     offsets = []
     for lens in cameras:
         u, v = lens.pixels(np.append(MIDDLE, 0.5 * kind.bodies.wall))
-        low = [int(np.clip(at - 0.5 * size, 0, whole - size)) for at, size, whole in zip((u, v), kind.window, kind.sensor, strict=True)]
+        low = [
+            int(np.clip(at - 0.5 * size, 0, whole - size))
+            for at, size, whole in zip((u, v), kind.window, kind.sensor, strict=True)
+        ]
         offsets.append((low[0] // 4 * 4, low[1] // 2 * 2))
         _boards(folder, kind, lens, np.random.default_rng([seed, len(lens.name)]))
     motion = plant(kind, frames / kind.rate_hz, rng)
-    times = np.arange(frames) / kind.rate_hz + rng.normal(0, kind.jitter_s, frames) if kind.jitter_s else np.arange(frames) / kind.rate_hz
+    times = (
+        np.arange(frames) / kind.rate_hz + rng.normal(0, kind.jitter_s, frames)
+        if kind.jitter_s
+        else np.arange(frames) / kind.rate_hz
+    )
     if kind.jitter_s:
         pd.DataFrame({"frame": np.arange(frames), "time_s": times}).to_csv(folder / "trigger.csv", index=False)
     rows = []
     for lens, offset in zip(cameras, offsets, strict=True):
         window, save = Window(lens, *offset, *kind.window), _saver(folder / lens.name, kind)
-        v, u = np.mgrid[:kind.window[1], :kind.window[0]]
+        v, u = np.mgrid[: kind.window[1], : kind.window[0]]
         away = np.hypot(u + offset[0] - lens.centre[0], v + offset[1] - lens.centre[1]) / (0.5 * kind.sensor[0])
-        extra = sum((grey * np.exp(-0.5 * ((u - a) ** 2 + (v - b) ** 2) / sd**2) for a, b, sd, grey in kind.glare), np.zeros(1))
+        extra = sum(
+            (grey * np.exp(-0.5 * ((u - a) ** 2 + (v - b) ** 2) / sd**2) for a, b, sd, grey in kind.glare), np.zeros(1)
+        )
         for frame, now in enumerate(times):
             middle = scene(kind, placed, motion(now))
-            ends = [window.lens.pixels(scene(kind, placed, motion(now + half * kind.exposure_s)).stickers[:, :3]) for half in (-0.5, 0.5)]
+            ends = [
+                window.lens.pixels(scene(kind, placed, motion(now + half * kind.exposure_s)).stickers[:, :3])
+                for half in (-0.5, 0.5)
+            ]
             moved = np.abs(ends[1] - ends[0]).max()
             light, n = window.bodies(middle), 1 if moved < 0.15 else 1 + 2 * int(np.ceil(1.2 * moved))
             if n > 1:
                 box = _box(window, middle)
-                light[box[1]:box[3], box[0]:box[2]] = np.mean(
-                    [window.bodies(scene(kind, placed, motion(now + kind.exposure_s * ((k + 0.5) / n - 0.5))), box, PLACES[32 * (k % 3):][:max(32, 2 * (96 // n))]) for k in range(n)], axis=0)
-            save(frame, exposed(light, rng, kind.blur, kind.noise, kind.photons, kind.bits, 1 - kind.vignette * away**2, extra))
+                light[box[1] : box[3], box[0] : box[2]] = np.mean(
+                    [
+                        window.bodies(
+                            scene(kind, placed, motion(now + kind.exposure_s * ((k + 0.5) / n - 0.5))),
+                            box,
+                            PLACES[32 * (k % 3) :][: max(32, 2 * (96 // n))],
+                        )
+                        for k in range(n)
+                    ],
+                    axis=0,
+                )
+            save(
+                frame,
+                exposed(light, rng, kind.blur, kind.noise, kind.photons, kind.bits, 1 - kind.vignette * away**2, extra),
+            )
             pose = motion(now)
-            uv = lens.pixels(middle.stickers[:len(names), :3]) - offset
-            rows += [(lens.name, frame, now, name, *middle.stickers[i, :3], *uv[i], window.share_seen(middle, i), *(MIDDLE + pose[:2]), pose[2],
-                      *(MIDDLE + pose[3:5]), pose[5]) for i, name in enumerate(names)]
+            uv = lens.pixels(middle.stickers[: len(names), :3]) - offset
+            rows += [
+                (
+                    lens.name,
+                    frame,
+                    now,
+                    name,
+                    *middle.stickers[i, :3],
+                    *uv[i],
+                    window.share_seen(middle, i),
+                    *(MIDDLE + pose[:2]),
+                    pose[2],
+                    *(MIDDLE + pose[3:5]),
+                    pose[5],
+                )
+                for i, name in enumerate(names)
+            ]
         save(-1, None)
     (folder / "recording.toml").write_text(kind.toml(_toml(kind, cameras, offsets, design)), encoding="utf-8")
-    return pd.DataFrame(rows, columns=["camera", "frame", "time_s", "marker", "x_m", "y_m", "z_m", "u_px", "v_px", "share", "host_x_m", "host_y_m",
-                                       "host_angle_rad", "nes_x_m", "nes_y_m", "nes_angle_rad"])
+    return pd.DataFrame(
+        rows,
+        columns=[
+            "camera",
+            "frame",
+            "time_s",
+            "marker",
+            "x_m",
+            "y_m",
+            "z_m",
+            "u_px",
+            "v_px",
+            "share",
+            "host_x_m",
+            "host_y_m",
+            "host_angle_rad",
+            "nes_x_m",
+            "nes_y_m",
+            "nes_angle_rad",
+        ],
+    )
 
 
 def _box(window: Window, middle: Bodies) -> tuple[int, int, int, int]:
     """The part of the window in which something may move during an exposure."""
     a = np.linspace(0, 2 * np.pi, 60)
-    rim = [np.stack([middle.ring_at[0] + 1.1 * middle.outer * np.cos(a), middle.ring_at[1] + 1.1 * middle.outer * np.sin(a), 0 * a + z], -1)
-           for z in (middle.table, middle.wall)]
+    rim = [
+        np.stack(
+            [
+                middle.ring_at[0] + 1.1 * middle.outer * np.cos(a),
+                middle.ring_at[1] + 1.1 * middle.outer * np.sin(a),
+                0 * a + z,
+            ],
+            -1,
+        )
+        for z in (middle.table, middle.wall)
+    ]
     uv = window.lens.pixels(np.concatenate(rim)) - (window.left, window.top)
-    low, high = np.clip(np.floor(uv.min(0)).astype(int), 0, window.size), np.clip(np.ceil(uv.max(0)).astype(int), 0, window.size)
+    low, high = (
+        np.clip(np.floor(uv.min(0)).astype(int), 0, window.size),
+        np.clip(np.ceil(uv.max(0)).astype(int), 0, window.size),
+    )
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
 
@@ -205,16 +301,25 @@ def _saver(folder: Path, kind: Kind) -> Callable[[int, np.ndarray | None], None]
     def save(frame, picture):
         if picture is not None:
             if kind.colour:
-                picture = np.stack([0.8 * picture, picture, np.minimum(1.1 * picture, 255)], -1).round().astype(picture.dtype)
-            options = [cv2.IMWRITE_JPEG_QUALITY, kind.quality] if kind.suffix == ".jpg" else [cv2.IMWRITE_PNG_COMPRESSION, 1]
+                picture = (
+                    np.stack([0.8 * picture, picture, np.minimum(1.1 * picture, 255)], -1).round().astype(picture.dtype)
+                )
+            options = (
+                [cv2.IMWRITE_JPEG_QUALITY, kind.quality] if kind.suffix == ".jpg" else [cv2.IMWRITE_PNG_COMPRESSION, 1]
+            )
             cv2.imwrite(str(folder / f"{folder.name}-{frame + 1:06d}{kind.suffix}"), picture, options)
+
     return save
 
 
 def pattern(board: str, legacy: bool = False, inverted: bool = False) -> tuple[np.ndarray, int]:
-    """Which cells of a board are black, and how many cells a square has: a picture that OpenCV makes, one pixel per cell of 1 mm or half of one."""
+    """Which cells of a board are black, and how many cells a square has: a picture that OpenCV makes, one pixel per
+    cell of 1 mm or half of one.
+    """
     columns, rows, square, marker, dictionary = BOARDS[board]
-    aruco = cv2.aruco.CharucoBoard((columns, rows), square, marker, cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary)))
+    aruco = cv2.aruco.CharucoBoard(
+        (columns, rows), square, marker, cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    )
     aruco.setLegacyPattern(legacy)
     cells = round(square * 7 / (0.25 * marker)) if dictionary.startswith("DICT_5X5") else 40
     while (marker / square * cells / 7) % 1 > 1e-6 or ((1 - marker / square) / 2 * cells) % 1 > 1e-6:
@@ -247,20 +352,36 @@ def _views(kind: Kind, lens: Lens, rng: np.random.Generator) -> list[np.ndarray]
             turn, shift = lens.turn @ np.diag([1.0, -1.0, -1.0]), lens.shift
         else:
             tilt = rng.uniform(0.2, 0.7)
-            turn = cv2.Rodrigues(tilt * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0]))[0] @ cv2.Rodrigues(np.array([0, 0, rng.uniform(-0.6, 0.6)]))[0]
+            turn = (
+                cv2.Rodrigues(tilt * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0.0]))[0]
+                @ cv2.Rodrigues(np.array([0, 0, rng.uniform(-0.6, 0.6)]))[0]
+            )
             at = np.array([((k % 4) + 0.5) / 4 - 0.5, ((k // 4 % 4) + 0.5) / 4 - 0.5]) * 0.7 * np.array(lens.size)
             middle = np.append(0.5 * square * np.array([columns, rows]), 0.0)
-            shift = kind.distance_m * rng.uniform(0.85, 1.15) * np.array([at[0] / lens.focal[0], at[1] / lens.focal[1], 1.0]) - turn @ middle
-        pictures.append(exposed(window.board((columns, rows), square, cells, black, turn, shift), rng, kind.blur, kind.noise))
+            shift = (
+                kind.distance_m
+                * rng.uniform(0.85, 1.15)
+                * np.array([at[0] / lens.focal[0], at[1] / lens.focal[1], 1.0])
+                - turn @ middle
+            )
+        pictures.append(
+            exposed(window.board((columns, rows), square, cells, black, turn, shift), rng, kind.blur, kind.noise)
+        )
     return pictures
 
 
 def _toml(kind: Kind, cameras: list[Lens], offsets: list[tuple[int, int]], design: dict[str, np.ndarray]) -> str:
-    text = f'format = 1\nname = "another\'s"\n[time]\nframe_rate_hz = {kind.rate_hz}\n' + ('trigger = "trigger.csv"\n' if kind.jitter_s else "")
+    text = f'format = 1\nname = "another\'s"\n[time]\nframe_rate_hz = {kind.rate_hz}\n' + (
+        'trigger = "trigger.csv"\n' if kind.jitter_s else ""
+    )
     for lens, offset in zip(cameras, offsets, strict=True):
-        text += (f'[[cameras]]\nname = "{lens.name}"\nframes = "{lens.name}/*{kind.suffix}"\nsensor_size_px = {list(lens.size)}\n'
-                 f"window_offset_px = {list(offset)}\nwindow_size_px = {list(kind.window)}\nexposure_s = {kind.exposure_s}\n")
-    text += f'[calibration]\nboard = "{kind.board}"\nintrinsic = "boards/{{camera}}/lens/*.png"\nextrinsic = "boards/{{camera}}/world.png"\n'
+        text += (
+            f'[[cameras]]\nname = "{lens.name}"\nframes = "{lens.name}/*{kind.suffix}"\nsensor_size_px = '
+            f"{list(lens.size)}\n"
+            f"window_offset_px = {list(offset)}\nwindow_size_px = {list(kind.window)}\nexposure_s = {kind.exposure_s}\n"
+        )
+    text += f'[calibration]\nboard = "{kind.board}"\n'
+    text += 'intrinsic = "boards/{camera}/lens/*.png"\nextrinsic = "boards/{camera}/world.png"\n'
     for body, own in design.items():
         names = [f"{body[0].upper()}{i + 1}" for i in range(len(own))]
         text += f"[bodies.{body}]\nmarkers = {names}\n".replace("'", '"')
@@ -269,11 +390,22 @@ def _toml(kind: Kind, cameras: list[Lens], offsets: list[tuple[int, int]], desig
         if body == "host":
             text += f"inner_radius_m = {kind.bodies.inner}\n"
         if body == "nes":
-            text += f"radius_m = {kind.bodies.washer}\nmass_kg = 0.0246\ninertia_factor = 0.5\n" + ('centre_marker = "N1"\n' if kind.nes_centre else "")
+            text += f"radius_m = {kind.bodies.washer}\nmass_kg = 0.0246\ninertia_factor = 0.5\n" + (
+                'centre_marker = "N1"\n' if kind.nes_centre else ""
+            )
     return text
 
 
-DARK = {"table": 40.0, "ring": 60.0, "wall": 110.0, "outside": 30.0, "floor": 85.0, "washer": 50.0, "side": 25.0, "hole": 90.0}
+DARK = {
+    "table": 40.0,
+    "ring": 60.0,
+    "wall": 110.0,
+    "outside": 30.0,
+    "floor": 85.0,
+    "washer": 50.0,
+    "side": 25.0,
+    "hole": 90.0,
+}
 HOLED = replace(STILL, hole=0.004)
 SHADED = replace(STILL, light=(0.5, 0.3, 0.9), shade=0.5)
 EIGHT = (0, 45, 88, 136, 180, 221, 268, 317)
@@ -288,7 +420,9 @@ KINDS: dict[str, Kind] = {
     "one from above, one at 60": Kind(leans_deg=(3.0, 60.0), bodies=replace(STILL, wall=0.008)),
     "500 rad/s": Kind(spin=500.0, exposure_s=3e-5),
     "500 rad/s, 4 px of blur": Kind(spin=500.0, exposure_s=2.3e-4),
-    "500 rad/s, 8 close, holed": Kind(spin=500.0, exposure_s=1e-4, nes_deg=EIGHT, nes_centre=False, bodies=HOLED, host_centre=True),
+    "500 rad/s, 8 close, holed": Kind(
+        spin=500.0, exposure_s=1e-4, nes_deg=EIGHT, nes_centre=False, bodies=HOLED, host_centre=True
+    ),
     "shadows, vignette, glare": Kind(bodies=SHADED, vignette=0.5, glare=((400, 350, 60, 70), (760, 420, 35, 90))),
     "JPEG in colour": Kind(suffix=".jpg", colour=True, quality=85),
     "12 bit TIFF, photon noise": Kind(suffix=".tif", bits=12, photons=0.1),

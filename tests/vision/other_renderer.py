@@ -1,8 +1,9 @@
-"""A second renderer, which shares no code with `vision.render`: one ray per subpixel, cast at solid bodies.
+"""A second renderer, which shares no code with `vision.rendering.images`: one ray per subpixel, cast at solid bodies.
 
-`vision.render` draws each edge already blurred, layer on layer; here nothing is known of edges.  Every pixel's ray is followed to
-the first surface it meets (table, ring, washer with its hole, stickers), pixels in whose neighbourhood surfaces or shadows change are
-asked at many places, and the picture is blurred and made noisy afterwards.  A mistake of one renderer is not the other's.
+`vision.rendering.images` draws each edge already blurred, layer on layer; here nothing is known of edges.  Every
+pixel's ray is followed to the first surface it meets (table, ring, washer with its hole, stickers), pixels in whose
+neighbourhood surfaces or shadows change are asked at many places, and the picture is blurred and made noisy afterwards.
+A mistake of one renderer is not the other's.
 """
 
 from __future__ import annotations
@@ -16,14 +17,28 @@ import numpy as np
 
 # Paints: what a ray may meet.
 TABLE, RING, WALL, OUTSIDE, FLOOR, WASHER, SIDE, HOLE, CHAMFER, STICKERS = range(10)
-GREYS = {"table": 95.0, "ring": 150.0, "wall": 70.0, "outside": 60.0, "floor": 125.0, "washer": 190.0, "side": 80.0, "hole": 45.0, "chamfer": 215.0}
-_R2 = np.stack([(0.5 + 0.7548776662466927 * np.arange(96)) % 1, (0.5 + 0.5698402909980532 * np.arange(96)) % 1], -1) - 0.5
+GREYS = {
+    "table": 95.0,
+    "ring": 150.0,
+    "wall": 70.0,
+    "outside": 60.0,
+    "floor": 125.0,
+    "washer": 190.0,
+    "side": 80.0,
+    "hole": 45.0,
+    "chamfer": 215.0,
+}
+_R2 = (
+    np.stack([(0.5 + 0.7548776662466927 * np.arange(96)) % 1, (0.5 + 0.5698402909980532 * np.arange(96)) % 1], -1) - 0.5
+)
 PLACES = np.stack([_R2, -_R2], 1).reshape(-1, 2)  # in pairs about the middle: any even part of them has its mean there
 
 
 @dataclass(frozen=True)
 class Lens:
-    """A camera by its own equations: K, (k1, k2, p1, p2, k3), X_camera = turn X + shift; pixel (0, 0) is the top-left one's centre."""
+    """A camera by its own equations: K, (k1, k2, p1, p2, k3), X_camera = turn X + shift; pixel (0, 0) is the top-left
+    one's centre.
+    """
 
     name: str
     size: tuple[int, int]
@@ -62,7 +77,9 @@ class Lens:
 
 @dataclass(frozen=True)
 class Bodies:
-    """What stands on the table, at one instant.  Lengths in metres; ``stickers`` (n, 7): x, y, z, radius, grey, outer radius, its grey."""
+    """What stands on the table, at one instant.  Lengths in metres; ``stickers`` (n, 7): x, y, z, radius, grey, outer
+    radius, its grey.
+    """
 
     ring_at: tuple[float, float]
     washer_at: tuple[float, float]
@@ -80,13 +97,28 @@ class Bodies:
     greys: dict[str, float] = field(default_factory=dict)
 
     def numbers(self):
-        return np.array([*self.ring_at, *self.washer_at, self.inner, self.outer, self.wall, self.washer, self.hole, self.washer_height,
-                         self.chamfer, self.table, *self.light])
+        return np.array(
+            [
+                *self.ring_at,
+                *self.washer_at,
+                self.inner,
+                self.outer,
+                self.wall,
+                self.washer,
+                self.hole,
+                self.washer_height,
+                self.chamfer,
+                self.table,
+                *self.light,
+            ]
+        )
 
 
 @numba.njit(cache=True, inline="always")
 def _enters(ox, oy, dx, dy, r, near):
-    """Parameter at which a line (from the circle's middle) crosses a circle: the nearer or the farther time; -1: never."""
+    """Parameter at which a line (from the circle's middle) crosses a circle: the nearer or the farther time; -1:
+    never.
+    """
     a, b, c = dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - r * r
     root = b * b - a * c
     if root <= 0 or a == 0:
@@ -181,8 +213,16 @@ def _cast(rays, across, down, eye, b, stickers, paints, shade, places):
             total, asked = 0.0, len(places) if marked else min(len(places), 32)
             for k in range(asked):
                 p, q = places[k, 0], places[k, 1]
-                m = meet(ex, ey, ez, rays[i, j, 0] + p * across[i, j, 0] + q * down[i, j, 0], rays[i, j, 1] + p * across[i, j, 1] + q * down[i, j, 1],
-                         rays[i, j, 2] + p * across[i, j, 2] + q * down[i, j, 2], b, stickers)
+                m = meet(
+                    ex,
+                    ey,
+                    ez,
+                    rays[i, j, 0] + p * across[i, j, 0] + q * down[i, j, 0],
+                    rays[i, j, 1] + p * across[i, j, 1] + q * down[i, j, 1],
+                    rays[i, j, 2] + p * across[i, j, 2] + q * down[i, j, 2],
+                    b,
+                    stickers,
+                )
                 total += paints[m % 1000] * (shade if m >= 1000 else 1.0)
             out[i, j] = total / asked
     return out
@@ -205,18 +245,37 @@ def _paper(rays, across, down, back_turn, shift, per_m, edge, paper, back, place
     plain = np.empty((height, width))
     for i in range(height):
         for j in range(width):
-            plain[i, j] = _on_paper(rays[i, j, 0], rays[i, j, 1], rays[i, j, 2], back_turn, shift, per_m, edge, paper, back)
+            plain[i, j] = _on_paper(
+                rays[i, j, 0], rays[i, j, 1], rays[i, j, 2], back_turn, shift, per_m, edge, paper, back
+            )
     out = plain.copy()
     for i in range(1, height - 1):
         for j in range(1, width - 1):
             c = plain[i, j]
-            if (plain[i - 1, j] != c or plain[i + 1, j] != c or plain[i, j - 1] != c or plain[i, j + 1] != c or plain[i - 1, j - 1] != c
-                    or plain[i + 1, j + 1] != c or plain[i - 1, j + 1] != c or plain[i + 1, j - 1] != c):
+            if (
+                plain[i - 1, j] != c
+                or plain[i + 1, j] != c
+                or plain[i, j - 1] != c
+                or plain[i, j + 1] != c
+                or plain[i - 1, j - 1] != c
+                or plain[i + 1, j + 1] != c
+                or plain[i - 1, j + 1] != c
+                or plain[i + 1, j - 1] != c
+            ):
                 total = 0.0
                 for k in range(len(places)):
                     p, q = places[k, 0], places[k, 1]
-                    total += _on_paper(rays[i, j, 0] + p * across[i, j, 0] + q * down[i, j, 0], rays[i, j, 1] + p * across[i, j, 1] + q * down[i, j, 1],
-                                       rays[i, j, 2] + p * across[i, j, 2] + q * down[i, j, 2], back_turn, shift, per_m, edge, paper, back)
+                    total += _on_paper(
+                        rays[i, j, 0] + p * across[i, j, 0] + q * down[i, j, 0],
+                        rays[i, j, 1] + p * across[i, j, 1] + q * down[i, j, 1],
+                        rays[i, j, 2] + p * across[i, j, 2] + q * down[i, j, 2],
+                        back_turn,
+                        shift,
+                        per_m,
+                        edge,
+                        paper,
+                        back,
+                    )
                 out[i, j] = total / len(places)
     return out
 
@@ -229,20 +288,33 @@ class Window:
         self.rays = lens.rays(left, top, width, height) @ lens.turn  # in the world's directions
         self.across, self.down = np.gradient(self.rays, axis=1), np.gradient(self.rays, axis=0)
 
-    def bodies(self, b: Bodies, box: tuple[int, int, int, int] | None = None, places: np.ndarray = PLACES) -> np.ndarray:
+    def bodies(
+        self, b: Bodies, box: tuple[int, int, int, int] | None = None, places: np.ndarray = PLACES
+    ) -> np.ndarray:
         """Light (h, w) that comes from the bodies, in box (x0, y0, x1, y1) of the window or the whole of it."""
         x0, y0, x1, y1 = box or (0, 0, *self.size)
         greys = GREYS | b.greys
         paints = np.array([*greys.values(), *b.stickers[:, [4, 6]].ravel()])
         part = np.s_[y0:y1, x0:x1]
-        return _cast(np.ascontiguousarray(self.rays[part]), np.ascontiguousarray(self.across[part]), np.ascontiguousarray(self.down[part]),
-                     tuple(self.lens.eye), b.numbers(), b.stickers, paints, b.shade, places)
+        return _cast(
+            np.ascontiguousarray(self.rays[part]),
+            np.ascontiguousarray(self.across[part]),
+            np.ascontiguousarray(self.down[part]),
+            tuple(self.lens.eye),
+            b.numbers(),
+            b.stickers,
+            paints,
+            b.shade,
+            places,
+        )
 
     def share_seen(self, b: Bodies, i: int) -> float:
         """How much of sticker `i` this window shows (0 to 1)."""
         x, y, z, radius = b.stickers[i, :4]
         turn, out = np.arange(200) * 2.399963, np.sqrt((np.arange(200) + 0.5) / 200)
-        points = np.stack([x + radius * out * np.cos(turn), y + radius * out * np.sin(turn), np.full(200, z + 1e-6)], -1)
+        points = np.stack(
+            [x + radius * out * np.cos(turn), y + radius * out * np.sin(turn), np.full(200, z + 1e-6)], -1
+        )
         uv = self.lens.pixels(points) - (self.left, self.top)
         inside = ((uv > 2) & (uv < np.array(self.size) - 3)).all(1)
         eye, numbers = self.lens.eye, b.numbers()
@@ -250,17 +322,40 @@ class Window:
         return float(np.mean(inside & met))
 
     def board(self, size, square, cells, black, turn, shift, light=(25.0, 215.0), back=90.0) -> np.ndarray:
-        """Light from a flat board of (columns, rows) squares; ``cells`` per square; ``black`` (rows cells, columns cells); X_camera = turn X + shift."""
+        """Light from a flat board of (columns, rows) squares; ``cells`` per square; ``black`` (rows cells, columns
+        cells); X_camera = turn X + shift.
+        """
         turn, shift = self.lens.turn.T @ turn, self.lens.turn.T @ shift  # the rays are in the world's directions
         paper = np.full((black.shape[0] + cells, black.shape[1] + cells), light[1])
         edge = cells // 2
-        paper[edge:edge + black.shape[0], edge:edge + black.shape[1]] = np.where(black, light[0], light[1])
-        return _paper(self.rays, self.across, self.down, np.ascontiguousarray(turn.T), shift, cells / square, edge, paper, back, PLACES[:96])
+        paper[edge : edge + black.shape[0], edge : edge + black.shape[1]] = np.where(black, light[0], light[1])
+        return _paper(
+            self.rays,
+            self.across,
+            self.down,
+            np.ascontiguousarray(turn.T),
+            shift,
+            cells / square,
+            edge,
+            paper,
+            back,
+            PLACES[:96],
+        )
 
 
-def exposed(light: np.ndarray, rng: np.random.Generator, blur: float = 0.8, noise: float = 2.0, photons: float = 0.0, bits: int = 8,
-            shading: np.ndarray | float = 1.0, extra: np.ndarray | float = 0.0) -> np.ndarray:
-    """A picture of that light (grey levels of 8 bit): lens blur [px sd], shading, noise [grey], ``photons`` (variance per grey), rounding."""
+def exposed(
+    light: np.ndarray,
+    rng: np.random.Generator,
+    blur: float = 0.8,
+    noise: float = 2.0,
+    photons: float = 0.0,
+    bits: int = 8,
+    shading: np.ndarray | float = 1.0,
+    extra: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """A picture of that light (grey levels of 8 bit): lens blur [px sd], shading, noise [grey], ``photons`` (variance
+    per grey), rounding.
+    """
     seen = cv2.GaussianBlur(light, (0, 0), blur, borderType=cv2.BORDER_REPLICATE) * shading + extra
     seen = seen + rng.normal(0, 1, seen.shape) * np.sqrt(noise**2 + photons * np.maximum(seen, 0))
     scale = {8: 1.0, 12: 16.0, 16: 256.0}[bits]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ovines.errors import InputError
-from vision.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
-from vision.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
-from vision.calibration_detect import detect
+from vision.calibration.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
+from vision.calibration.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
+from vision.calibration.detection import detect
 
 THESIS = Board("thesis", (5, 7), 0.008, 0.006, "DICT_5X5_50")
 
@@ -50,6 +50,7 @@ def test_pattern_is_opencvs_own_picture():
 def test_own_toml_comes_back():
     board = THESIS.altered(inverted=True, legacy_pattern=True)
     import tomllib
+
     assert board_from(tomllib.loads(as_toml(board)), "thesis", "here") == board
 
 
@@ -69,14 +70,14 @@ def test_svg_and_pdf_are_in_millimetres():
     box = re.search(rb"MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
     assert [float(side) / 72 * 25.4 for side in box.groups()] == pytest.approx([210, 297], abs=1e-3)
     start = int(re.search(rb"startxref\n(\d+)", pdf)[1])
-    assert pdf[start:start + 4] == b"xref"
+    assert pdf[start : start + 4] == b"xref"
 
 
 def rectangles_of_svg(text):
     """What the file draws in black, in the millimetres of its viewBox."""
     width = float(re.search(r'width="([\d.]+)mm"', text)[1])
     scale = width / float(re.search(r'viewBox="0 0 ([\d.]+)', text)[1])
-    drawn = text[text.index("<g "):]
+    drawn = text[text.index("<g ") :]
     found = re.findall(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([\d.]+)" height="([\d.]+)"/>', drawn)
     return scale * np.array(found, float)
 
@@ -94,8 +95,14 @@ def rectangles_of_pdf(pdf):
 def test_shipped_files_are_true_to_scale(name, ending):
     """The files' own rectangles, painted at 8 px/mm: OpenCV finds the whole board, and a millimetre is a millimetre."""
     board, path = find_board(name), FOLDER / f"{name}.{ending}"
-    found = rectangles_of_svg(path.read_text(encoding="utf-8")) if ending == "svg" else rectangles_of_pdf(path.read_bytes())
-    image = np.full((int(8 * (found[:, 1] + found[:, 3]).max()) + 80, int(8 * (found[:, 0] + found[:, 2]).max()) + 80), 255, np.uint8)
+    found = (
+        rectangles_of_svg(path.read_text(encoding="utf-8")) if ending == "svg" else rectangles_of_pdf(path.read_bytes())
+    )
+    image = np.full(
+        (int(8 * (found[:, 1] + found[:, 3]).max()) + 80, int(8 * (found[:, 0] + found[:, 2]).max()) + 80),
+        255,
+        np.uint8,
+    )
     for left, top, right, bottom in np.round(8 * np.c_[found[:, :2], found[:, :2] + found[:, 2:]]).astype(int):
         image[top:bottom, left:right] = 0
     assert px_per_mm(image, board) == pytest.approx([8, 8], rel=2e-4)
@@ -115,19 +122,40 @@ def px_per_mm(image, board):
 @pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="needs pdftoppm, a renderer of PDF")
 def test_rendered_pdf_measures_what_it_says(tmp_path):
     """A renderer that is not ours, at 254 dots per inch: 10 px are a millimetre."""
-    subprocess.run(["pdftoppm", "-r", "254", "-gray", "-png", FOLDER / "charuco_5x7_8mm.pdf", tmp_path / "page"], check=True, timeout=60)
+    subprocess.run(
+        ["pdftoppm", "-r", "254", "-gray", "-png", FOLDER / "charuco_5x7_8mm.pdf", tmp_path / "page"],
+        check=True,
+        timeout=60,
+    )
     image = cv2.imread(str(next(tmp_path.glob("page*.png"))), 0)
     assert image.shape == pytest.approx((2970, 2100), abs=2)
     assert px_per_mm(image, find_board("charuco_5x7_8mm")) == pytest.approx([10, 10], rel=1e-4)
 
 
-@pytest.mark.parametrize(("key", "value"), [
-    ("squares", [5]), ("squares", [5, 1]), ("squares", [5.5, 7]), ("square_size_m", 0), ("square_size_m", "8 mm"),
-    ("marker_size_m", 0.008), ("dictionary", "DICT_9X9"), ("legacy_pattern", 1), ("kind", "rings"), ("colour", "red"),
-    ("squares", [20, 20]),
-])
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("squares", [5]),
+        ("squares", [5, 1]),
+        ("squares", [5.5, 7]),
+        ("square_size_m", 0),
+        ("square_size_m", "8 mm"),
+        ("marker_size_m", 0.008),
+        ("dictionary", "DICT_9X9"),
+        ("legacy_pattern", 1),
+        ("kind", "rings"),
+        ("colour", "red"),
+        ("squares", [20, 20]),
+    ],
+)
 def test_wrong_key_is_named(key, value):
-    content = {"squares": [5, 7], "square_size_m": 0.008, "marker_size_m": 0.006, "dictionary": "DICT_5X5_50", key: value}
+    content = {
+        "squares": [5, 7],
+        "square_size_m": 0.008,
+        "marker_size_m": 0.006,
+        "dictionary": "DICT_5X5_50",
+        key: value,
+    }
     with pytest.raises(InputError) as refused:
         board_from(content, "b", "b.toml")
     assert "b.toml" in refused.value.found and (key in refused.value.found or "dictionary" in refused.value.found)

@@ -9,12 +9,12 @@ import pytest
 from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from ovines.tables import checked
-from vision.boards import WORLD_FROM_BOARD, find_board
 from vision.calibrate import calibrate
-from vision.calibration_adjust import INTRINSICS, pinhole
-from vision.calibration_advice import length_advice
-from vision.calibration_detect import View
-from vision.render_recording import board_poses, thesis_setup
+from vision.calibration.advice import length_advice
+from vision.calibration.boards import WORLD_FROM_BOARD, find_board
+from vision.calibration.bundle_adjustment import INTRINSICS, pinhole
+from vision.calibration.detection import View
+from vision.rendering.recording import board_poses, thesis_setup
 
 NOISE_PX = 0.02
 SIZES = {"VW1": (4096, 3072), "VW2": (4096, 3072)}
@@ -27,6 +27,7 @@ def rig_views(rng, views=14, noise_px=NOISE_PX, together=False, board="charuco_5
     seen, extrinsic = {}, {}
     shared = board_poses(setup, 0, views, rng)
     for c, camera in enumerate(setup.cameras):
+
         def view(name, points_world, camera=camera):
             uv = camera.project(points_world) + rng.normal(0, noise_px, (len(points), 2))
             return View(name, np.arange(len(points)), uv, np.full(len(points), noise_px), 31.0)
@@ -76,11 +77,17 @@ def test_rig_is_recovered_and_the_sd_are_honest():
         setup, seen, extrinsic = rig_views(np.random.default_rng(seed))
         result = calibrate(setup.board, seen, SIZES, extrinsic)
         normalised.append(errors_in_sd(result, setup))
-        grid = np.stack(np.meshgrid(*2 * [np.linspace(-0.065, 0.065, 5)], [0.0, 0.012]), -1).reshape(-1, 3) + [0.02, -0.028, 0]
-        again = triangulate_points(result.cameras, [c.project(grid) for c in setup.cameras], [np.full(len(grid), 0.01)] * 2)
-        points_rms.append(np.sqrt(np.mean((again.points_m - grid)**2, 0)))
+        grid = np.stack(np.meshgrid(*2 * [np.linspace(-0.065, 0.065, 5)], [0.0, 0.012]), -1).reshape(-1, 3) + [
+            0.02,
+            -0.028,
+            0,
+        ]
+        again = triangulate_points(
+            result.cameras, [c.project(grid) for c in setup.cameras], [np.full(len(grid), 0.01)] * 2
+        )
+        points_rms.append(np.sqrt(np.mean((again.points_m - grid) ** 2, 0)))
         assert not result.simultaneous
-    spread = np.sqrt(np.mean(np.concatenate(normalised)**2))
+    spread = np.sqrt(np.mean(np.concatenate(normalised) ** 2))
     # errors of one rig are strongly correlated, so eight rigs are few; OpenCV's own sd of cx, cy would give 100 here
     assert 0.6 < spread < 1.5
     # 0.02 px in 24 corners, one view of a 40 x 56 mm board: its tilt is known to about 3e-4 rad, lever 65 mm
@@ -101,7 +108,9 @@ def test_tables_are_the_declared_ones():
     result = calibrate(setup.board, seen, SIZES, extrinsic)
     checked(result.views, "calibration_views")
     checked(result.parameters, "calibration_parameters")
-    assert any("6" in line and "views" in line for line in result.advice) or any("usable intrinsic views" in line for line in result.advice)
+    assert any("6" in line and "views" in line for line in result.advice) or any(
+        "usable intrinsic views" in line for line in result.advice
+    )
 
 
 def advice_on(change, seed=11):
@@ -111,15 +120,22 @@ def advice_on(change, seed=11):
     points = setup.board.points_m()
     seen, extrinsic = {}, {}
     for c, camera in enumerate(setup.cameras):
+
         def view(name, in_camera, camera=camera, marker_px=31.0):
-            uv = camera.project((in_camera - camera.translation_m) @ camera.rotation) + rng.normal(0, NOISE_PX, (len(points), 2))
+            uv = camera.project((in_camera - camera.translation_m) @ camera.rotation) + rng.normal(
+                0, NOISE_PX, (len(points), 2)
+            )
             inside = ((uv > 0) & (uv < SIZES["VW1"])).all(1)
             return View(name, np.flatnonzero(inside), uv[inside], np.full(inside.sum(), NOISE_PX), marker_px)
 
         posed = [change(k, turn, shift) for k, (turn, shift) in enumerate(board_poses(setup, c, 8, rng))]
         size_px = 3.0 if change is small else 31.0
-        seen[camera.name] = [view(f"{k:02d}.png", points @ turn.T + shift, marker_px=size_px) for k, (turn, shift) in enumerate(posed)]
-        extrinsic[camera.name] = view("extrinsic.png", points @ (camera.rotation @ WORLD_FROM_BOARD).T + camera.translation_m)
+        seen[camera.name] = [
+            view(f"{k:02d}.png", points @ turn.T + shift, marker_px=size_px) for k, (turn, shift) in enumerate(posed)
+        ]
+        extrinsic[camera.name] = view(
+            "extrinsic.png", points @ (camera.rotation @ WORLD_FROM_BOARD).T + camera.translation_m
+        )
     return " ".join(calibrate(setup.board, seen, SIZES, extrinsic).advice)
 
 
@@ -141,10 +157,15 @@ def in_the_middle(k, turn, shift):
     return turn, shift * [0.0, 0.0, 2.5] - turn @ [0.09, 0.13, 0.0]
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    (as_it_is, ["8 usable intrinsic views; take at least 10"]), (small, ["markers below 20 px in 8 views", "come nearer"]),
-    (facing, ["tilt some views by 30 to 45", "take some nearer and some farther"]), (in_the_middle, ["of the sensor; move it to the corners"]),
-])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (as_it_is, ["8 usable intrinsic views; take at least 10"]),
+        (small, ["markers below 20 px in 8 views", "come nearer"]),
+        (facing, ["tilt some views by 30 to 45", "take some nearer and some farther"]),
+        (in_the_middle, ["of the sensor; move it to the corners"]),
+    ],
+)
 def test_advice_names_what_is_weak(change, said):
     advice = advice_on(change)
     for part in said:
@@ -181,12 +202,17 @@ def test_swapped_extrinsic_views_are_named():
     setup, seen, extrinsic = rig_views(np.random.default_rng(7), board="charuco_9x13_20mm")
     stretched = {}
     for name, factor in (("VW1", 1.0), ("VW2", 0.8)):  # lenses must differ for a swap to show
-        stretched[name] = [View(v.name, v.points, (v.uv_px - 2048) * factor + 2048, v.sd_px, v.marker_px) for v in [*seen[name], extrinsic[name]]]
+        stretched[name] = [
+            View(v.name, v.points, (v.uv_px - 2048) * factor + 2048, v.sd_px, v.marker_px)
+            for v in [*seen[name], extrinsic[name]]
+        ]
     views = {name: each[:-1] for name, each in stretched.items()}
     world = {name: each[-1] for name, each in stretched.items()}
     calibrate(setup.board, views, SIZES, world)
-    crossed = {name: View("swapped.png", v.points, v.uv_px, v.sd_px, v.marker_px)
-               for name, v in (("VW1", world["VW2"]), ("VW2", world["VW1"]))}
+    crossed = {
+        name: View("swapped.png", v.points, v.uv_px, v.sd_px, v.marker_px)
+        for name, v in (("VW1", world["VW2"]), ("VW2", world["VW1"]))
+    }
     with pytest.raises(InputError, match="swap"):
         calibrate(setup.board, views, SIZES, crossed)
 

@@ -1,4 +1,6 @@
-"""Calibration on real images that nobody here made: chessboard, dot grid with rings, inverted ChArUco from two webcams."""
+"""Calibration on real images that nobody here made: chessboard, dot grid with rings, inverted ChArUco from two
+webcams.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.boards import Board
 from vision.calibrate import calibrate
-from vision.calibration_detect import detect
+from vision.calibration.boards import Board
+from vision.calibration.detection import detect
 
 ROOT = Path(__file__).resolve().parents[2]
 REAL = ROOT.parent / "shared" / "real"
@@ -19,11 +21,19 @@ CHESS = ROOT / "sample_data" / "real_chessboard"
 
 
 def both_cameras(board: Board, views: dict, size: tuple[int, int]):
-    """Joint calibration of two cameras on simultaneous views; (result, second camera's rotation and translation to the first)."""
+    """Joint calibration of two cameras on simultaneous views; (result, second camera's rotation and translation to the
+    first).
+    """
     named = [{v.name: v for v in views[c]} for c in views]
     common = [k for k in named[0] if k in named[1] and all(len(n[k].points) >= 6 for n in named)]
     world = max(common, key=lambda k: min(len(n[k].points) for n in named))
-    found = calibrate(board, views, dict.fromkeys(views, size), {c: n[world] for c, n in zip(views, named, strict=True)}, simultaneous=True)
+    found = calibrate(
+        board,
+        views,
+        dict.fromkeys(views, size),
+        {c: n[world] for c, n in zip(views, named, strict=True)},
+        simultaneous=True,
+    )
     first, second = found.cameras
     rotation = second.rotation @ first.rotation.T
     return found, rotation, second.translation_m - rotation @ first.translation_m
@@ -31,7 +41,10 @@ def both_cameras(board: Board, views: dict, size: tuple[int, int]):
 
 def test_chessboard_pairs():
     board = Board("chessboard", (10, 7), 0.025, kind="chessboard")
-    views = {side: [detect(cv2.imread(str(f), 0), board, f.stem[-2:]) for f in sorted(CHESS.glob(f"{side}*.jpg"))] for side in ("left", "right")}
+    views = {
+        side: [detect(cv2.imread(str(f), 0), board, f.stem[-2:]) for f in sorted(CHESS.glob(f"{side}*.jpg"))]
+        for side in ("left", "right")
+    }
     found, _, translation = both_cameras(board, views, (640, 480))
     assert found.views["used"].sum() == 26
     # 0.215 px is what OpenCV's own joint solve reaches on these.
@@ -56,7 +69,7 @@ def test_dot_grid_with_rings():
 @pytest.mark.long
 @pytest.mark.skipif(not (REAL / "charuco_two_webcams").is_dir(), reason="no real images beside the checkout")
 def test_inverted_charuco_of_two_webcams():
-    from vision.calibration_images import video_frames
+    from vision.calibration.images import video_frames
 
     board = Board("webcams", (4, 5), 0.054, 0.75 * 0.054, "DICT_4X4_1000", inverted=True)
     folder = REAL / "charuco_two_webcams" / "calibration" / "extrinsic"
@@ -68,7 +81,11 @@ def test_inverted_charuco_of_two_webcams():
     views = {}
     for c in (0, 1):
         frames = dict(video_frames(folder / f"cam_{c}.mp4", numbers=[p[c] for p in pairs]))
-        views[c] = [detect(frames[f"frame_{p[c]:05d}"], board, f"pair_{k:03d}") for k, p in enumerate(pairs) if f"frame_{p[c]:05d}" in frames]
+        views[c] = [
+            detect(frames[f"frame_{p[c]:05d}"], board, f"pair_{k:03d}")
+            for k, p in enumerate(pairs)
+            if f"frame_{p[c]:05d}" in frames
+        ]
     found, _, translation = both_cameras(board, views, (1280, 720))
     assert sum(len(v.points) >= 6 for v in views[0]) == 46
     # Another program's base line is 1.132 m, a plain OpenCV solve's 1.140 m with 1.07 px.

@@ -11,7 +11,7 @@ from ovines.camera import read_calibration
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import read_table
-from vision.calibration_doubt import length_notes, refuse_foreign_tracks, refuse_mistaken, scaled
+from vision.calibration_check import length_notes, refuse_foreign_tracks, refuse_mistaken, scaled
 from vision.triangulate import triangulate
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
@@ -35,7 +35,9 @@ def test_true_calibration_is_not_doubted(rendered):
 
 @pytest.mark.parametrize("factor", [1.25, 1000.0])
 def test_wrong_square_size_is_told_by_the_layout(rendered, factor):
-    """The true board is charuco_9x13_20mm; a calibration with squares ``factor`` times too large gives lengths that much too large."""
+    """The true board is charuco_9x13_20mm; a calibration with squares ``factor`` times too large gives lengths that
+    much too large.
+    """
     recording, cameras = rendered
     with pytest.raises(InputError, match="every length of the calibration") as refused:
         refuse_mistaken(recording, [scaled(camera, factor) for camera in cameras])

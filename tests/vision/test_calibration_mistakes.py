@@ -8,23 +8,33 @@ import pytest
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.boards import Board
-from vision.calibration_detect import detect
-from vision.calibration_images import _board_that_fits
-from vision.calibration_mistakes import alternatives
-from vision.render import Look
-from vision.render import View as Window
-from vision.render_board import render_board
+from vision.calibration.board_diagnosis import alternatives
+from vision.calibration.boards import Board
+from vision.calibration.detection import detect
+from vision.calibration.images import _board_that_fits
+from vision.rendering.board import render_board
+from vision.rendering.images import Look
+from vision.rendering.images import View as Window
 
 
 @pytest.fixture(scope="module")
 def pictures():
     """One rendered view of each print; the camera is small, the board near."""
-    camera = Camera("A", (640, 640), np.array([[6000.0, 0, 319.5], [0, 6000, 319.5], [0, 0, 1]]), np.zeros(5), np.eye(3), np.zeros(3))
+    camera = Camera(
+        "A",
+        (640, 640),
+        np.array([[6000.0, 0, 319.5], [0, 6000, 319.5], [0, 0, 1]]),
+        np.zeros(5),
+        np.eye(3),
+        np.zeros(3),
+    )
     turn = cv2.Rodrigues(np.array([0.2, -0.3, 0.4]))[0]
 
     def take(board):
-        return render_board(Window(camera), board, turn, np.array([-0.01, -0.03, 1.1]), Look(0.8, 1.0), np.random.default_rng(0))[0]
+        return render_board(
+            Window(camera), board, turn, np.array([-0.01, -0.03, 1.1]), Look(0.8, 1.0), np.random.default_rng(0)
+        )[0]
+
     return take
 
 
@@ -32,7 +42,9 @@ def thesis(**changes):
     return Board("b", (5, 8), 0.008, 0.006, "DICT_5X5_50").altered(**changes)  # rows even: the legacy pattern differs
 
 
-@pytest.mark.parametrize("truth", [{"inverted": True}, {"legacy_pattern": True}, {"inverted": True, "legacy_pattern": True}])
+@pytest.mark.parametrize(
+    "truth", [{"inverted": True}, {"legacy_pattern": True}, {"inverted": True, "legacy_pattern": True}]
+)
 def test_other_print_is_found_and_told(pictures, truth):
     image = pictures(thesis(**truth))
     assert len(detect(image, thesis()).points) == 0

@@ -8,8 +8,8 @@ import pandas as pd
 
 from ovines.camera import triangulate_points
 from ovines.tables import checked
-from vision.calibration_uncertainty import PARAMETERS, covariance_of, covariance_table, with_calibration_sd
-from vision.render_recording import thesis_setup
+from vision.calibration.uncertainty import PARAMETERS, covariance_of, covariance_table, with_calibration_sd
+from vision.rendering.recording import thesis_setup
 
 SD = np.array([8.0, 8.0, 5.0, 5.0, 5e-3, 2e-2, 2e-4, 2e-4, 0.0, 4e-4, 4e-4, 2e-4, 2e-4, 2e-4, 1e-3])
 
@@ -17,8 +17,13 @@ SD = np.array([8.0, 8.0, 5.0, 5.0, 5e-3, 2e-2, 2e-4, 2e-4, 0.0, 4e-4, 4e-4, 2e-4
 def drawn(camera, change):
     fx, fy, cx, cy = change[:4]
     turn = np.asarray(cv2.Rodrigues(change[9:12])[0], float)
-    return replace(camera, matrix=camera.matrix + np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 0]]), distortion=camera.distortion + change[4:9],
-                   rotation=turn @ camera.rotation, translation_m=camera.translation_m + change[12:])
+    return replace(
+        camera,
+        matrix=camera.matrix + np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 0]]),
+        distortion=camera.distortion + change[4:9],
+        rotation=turn @ camera.rotation,
+        translation_m=camera.translation_m + change[12:],
+    )
 
 
 def test_sd_is_that_of_points_from_cameras_drawn_from_the_covariance():
@@ -36,7 +41,13 @@ def test_sd_is_that_of_points_from_cameras_drawn_from_the_covariance():
     points = pd.DataFrame(truth, columns=["x_m", "y_m", "z_m"])
     sd = with_calibration_sd(points, cameras, table)[[f"{axis}_calibration_sd_m" for axis in "xyz"]].to_numpy()
     draws = rng.multivariate_normal(np.zeros(30), known, 600, method="eigh")
-    moved = np.stack([triangulate_points([drawn(c, d) for c, d in zip(cameras, np.split(draw, 2), strict=True)], uv, [np.ones(6)] * 2).points_m
-                      for draw in draws])
+    moved = np.stack(
+        [
+            triangulate_points(
+                [drawn(c, d) for c, d in zip(cameras, np.split(draw, 2), strict=True)], uv, [np.ones(6)] * 2
+            ).points_m
+            for draw in draws
+        ]
+    )
     assert np.allclose(moved.std(0), sd, rtol=0.12)  # 600 draws: an sd scatters by 3 %
     assert sd.max() > 1e-4

@@ -5,14 +5,16 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
-from vision.centre import OK, SD, U, disc_start, fit_discs
-from vision.circle_centre import circle_centres
+from vision.markers.fit import OK, SD, U, disc_start, fit_discs
+from vision.markers.perspective import circle_centres
 
 SUPERSAMPLING = 8
 
 
 def disc_picture(radius, blur, contrast, noise, rng, level=60.0, slope=(0.0, 0.0)):
-    """An antialiased disc, blurred on a fine grid and averaged over pixels; not a line of it is the estimator's model."""
+    """An antialiased disc, blurred on a fine grid and averaged over pixels; not a line of it is the estimator's
+    model.
+    """
     size = 2 * int(np.ceil(radius + 8)) + 1
     centre = (size - 1) / 2 + rng.uniform(-0.5, 0.5, 2)
     fine = (np.arange(size * SUPERSAMPLING) + 0.5) / SUPERSAMPLING - 0.5
@@ -34,7 +36,7 @@ def errors(radius, blur, contrast, noise, n, seed, **kw):
         start = disc_start(*(centre + rng.uniform(-0.8, 0.8, 2)), radius * rng.uniform(0.9, 1.1), level, contrast)
         fit = fit_discs(picture, start[None])[0]
         assert fit[OK] == 1
-        found.append(fit[U:U + 2] - centre)
+        found.append(fit[U : U + 2] - centre)
         sd.append(fit[SD])
     return np.array(found), np.array(sd)
 
@@ -44,8 +46,19 @@ def bound(radius, blur, contrast, noise):
     return 1.062 * np.sqrt(noise**2 + 1 / 12) / abs(contrast) * np.sqrt(np.sqrt(blur**2 + 1 / 12) / radius)
 
 
-@pytest.mark.parametrize(("radius", "blur", "contrast", "noise"), [
-    (4, 0.85, 180, 2), (4, 1.5, 180, 2), (6, 0.85, 180, 2), (9, 0.6, 180, 2), (13, 0.85, 180, 2), (20, 1.5, 180, 2), (13, 0.85, -100, 4), (9, 0.85, 40, 4)])
+@pytest.mark.parametrize(
+    ("radius", "blur", "contrast", "noise"),
+    [
+        (4, 0.85, 180, 2),
+        (4, 1.5, 180, 2),
+        (6, 0.85, 180, 2),
+        (9, 0.6, 180, 2),
+        (13, 0.85, 180, 2),
+        (20, 1.5, 180, 2),
+        (13, 0.85, -100, 4),
+        (9, 0.85, 40, 4),
+    ],
+)
 def test_centre_reaches_the_cramer_rao_bound_without_bias(radius, blur, contrast, noise):
     n = 60
     error, _ = errors(radius, blur, contrast, noise, n, seed=radius)
@@ -57,7 +70,9 @@ def test_centre_reaches_the_cramer_rao_bound_without_bias(radius, blur, contrast
 
 def test_sd_is_honest():
     ratios = []
-    for k, (radius, blur, contrast, noise) in enumerate([(5, 0.8, 120, 3), (8, 1.0, -120, 3), (11, 0.7, 90, 4), (15, 1.2, 150, 2)]):
+    for k, (radius, blur, contrast, noise) in enumerate(
+        [(5, 0.8, 120, 3), (8, 1.0, -120, 3), (11, 0.7, 90, 4), (15, 1.2, 150, 2)]
+    ):
         error, sd = errors(radius, blur, contrast, noise, 80, seed=100 + k)
         ratios.append(np.abs(error) / sd[:, None])
     share = np.mean(np.concatenate(ratios) < 1.645)
@@ -65,8 +80,10 @@ def test_sd_is_honest():
     assert 0.87 - 0.024 < share < 0.93 + 0.024
 
 
-@pytest.mark.parametrize(("radius", "contrast", "slope"), [
-    (9, 120, (0.006, -0.003)), (4, 180, (0.015, 0.01)), (6, -90, (0.015, 0.01)), (13, -90, (0.012, 0.0))])
+@pytest.mark.parametrize(
+    ("radius", "contrast", "slope"),
+    [(9, 120, (0.006, -0.003)), (4, 180, (0.015, 0.01)), (6, -90, (0.015, 0.01)), (13, -90, (0.012, 0.0))],
+)
 def test_gradient_of_light_neither_pulls_the_centre_nor_makes_its_sd_lie(radius, contrast, slope):
     """Up to 31 % of change from one side of the disc to the other: its contrast slopes as its background does."""
     n = 80
@@ -75,7 +92,7 @@ def test_gradient_of_light_neither_pulls_the_centre_nor_makes_its_sd_lie(radius,
     for _ in range(n):
         picture, centre = disc_picture(radius, 0.85, contrast, 2, rng, 60.0 if contrast > 0 else 130.0, slope=slope)
         fit = fit_discs(picture, disc_start(*(centre + rng.uniform(-0.8, 0.8, 2)), radius, 60, contrast)[None])[0]
-        error.append(fit[U:U + 2] - centre)
+        error.append(fit[U : U + 2] - centre)
         sd.append(fit[SD])
     error, sd = np.array(error), np.array(sd)
     rms = np.sqrt((error**2).mean())
@@ -94,7 +111,7 @@ def test_flat_picture_and_a_disc_half_outside_are_refused():
     noise = rng.normal(100, 3, (60, 60)).clip(0, 255).astype(np.uint8)
     assert fit_discs(noise, disc_start(30, 30, 8, 100, 30)[None])[0, OK] == 0
     picture, centre = disc_picture(10, 0.8, 150, 2, rng)
-    cut = np.ascontiguousarray(picture[:, int(centre[0]):])
+    cut = np.ascontiguousarray(picture[:, int(centre[0]) :])
     assert fit_discs(cut, disc_start(0, centre[1], 10, 60, 150)[None])[0, OK] == 0
 
 
@@ -113,14 +130,21 @@ def test_circle_centre_is_not_the_ellipses_centre():
     """A 5 mm circle seen at 45 degrees from 1 m with f = 6364 px: MEASURED.md's 0.08 px, recovered to 1e-4 px."""
     angle, f = np.pi / 4, 6364.0
     rotation = np.array([[1, 0, 0], [0, -np.cos(angle), -np.sin(angle)], [0, np.sin(angle), -np.cos(angle)]])
-    camera = Camera("C", (4096, 3072), np.array([[f, 0, 2048], [0, f, 1536], [0, 0, 1]]), np.zeros(5), rotation, np.array([0, 0, 1.0]))
+    camera = Camera(
+        "C",
+        (4096, 3072),
+        np.array([[f, 0, 2048], [0, f, 1536], [0, 0, 1]]),
+        np.zeros(5),
+        rotation,
+        np.array([0, 0, 1.0]),
+    )
     turn = np.linspace(0, 2 * np.pi, 400, endpoint=False)
     rim = camera.project(0.005 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1))
     # The ellipse through the rim, by least squares on its general conic; nothing in common with the dual conic.
     x, y = (rim - rim.mean(0)).T
     a, b, c, d, e = np.linalg.lstsq(np.stack([x * x, x * y, y * y, x, y], -1), np.ones(len(x)), rcond=None)[0]
     centre = np.linalg.solve([[2 * a, b], [b, 2 * c]], [-d, -e])
-    k = 1 / (1 + (a * centre[0]**2 + b * centre[0] * centre[1] + c * centre[1]**2))
+    k = 1 / (1 + (a * centre[0] ** 2 + b * centre[0] * centre[1] + c * centre[1] ** 2))
     fit = np.zeros((1, 20))
     fit[0, :5] = [*(rim.mean(0) + centre), a * k, b * k / 2, c * k]
     true = camera.project(np.zeros(3))

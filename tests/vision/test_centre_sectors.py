@@ -3,14 +3,16 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from vision.centre import OK, SD, disc_start, fit_discs
-from vision.centre_sectors import fit_by_sectors
+from vision.markers.fit import OK, SD, disc_start, fit_discs
+from vision.markers.sector_fit import fit_by_sectors
 
 SUPERSAMPLING = 8
 
 
 def across_an_edge(radius, edge_px, rng, noise=2.0, square=False):
-    """A dark disc (or square) over a straight edge between grey 190 and grey 80 that runs `edge_px` beside its centre."""
+    """A dark disc (or square) over a straight edge between grey 190 and grey 80 that runs `edge_px` beside its
+    centre.
+    """
     size = 2 * int(radius + 8) + 1
     centre = (size - 1) / 2 + rng.uniform(-0.5, 0.5, 2)
     fine = (np.arange(size * SUPERSAMPLING) + 0.5) / SUPERSAMPLING - 0.5
@@ -20,7 +22,9 @@ def across_an_edge(radius, edge_px, rng, noise=2.0, square=False):
     away = np.maximum(np.abs(x), np.abs(y)) if square else np.hypot(x, y)
     mask = np.clip((radius - away) * SUPERSAMPLING + 0.5, 0, 1)
     picture = gaussian_filter(background * (1 - mask) + 20 * mask, 0.8 * SUPERSAMPLING)
-    picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3)) + rng.normal(0, noise, (size, size))
+    picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3)) + rng.normal(
+        0, noise, (size, size)
+    )
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8), centre
 
 
@@ -37,8 +41,8 @@ def test_disc_across_an_edge_is_centred_and_its_sd_honest():
             errors.append(fit[:2] - centre)
             sd.append(fit[SD])
     error, ratio = np.array(errors), np.abs(errors) / np.array(sd)[:, None]
-    # An edge that runs along the disc's own takes too many sectors; three more go with the rule that refuses a half-covered disc,
-    # without which a marker under the Host's moving ring was a pixel off and did not know it.
+    # An edge that runs along the disc's own takes too many sectors; three more go with the rule that refuses a
+    # half-covered disc, without which a marker under the Host's moving ring was a pixel off and did not know it.
     assert len(errors) >= 50
     assert np.sqrt((error**2).mean()) < 0.02 and np.abs(error).max() < 0.08
     assert np.mean(ratio < 1.645) > 0.87 - 0.055  # of 120 errors, 2 sd

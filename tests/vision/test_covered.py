@@ -1,26 +1,34 @@
-"""A marker that another edge covers by and by: its size is known from before, and its picture's shape follows from the camera."""
+"""A marker that another edge covers by and by: its size is known from before, and its picture's shape follows from the
+camera.
+"""
 
 import numpy as np
 import pytest
 
 from ovines.camera import Camera
-from vision.centre import M11, OK, OUTLIERS, S11, STRUCTURED, disc_start, radius_px
-from vision.eye import Eye, Layout
-from vision.follow import _circle_shape
-from vision.shared_discs import unshared
-from vision.sight import _remember
+from vision.markers.fit import M11, OK, OUTLIERS, S11, STRUCTURED, disc_start, radius_px
+from vision.tracking.camera_tracker import Eye, Layout
+from vision.tracking.duplicate_assignments import unshared
+from vision.tracking.measure import _circle_shape
+from vision.tracking.state import _remember
 
 
 def leaning_camera():
     angle, f = 0.4, 6380.0
     rotation = np.array([[1, 0, 0], [0, -np.cos(angle), -np.sin(angle)], [0, np.sin(angle), -np.cos(angle)]])
-    return Camera("VW1", (4096, 3072), np.array([[f, 0, 2048], [0, f, 1536], [0, 0, 1]]), np.array([-0.05, 0.1, 2e-4, -1e-4, 0.0]), rotation,
-                  np.array([0, 0, 1.2]))
+    return Camera(
+        "VW1",
+        (4096, 3072),
+        np.array([[f, 0, 2048], [0, f, 1536], [0, 0, 1]]),
+        np.array([-0.05, 0.1, 2e-4, -1e-4, 0.0]),
+        rotation,
+        np.array([0, 0, 1.2]),
+    )
 
 
 def eye_after(clear_frames):
     """An eye that saw one marker of radius 2 mm, 10 px, in so many frames, and then covered: 9 px."""
-    layout = Layout(("ground",), ("G1",), np.zeros((1, 3)), np.array([0, 1]), np.array([1e-3]), np.array([True]))
+    layout = Layout(("ground",), ("G1",), np.zeros((1, 3)), np.array([0, 1]), np.array([1e-3]), np.array([True]), 0.05)
     eye = Eye(leaning_camera(), (0, 0), layout)
     clear, covered = disc_start(100, 100, 10, 95, -75), disc_start(101, 100, 9, 95, -75)
     clear[OK] = covered[OK] = 1
@@ -34,7 +42,9 @@ def eye_after(clear_frames):
 def test_a_known_size_is_kept_while_covered():
     eye = eye_after(5)
     assert radius_px(eye.starts[0]) == pytest.approx(10) and eye.sight.radius_m[0] == pytest.approx(0.002)
-    assert eye.starts[0, 0] == 101 and eye.starts[0, OUTLIERS] > STRUCTURED  # place and state are those of the covered frame
+    assert (
+        eye.starts[0, 0] == 101 and eye.starts[0, OUTLIERS] > STRUCTURED
+    )  # place and state are those of the covered frame
 
 
 def test_an_unknown_size_is_what_was_last_seen():
@@ -50,7 +60,9 @@ def test_the_shape_of_a_circle_is_that_of_its_projected_rim():
     _circle_shape(np.concatenate([middle, jacobian[:, :2].ravel()]), radius_m, row)
     x, y = (rim - rim.mean(0)).T
     m11, m12, m22 = row[M11:S11]
-    assert np.abs(m11 * x * x + 2 * m12 * x * y + m22 * y * y - 1).max() < 0.01  # perspective bends it by 0.4 %; a radius 1 % off: 0.02
+    assert (
+        np.abs(m11 * x * x + 2 * m12 * x * y + m22 * y * y - 1).max() < 0.01
+    )  # perspective bends it by 0.4 %; a radius 1 % off: 0.02
 
 
 def test_a_disc_that_two_bodies_claim_is_that_of_the_body_seen_better():
@@ -59,7 +71,8 @@ def test_a_disc_that_two_bodies_claim_is_that_of_the_body_seen_better():
     marker = np.tile(np.arange(7), 3)
     uv = np.tile(np.arange(7)[:, None] * [40.0, 0.0], (3, 1))
     uv[7] = uv[10] + 0.4  # frame 4: the first ground marker sits on the first of the Host
-    keep = unshared(frames, marker, uv, body_of)
+    radius = np.full(len(frames), 7.0)
+    keep = unshared(frames, marker, uv, radius, body_of)
     assert np.flatnonzero(~keep).tolist() == [7]
     few = (frames != 4) | np.isin(marker, [0, 3])  # one each: nothing says whose it is
-    assert (~unshared(frames[few], marker[few], uv[few], body_of)).sum() == 2
+    assert (~unshared(frames[few], marker[few], uv[few], radius[few], body_of)).sum() == 2

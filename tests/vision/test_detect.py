@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.centre import radius_px
-from vision.detect import find_discs
+from vision.markers.detect import find_discs
+from vision.markers.fit import radius_px
 
 
 def scene(shapes, size=(300, 500), background=100.0, noise=2.0, light=0.0, seed=0):
@@ -16,9 +16,13 @@ def scene(shapes, size=(300, 500), background=100.0, noise=2.0, light=0.0, seed=
         if kind == "disc":
             cv2.circle(big, at, int(r * 8), grey, -1)
         elif kind == "square":
-            cv2.rectangle(big, (at[0] - int(r * 8), at[1] - int(r * 8)), (at[0] + int(r * 8), at[1] + int(r * 8)), grey, -1)
+            cv2.rectangle(
+                big, (at[0] - int(r * 8), at[1] - int(r * 8)), (at[0] + int(r * 8), at[1] + int(r * 8)), grey, -1
+            )
         elif kind == "bar":
-            cv2.rectangle(big, (at[0] - int(r * 8), at[1] - int(r * 2)), (at[0] + int(r * 8), at[1] + int(r * 2)), grey, -1)
+            cv2.rectangle(
+                big, (at[0] - int(r * 8), at[1] - int(r * 2)), (at[0] + int(r * 8), at[1] + int(r * 2)), grey, -1
+            )
         elif kind == "half":
             cv2.ellipse(big, at, (int(r * 8), int(r * 8)), 0, 0, 180, grey, -1)
     small = cv2.GaussianBlur(cv2.resize(big, size[::-1], interpolation=cv2.INTER_AREA), (0, 0), 0.8)
@@ -26,9 +30,20 @@ def scene(shapes, size=(300, 500), background=100.0, noise=2.0, light=0.0, seed=
     return np.clip(np.rint(small + np.random.default_rng(seed).normal(0, noise, size)), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize(("grey", "light", "noise"), [(20, 0, 2), (220, 0, 2), (20, 1.2, 2), (140, 0.0, 3), (30, 0.8, 6)])
+@pytest.mark.parametrize(
+    ("grey", "light", "noise"), [(20, 0, 2), (220, 0, 2), (20, 1.2, 2), (140, 0.0, 3), (30, 0.8, 6)]
+)
 def test_every_disc_is_found_dark_or_bright_under_uneven_light(grey, light, noise):
-    truth = [(60, 50, 4), (150, 80, 8), (260, 60, 13), (380, 90, 20), (80, 200, 6), (200, 220, 10), (330, 210, 25), (450, 240, 5)]
+    truth = [
+        (60, 50, 4),
+        (150, 80, 8),
+        (260, 60, 13),
+        (380, 90, 20),
+        (80, 200, 6),
+        (200, 220, 10),
+        (330, 210, 25),
+        (450, 240, 5),
+    ]
     found = find_discs(scene([("disc", *disc, grey) for disc in truth], light=light, noise=noise))
     assert len(found) == len(truth)
     for u, v, r in truth:
@@ -37,7 +52,13 @@ def test_every_disc_is_found_dark_or_bright_under_uneven_light(grey, light, nois
 
 
 def test_squares_bars_and_half_discs_are_no_discs():
-    shapes = [("square", 60, 60, 9, 20), ("bar", 160, 60, 14, 20), ("half", 260, 60, 12, 20), ("square", 80, 200, 6, 220), ("half", 300, 200, 9, 220)]
+    shapes = [
+        ("square", 60, 60, 9, 20),
+        ("bar", 160, 60, 14, 20),
+        ("half", 260, 60, 12, 20),
+        ("square", 80, 200, 6, 220),
+        ("half", 300, 200, 9, 220),
+    ]
     assert len(find_discs(scene([*shapes, ("disc", 420, 150, 9, 20)]))) == 1
 
 

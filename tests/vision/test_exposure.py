@@ -2,14 +2,19 @@
 
 import numpy as np
 
-from vision.exposure import arc_shift, spins
+from vision.tracking.exposure import arc_shift, spins
 
 
 def test_mean_of_an_arc_is_carried_back_to_its_middle():
     offset, spin, exposure_s = np.array([[0.006, 0.0], [0.0, -0.003]]), np.array([500.0, -300.0]), 8e-4
     turn = (np.linspace(-0.5, 0.5, 20001) * exposure_s)[:, None] * spin
-    mean = np.stack([np.cos(turn) * offset[:, 0] - np.sin(turn) * offset[:, 1],
-                     np.sin(turn) * offset[:, 0] + np.cos(turn) * offset[:, 1]], -1).mean(0)
+    mean = np.stack(
+        [
+            np.cos(turn) * offset[:, 0] - np.sin(turn) * offset[:, 1],
+            np.sin(turn) * offset[:, 0] + np.cos(turn) * offset[:, 1],
+        ],
+        -1,
+    ).mean(0)
     assert np.hypot(*(mean - offset)[0]) > 3e-5  # 40 um at 6 mm
     # The measured offset is shortened already: what is added scales it back to its full length.
     assert np.abs(mean + arc_shift(mean, spin, exposure_s) - offset).max() < 1e-8

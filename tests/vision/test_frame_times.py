@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 
 from ovines.recording import read_recording
-from vision.frame_times import frame_times
+from vision.frames.times import frame_times
 
 TOML = """format = 1
 [time]
 frame_rate_hz = 800.0
 trigger = "trigger.csv"
-""" + "".join(f'[[cameras]]\nname = "{name}"\nframes = "{name}/*.png"\nsensor_size_px = [64, 64]\nwindow_offset_px = [0, 0]\nwindow_size_px = [64, 64]\n'
-              for name in ("a", "b"))
+""" + "".join(
+    f'[[cameras]]\nname = "{name}"\nframes = "{name}/*.png"\nsensor_size_px = [64, 64]\nwindow_offset_px = [0, '
+    f"0]\nwindow_size_px = [64, 64]\n"
+    for name in ("a", "b")
+)
 
 
 def recording(folder, first_file, numbers):
@@ -21,7 +24,9 @@ def recording(folder, first_file, numbers):
         for k in range(10):
             (folder / name / f"frame_{first_file + k:04d}.png").write_bytes(b"")
     times = 0.5 + np.cumsum(np.random.default_rng(1).uniform(1e-3, 2e-3, len(numbers)))
-    (folder / "trigger.csv").write_text("frame,time_s\n" + "".join(f"{n},{t:.9f}\n" for n, t in zip(numbers, times, strict=True)))
+    (folder / "trigger.csv").write_text(
+        "frame,time_s\n" + "".join(f"{n},{t:.9f}\n" for n, t in zip(numbers, times, strict=True))
+    )
     return read_recording(folder), times.round(9)
 
 

@@ -1,4 +1,6 @@
-"""Frames: every format gives the same grey levels; what is broken is a named gap; what has the wrong size is refused."""
+"""Frames: every format gives the same grey levels; what is broken is a named gap; what has the wrong size is
+refused.
+"""
 
 import struct
 from types import SimpleNamespace
@@ -10,8 +12,8 @@ import tifffile
 
 from ovines.errors import InputError
 from ovines.recording import read_recording
-from vision.frames import _CHUNK, open_sources, read_image, stream
-from vision.image_header import BadImage
+from vision.frames.image_header import BadImage
+from vision.frames.sources import _CHUNK, open_sources, read_image, stream
 
 SIZE = (64, 48)
 
@@ -53,7 +55,9 @@ def test_truncated_files_are_bad_images_not_half_pictures(tmp_path, suffix):
         read_image(path, SIZE)
 
 
-@pytest.mark.parametrize("content", [b"", b"no picture at all", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xd9", b"II*\0\xff\xff\xff\xff"])
+@pytest.mark.parametrize(
+    "content", [b"", b"no picture at all", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xd9", b"II*\0\xff\xff\xff\xff"]
+)
 def test_what_is_no_picture_is_a_bad_image(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(BadImage):
@@ -76,8 +80,10 @@ def recording(tmp_path, names_a, names_b, suffix="png"):
             cv2.imwrite(str(tmp_path / camera / f"{name}.{suffix}"), picture(int(name.split("_")[-1])))
     text = "format = 1\n[time]\nframe_rate_hz = 800.0\n"
     for camera in "AB":
-        text += (f'[[cameras]]\nname = "{camera}"\nframes = "{camera}/*.{suffix}"\nsensor_size_px = [64, 48]\n'
-                 "window_offset_px = [0, 0]\nwindow_size_px = [64, 48]\n")
+        text += (
+            f'[[cameras]]\nname = "{camera}"\nframes = "{camera}/*.{suffix}"\nsensor_size_px = [64, 48]\n'
+            "window_offset_px = [0, 0]\nwindow_size_px = [64, 48]\n"
+        )
     (tmp_path / "recording.toml").write_text(text + "[bodies.ground]\nmarkers = ['G1']\n")
     return read_recording(tmp_path)
 
@@ -137,14 +143,20 @@ def test_video_frames_and_a_video_that_ends_early(tmp_path):
 
 
 def test_memory_held_does_not_grow_with_the_recording(tmp_path):
-    """However long the recording, no more than the chunk in hand and the one before are alive beside those read ahead."""
+    """However long the recording, no more than the chunk in hand and the one before are alive beside those read
+    ahead.
+    """
     import gc
     import weakref
 
     rec = recording(tmp_path, ["f_0"], ["f_0"])
     sources, notes = open_sources(rec)
-    long = [SimpleNamespace(camera=s.camera, files=dict.fromkeys(range(200), s.files[0]), video=None, numbers=lambda: list(range(200)))
-            for s in sources]
+    long = [
+        SimpleNamespace(
+            camera=s.camera, files=dict.fromkeys(range(200), s.files[0]), video=None, numbers=lambda: list(range(200))
+        )
+        for s in sources
+    ]
     alive, most = [], 0
     for _, images in stream(long, notes):
         alive += [weakref.ref(image) for image in images]

@@ -1,4 +1,6 @@
-"""Recordings that another renderer drew, from boards to points: what `vision.render` takes for granted is not taken for granted here."""
+"""Recordings that another renderer drew, from boards to points: what `vision.rendering.images` takes for granted is not
+taken for granted here.
+"""
 
 from dataclasses import replace
 
@@ -24,16 +26,29 @@ def followed(folder, kind, frames=4):
     return truth, found, triangulate(found.tracks, cameras, recording.window_offset_px)
 
 
-@pytest.mark.parametrize("kind", [
-    replace(SMALL, paper=235.0, sticker_m={"ground": 0.002, "host": 0.002, "nes": 0.0012}),
-    replace(SMALL, bodies=KINDS["500 rad/s, 8 close, holed"].bodies, nes_centre=False, nes_deg=(0, 83, 150, 262), grey=20.0, layout=False),
-], ids=["markers on small papers", "beside a hole, no layout"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        replace(SMALL, paper=235.0, sticker_m={"ground": 0.002, "host": 0.002, "nes": 0.0012}),
+        replace(
+            SMALL,
+            bodies=KINDS["500 rad/s, 8 close, holed"].bodies,
+            nes_centre=False,
+            nes_deg=(0, 83, 150, 262),
+            grey=20.0,
+            layout=False,
+        ),
+    ],
+    ids=["markers on small papers", "beside a hole, no layout"],
+)
 def test_another_renderers_film_is_followed_to_a_hundredth_of_a_pixel(tmp_path, kind):
     truth, found, points = followed(tmp_path, kind)
     both = truth.merge(found.tracks, on=["camera", "frame"], suffixes=("_true", ""))
     both["off"] = np.hypot(both.u_px - both.u_px_true, both.v_px - both.v_px_true)
     near = both[both.off < 0.3]
-    assert len(near) >= 0.97 * len(truth) and len(near) == len(found.tracks)  # none lost but by a covered edge, none where nothing is
+    assert len(near) >= 0.97 * len(truth) and len(near) == len(
+        found.tracks
+    )  # none lost but by a covered edge, none where nothing is
     assert (near.groupby("marker").marker_true.nunique() == 1).all()  # under one name each
     if kind.layout:
         assert (near.marker == near.marker_true).all()
@@ -45,16 +60,26 @@ def test_another_renderers_film_is_followed_to_a_hundredth_of_a_pixel(tmp_path, 
     assert len(error) >= 0.47 * len(truth) and np.sqrt(np.mean(error**2)) < 4e-5  # with a calibration of eight views
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    ({"printed": lambda picture: np.ascontiguousarray(picture[:, ::-1])}, "mirror"),
-    ({"toml": lambda text: text.replace("charuco_7x10_15mm", "other.toml")}, "squares"),
-    ({"toml": lambda text: text.replace("charuco_7x10_15mm", "charuco_9x13_20mm")}, "DICT_5X5"),
-    ({"toml": lambda text: text.replace("boards/{camera}/world.png", "boards/{camera}/lens/nothing.png")}, "nothing.png"),
-], ids=["mirrored", "other squares", "another board", "no such file"])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"printed": lambda picture: np.ascontiguousarray(picture[:, ::-1])}, "mirror"),
+        ({"toml": lambda text: text.replace("charuco_7x10_15mm", "other.toml")}, "squares"),
+        ({"toml": lambda text: text.replace("charuco_7x10_15mm", "charuco_9x13_20mm")}, "DICT_5X5"),
+        (
+            {"toml": lambda text: text.replace("boards/{camera}/world.png", "boards/{camera}/lens/nothing.png")},
+            "nothing.png",
+        ),
+    ],
+    ids=["mirrored", "other squares", "another board", "no such file"],
+)
 def test_mistakes_on_anothers_boards_are_named(tmp_path, change, said):
     drawn(tmp_path, replace(SMALL, views=5, **change), 1, 3)
     columns, rows, square, marker, dictionary = BOARDS["charuco_7x10_15mm"]
-    (tmp_path / "other.toml").write_text(f'squares = [{rows}, {columns}]\nsquare_size_m = {square}\nmarker_size_m = {marker}\ndictionary = "{dictionary}"\n')
+    (tmp_path / "other.toml").write_text(
+        f"squares = [{rows}, {columns}]\nsquare_size_m = {square}\nmarker_size_m = {marker}\ndictionary = "
+        f'"{dictionary}"\n'
+    )
     with pytest.raises(InputError) as refused:
         calibrate_recording(read_recording(tmp_path))
     assert said in str(refused.value)

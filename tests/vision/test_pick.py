@@ -19,10 +19,10 @@ from ovines.commands.pick import wanted_markers
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import read_table
-from vision.detect import marker_discs
-from vision.naming import Naming
-from vision.pick_window import Frame, PickWindow, centres
-from vision.suggest_names import Pairs, as_rows, pair_discs, suggest_names
+from vision.identity.geometric_names import Pairs, as_rows, pair_discs, suggest_names
+from vision.identity.naming_session import Naming
+from vision.identity.picker import Frame, PickWindow, centres
+from vision.markers.detect import marker_discs
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"
 CAMERAS = ("VW1", "VW2")
@@ -48,8 +48,8 @@ def bare(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def first(bare):
     """(recording, cameras, window offsets, discs) of the first frames; truth of them."""
-    from vision.detect import find_discs
-    from vision.frames import read_image
+    from vision.frames.sources import read_image
+    from vision.markers.detect import find_discs
 
     recording = read_recording(bare)
     cameras = read_calibration(bare / "calibration.json")
@@ -69,7 +69,7 @@ def truly(truth: pd.DataFrame, camera: str, u: float, v: float) -> tuple[str, fl
 def test_the_suggestion_is_right_about_bodies_and_cameras(first):
     """Names within a body are free (no layout says which is which); body, pairing and the centre marker are not."""
     recording, cameras, offsets, _, discs, truth = first
-    pairs = pair_discs(cameras, offsets, discs)
+    pairs = pair_discs(cameras, offsets, discs, 0.05)
     rows = as_rows(suggest_names(pairs, recording), pairs, CAMERAS, discs)
     assert len(rows) == 2 * len(recording.markers)
     found = {(camera, marker): truly(truth, camera, u, v) for camera, marker, u, v in rows}
@@ -83,7 +83,7 @@ def test_the_suggestion_is_right_about_bodies_and_cameras(first):
 def test_the_suggestion_does_without_what_it_cannot_see(first):
     """A Host marker hidden: no Host names rather than wrong ones, the others stay."""
     recording, cameras, offsets, _, discs, truth = first
-    pairs = pair_discs(cameras, offsets, discs)
+    pairs = pair_discs(cameras, offsets, discs, 0.05)
     names = [truly(truth, "VW1", *centres(discs[0])[row])[0] for row in pairs.disc[:, 0]]
     for hidden in (("H2",), ("H2", "G1", "G2", "G3")):
         keep = [i for i, name in enumerate(names) if name not in hidden]
@@ -95,10 +95,14 @@ def test_the_suggestion_does_without_what_it_cannot_see(first):
 def test_the_disk_itself_is_no_marker_of_its_own(first):
     """A light disk with dark markers is a disc too, with its middle where the centre marker is."""
     recording, cameras, offsets, _, discs, _ = first
-    pairs = pair_discs(cameras, offsets, discs)
+    pairs = pair_discs(cameras, offsets, discs, 0.05)
     usual = suggest_names(pairs, recording)
     centre = usual["N1"]
-    whole = Pairs(np.r_[pairs.disc, pairs.disc[[centre]]], np.r_[pairs.place_m, pairs.place_m[[centre]]], np.r_[pairs.radius_m, -0.01])
+    whole = Pairs(
+        np.r_[pairs.disc, pairs.disc[[centre]]],
+        np.r_[pairs.place_m, pairs.place_m[[centre]]],
+        np.r_[pairs.radius_m, -0.01],
+    )
     assert suggest_names(whole, recording) == usual
     disc = discs[0][pairs.disc[centre, 0]].copy()
     disc[2:5] /= 60.0  # inverse squares of its half axes
@@ -108,7 +112,7 @@ def test_the_disk_itself_is_no_marker_of_its_own(first):
 
 def test_no_discs_give_no_pairs(first):
     _, cameras, offsets, _, discs, _ = first
-    assert len(pair_discs(cameras, offsets, [discs[0][:0], discs[1]]).disc) == 0
+    assert len(pair_discs(cameras, offsets, [discs[0][:0], discs[1]], 0.05).disc) == 0
 
 
 class Hand:
@@ -158,7 +162,9 @@ def test_clicks_name_discs_and_the_tracker_follows_them(first, bare, tmp_path):
     assert len(both) == len(tracks)
     counts = tracks.groupby(["camera", "marker"]).size()
     assert len(counts) == 24
-    assert set(counts[counts < 12].index) <= {("VW1", "G1")}  # the Host comes to cover it; with a layout it is lost there too
+    assert set(counts[counts < 12].index) <= {
+        ("VW1", "G1")
+    }  # the Host comes to cover it; with a layout it is lost there too
     off = np.hypot(both["u_px"] - both["u_px_true"], both["v_px"] - both["v_px_true"])
     assert off.max() < 0.3  # px: no name swapped (markers are 15 px apart), none lost
 

@@ -5,14 +5,20 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
-from vision.boards import find_board
-from vision.render import Band, Look, Markers, Pose, Rig, View, render_frame
-from vision.render_board import render_board
+from vision.calibration.boards import find_board
+from vision.rendering.board import render_board
+from vision.rendering.images import Band, Look, Markers, Pose, Rig, View, render_frame
 
 TILT = np.radians(25)
 ROTATION = np.array([[np.cos(TILT), 0, np.sin(TILT)], [0, -1, 0], [np.sin(TILT), 0, -np.cos(TILT)]])
-CAMERA = Camera("A", (400, 300), np.array([[2500.0, 0, 199.5], [0, 2500, 149.5], [0, 0, 1]]),
-                np.array([-0.1, 0.2, 1e-3, -5e-4, 0]), ROTATION, np.array([0.001, 0.002, 0.8]))
+CAMERA = Camera(
+    "A",
+    (400, 300),
+    np.array([[2500.0, 0, 199.5], [0, 2500, 149.5], [0, 0, 1]]),
+    np.array([-0.1, 0.2, 1e-3, -5e-4, 0]),
+    ROTATION,
+    np.array([0.001, 0.002, 0.8]),
+)
 
 
 def brute_force_disc(centre, radius_m, blur_px, fine=24, half=20):
@@ -30,18 +36,28 @@ def brute_force_disc(centre, radius_m, blur_px, fine=24, half=20):
 
 def unrounded(view, rig, look, scale=40):
     """A frame at 1/scale grey: the mean of uint8 frames with the light stepped below one grey level."""
-    frames = [render_frame(view, rig, [{}], Look(look.blur_px, 0.0, 1.0 + k / scale / 200))[0] / (1.0 + k / scale / 200) for k in range(scale)]
+    frames = [
+        render_frame(view, rig, [{}], Look(look.blur_px, 0.0, 1.0 + k / scale / 200))[0] / (1.0 + k / scale / 200)
+        for k in range(scale)
+    ]
     return np.mean(frames, 0)
 
 
 # Allowed: what was left at 32 x 32 rays, of a contrast of 180: 1.6, 2.3 (radius 4 px, where the next order of
 # blur over radius shows), 0.9, 0.7; a little more here with 24 x 24.
-@pytest.mark.parametrize(("radius_m", "blur_px", "grey"), [(0.0013, 0.6, 2.0), (0.0013, 0.85, 2.7), (0.003, 0.8, 1.3), (0.003, 0.4, 1.3)])
+@pytest.mark.parametrize(
+    ("radius_m", "blur_px", "grey"), [(0.0013, 0.6, 2.0), (0.0013, 0.85, 2.7), (0.003, 0.8, 1.3), (0.003, 0.4, 1.3)]
+)
 def test_disc_equals_brute_force(radius_m, blur_px, grey):
     centre = np.array([0.0013, -0.0021, 0.01])
-    rig = Rig({"ground": Markers(("G",), centre[None], radius_m, 20.0)}, host_inner_radius_m=None, nes_radius_m=None, background_grey=200.0)
+    rig = Rig(
+        {"ground": Markers(("G",), centre[None], radius_m, 20.0)},
+        host_inner_radius_m=None,
+        nes_radius_m=None,
+        background_grey=200.0,
+    )
     uv, expected = brute_force_disc(centre, radius_m, blur_px)
-    image = unrounded(View(CAMERA), rig, Look(blur_px))[uv[1] - 20:uv[1] + 21, uv[0] - 20:uv[0] + 21]
+    image = unrounded(View(CAMERA), rig, Look(blur_px))[uv[1] - 20 : uv[1] + 21, uv[0] - 20 : uv[0] + 21]
     assert np.abs(image - expected).max() < grey
     v, u = np.mgrid[-20:21, -20:21]
     dark, true_dark = 200 - image, 200 - expected
@@ -50,7 +66,9 @@ def test_disc_equals_brute_force(radius_m, blur_px, grey):
 
 
 def test_window_is_a_crop_of_the_sensor():
-    rig = Rig({"nes": Markers(("N",), np.array([[0.002, 0.001, 0.01]]))}, host_inner_radius_m=0.03, host_outer_radius_m=0.035)
+    rig = Rig(
+        {"nes": Markers(("N",), np.array([[0.002, 0.001, 0.01]]))}, host_inner_radius_m=0.03, host_outer_radius_m=0.035
+    )
     whole, truth = render_frame(View(CAMERA), rig, [{}], Look(0.8, 0.0))
     part, shifted = render_frame(View(CAMERA, (100, 60), (200, 150)), rig, [{}], Look(0.8, 0.0))
     assert np.abs(whole[60:210, 100:300].astype(int) - part).max() <= 1
@@ -69,9 +87,18 @@ def test_motion_blur_is_the_mean_and_same_seed_same_image():
 
 
 def test_wall_hides_what_lies_behind_it():
-    rig = Rig({"nes": Markers(("N",), np.array([[0.0, 0.0, 0.004]]), 0.001)}, host_inner_radius_m=0.03, host_outer_radius_m=0.035,
-              wall_height_m=0.02, nes_radius_m=0.004, nes_height_m=0.004)
-    shares = [render_frame(View(CAMERA), rig, [{"nes": Pose(x)}], Look(0.8, 0.0))[1].visible[0] for x in (0.0, 0.0235, 0.026, -0.026)]
+    rig = Rig(
+        {"nes": Markers(("N",), np.array([[0.0, 0.0, 0.004]]), 0.001)},
+        host_inner_radius_m=0.03,
+        host_outer_radius_m=0.035,
+        wall_height_m=0.02,
+        nes_radius_m=0.004,
+        nes_height_m=0.004,
+    )
+    shares = [
+        render_frame(View(CAMERA), rig, [{"nes": Pose(x)}], Look(0.8, 0.0))[1].visible[0]
+        for x in (0.0, 0.0235, 0.026, -0.026)
+    ]
     eye = CAMERA.centre_m[0]
     near = 0.026 if eye > 0 else -0.026
     by_x = dict(zip((0.0, 0.0235, 0.026, -0.026), shares, strict=True))
@@ -85,12 +112,26 @@ def test_shadow_band_darkens_only_its_band():
 
 
 def test_board_corners_lie_where_the_truth_says():
-    camera = Camera("A", (600, 700), np.array([[6000.0, 0, 299.5], [0, 6000, 349.5], [0, 0, 1]]), np.zeros(5), np.eye(3), np.zeros(3))
+    camera = Camera(
+        "A",
+        (600, 700),
+        np.array([[6000.0, 0, 299.5], [0, 6000, 349.5], [0, 0, 1]]),
+        np.zeros(5),
+        np.eye(3),
+        np.zeros(3),
+    )
     board = find_board("charuco_5x7_8mm")
     c, s = np.cos(0.3), np.sin(0.3)
-    image, truth = render_board(View(camera), board, np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([-0.02, -0.03, 1.1]),
-                                Look(0.8, 1.0), np.random.default_rng(3))
-    from vision.calibration_detect import detect
+    image, truth = render_board(
+        View(camera),
+        board,
+        np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]),
+        np.array([-0.02, -0.03, 1.1]),
+        Look(0.8, 1.0),
+        np.random.default_rng(3),
+    )
+    from vision.calibration.detection import detect
+
     seen = detect(image, board)
     error = seen.uv_px - truth[seen.points]
     assert len(seen.points) == 24

@@ -8,19 +8,21 @@ import pytest
 from ovines.camera import read_calibration
 from ovines.recording import read_recording
 from tests.vision.test_track import NES, cameras_and_views, film
-from vision.centre import CONTRAST, LEVEL, disc_start
-from vision.eye import Eye, Layout
-from vision.seek import jumped, seek
+from vision.markers.fit import CONTRAST, LEVEL, disc_start
 from vision.track import track
-from vision.tracker import Tracker
+from vision.tracking.camera_tracker import Eye, Layout
+from vision.tracking.relocate import jumped, seek
+from vision.tracking.tracker import Tracker
 
 RADIUS_M = 0.0014
 
 
-def pictured(eye: Eye, size: tuple[int, int], pose: np.ndarray, rng: np.random.Generator, light: float = 1.0) -> np.ndarray:
+def pictured(
+    eye: Eye, size: tuple[int, int], pose: np.ndarray, rng: np.random.Generator, light: float = 1.0
+) -> np.ndarray:
     """Bright discs where the pose puts the markers, on a grey noisy ground; `light`: how bright they have become."""
     image = np.full(size[::-1], 60.0)
-    v, u = np.mgrid[:size[1], :size[0]]
+    v, u = np.mgrid[: size[1], : size[0]]
     for centre in eye.camera.project(eye.body_points(0, pose)) - np.asarray(eye.offset):
         image += light * 75 * (1 - np.tanh((np.hypot(u - centre[0], v - centre[1]) - 7) / 0.8))
     return np.clip(image + rng.normal(0, 3, image.shape), 0, 255).astype(np.uint8)
@@ -30,7 +32,9 @@ def pictured(eye: Eye, size: tuple[int, int], pose: np.ndarray, rng: np.random.G
 def eye() -> Eye:
     """A camera that last saw a NES of five markers at the origin, moving by a millimetre per frame."""
     _, views = cameras_and_views()
-    layout = Layout(("nes",), tuple(f"N{k}" for k in range(5)), NES, np.array([0, 5]), np.array([2e-4]), np.array([True]))
+    layout = Layout(
+        ("nes",), tuple(f"N{k}" for k in range(5)), NES, np.array([0, 5]), np.array([2e-4]), np.array([True]), 0.05
+    )
     eye = Eye(views[0].camera, views[0].window_offset_px, layout)
     for marker, (u, v) in enumerate(eye.camera.project(NES) - np.asarray(eye.offset)):
         eye.starts[marker] = disc_start(u, v, 7.0, 60, 150)
@@ -72,7 +76,9 @@ def test_nothing_is_found_where_nothing_is(eye):
 
 
 def test_several_frames_at_once_are_the_same_as_one_by_one(tmp_path, monkeypatch):
-    """An impact, a marker hidden, a picture missing in one camera: however the frames are grouped, the tracks are equal to the last bit."""
+    """An impact, a marker hidden, a picture missing in one camera: however the frames are grouped, the tracks are equal
+    to the last bit.
+    """
     film(tmp_path, 30, np.random.default_rng(3), spin=120.0, hide=[("N2", 5, 9, "VW1")])
     (tmp_path / "VW2" / "f_0021.bmp").write_bytes(b"")
     recording, cameras = read_recording(tmp_path), read_calibration(tmp_path / "calibration.json")

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from ovines.camera import epipolar_residual_px, triangulate_points
-from vision.common_gaps import as_dropped, find_common_gaps
-from vision.render_recording import thesis_setup
-from vision.sync import find_dropped_frames, renumbered, true_numbers
+from vision.frames.dropped import find_dropped_frames, renumbered, true_numbers
+from vision.frames.dropped_by_both import as_dropped, find_common_gaps
+from vision.rendering.recording import thesis_setup
 
 
 @pytest.mark.parametrize("error_px", [0.1, 1.0])
@@ -34,8 +34,17 @@ def test_points_that_meet_leave_nothing():
 def test_views_that_say_nothing_of_each_other_tell_of_no_drop(shared):
     """Markers seen by one camera only, or frames too few to be shifted: no evidence, and no warning."""
     cameras = thesis_setup(np.random.default_rng(5)).cameras
-    rows = [{"camera": camera.name, "frame": frame, "marker": "G1" if shared else f"G{k}", "u_px": 500.0 + frame, "v_px": 300.0}
-            for k, camera in enumerate(cameras) for frame in range(3 if shared else 40)]
+    rows = [
+        {
+            "camera": camera.name,
+            "frame": frame,
+            "marker": "G1" if shared else f"G{k}",
+            "u_px": 500.0 + frame,
+            "v_px": 300.0,
+        }
+        for k, camera in enumerate(cameras)
+        for frame in range(3 if shared else 40)
+    ]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert find_dropped_frames(pd.DataFrame(rows), cameras, {camera.name: (0, 0) for camera in cameras}) == []
@@ -48,7 +57,9 @@ FRAMES, RATE_HZ = 120, 800.0
 
 
 def filmed(dropped, along="x", seed=0, clock_s=0.0):
-    """Tracks of a Host shaken at 11 Hz with 8 g and a NES that turns and meets its wall, without the instants that each camera `dropped`."""
+    """Tracks of a Host shaken at 11 Hz with 8 g and a NES that turns and meets its wall, without the instants that each
+    camera `dropped`.
+    """
     rng = np.random.default_rng(seed)
     cameras = thesis_setup(rng).cameras
     tables = []
@@ -58,11 +69,24 @@ def filmed(dropped, along="x", seed=0, clock_s=0.0):
         swing = 0.0164 * np.sin(69.1 * late + 0.3)[:, None]
         host = swing * (np.array([1.0, 0.0]) if along == "x" else np.array([0.0, 1.0]))
         there = np.abs((1.3 * late[:, None] * [1.0, 0.7] / 0.03 + 0.3) % 2 - 1) * 0.03  # straight between walls
-        for name, at in [(f"H{i}", host + own[:2]) for i, own in enumerate(HOST)] + [(f"N{i}", host + there + turned(NES[i], 60 * late))
-                                                                                  for i in range(3)]:
-            uv = camera.project(np.column_stack([at, np.full(len(t), HEIGHTS[name])])) + 0.01 * rng.standard_normal((len(t), 2))
-            tables.append(pd.DataFrame({"camera": camera.name, "frame": np.arange(len(t)), "time_s": np.arange(len(t)) / RATE_HZ, "marker": name,
-                                        "u_px": uv[:, 0], "v_px": uv[:, 1]}))
+        for name, at in [(f"H{i}", host + own[:2]) for i, own in enumerate(HOST)] + [
+            (f"N{i}", host + there + turned(NES[i], 60 * late)) for i in range(3)
+        ]:
+            uv = camera.project(np.column_stack([at, np.full(len(t), HEIGHTS[name])])) + 0.01 * rng.standard_normal(
+                (len(t), 2)
+            )
+            tables.append(
+                pd.DataFrame(
+                    {
+                        "camera": camera.name,
+                        "frame": np.arange(len(t)),
+                        "time_s": np.arange(len(t)) / RATE_HZ,
+                        "marker": name,
+                        "u_px": uv[:, 0],
+                        "v_px": uv[:, 1],
+                    }
+                )
+            )
     return pd.concat(tables, ignore_index=True), cameras, {camera.name: (0, 0) for camera in cameras}
 
 
@@ -72,10 +96,29 @@ def turned(place, angle):
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
-@pytest.mark.parametrize("dropped", [((), ()), ((), (60,)), ((30,), ()), ((), (5,)), ((), (114,)), ((40,), (80,)), ((), (50, 51, 52)), ((20, 90), (55,)),
-                                     ((), tuple(range(30, 36))), ((0,), ()), ((0,), (119,)), ((), (20, 50, 80)), ((60, 61), ()), ((), (70, 75))])
+@pytest.mark.parametrize(
+    "dropped",
+    [
+        ((), ()),
+        ((), (60,)),
+        ((30,), ()),
+        ((), (5,)),
+        ((), (114,)),
+        ((40,), (80,)),
+        ((), (50, 51, 52)),
+        ((20, 90), (55,)),
+        ((), tuple(range(30, 36))),
+        ((0,), ()),
+        ((0,), (119,)),
+        ((), (20, 50, 80)),
+        ((60, 61), ()),
+        ((), (70, 75)),
+    ],
+)
 def test_every_drop_is_found_at_its_frame(dropped, along):
-    """Whatever camera, early or late, several in a row: each picture gets the number of the instant that it shows, to a frame at the drop itself."""
+    """Whatever camera, early or late, several in a row: each picture gets the number of the instant that it shows, to a
+    frame at the drop itself.
+    """
     tracks, cameras, offsets = filmed(dropped, along)
     found = find_dropped_frames(tracks, cameras, offsets, HEIGHTS)
     for camera, lost in zip(cameras, dropped, strict=True):
@@ -86,7 +129,10 @@ def test_every_drop_is_found_at_its_frame(dropped, along):
 
 def test_motion_across_the_epipolar_lines_needs_no_heights():
     tracks, cameras, offsets = filmed(((30,), (80,)), "y")
-    assert [(drop.camera, drop.from_frame, drop.n) for drop in find_dropped_frames(tracks, cameras, offsets)] == [("VW1", 30, 1), ("VW2", 80, 1)]
+    assert [(drop.camera, drop.from_frame, drop.n) for drop in find_dropped_frames(tracks, cameras, offsets)] == [
+        ("VW1", 30, 1),
+        ("VW2", 80, 1),
+    ]
 
 
 def test_a_clock_that_is_late_by_part_of_a_frame_is_no_dropped_frame():

@@ -11,15 +11,17 @@ from ovines.camera import Camera, write_calibration
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import checked
-from vision.identity import match_layout, place
-from vision.named import read_names
-from vision.render import Look, Markers, Pose, Rig, View, render_frame
+from vision.identity.matching import match_layout, place
+from vision.rendering.images import Look, Markers, Pose, Rig, View, render_frame
 from vision.track import track
+from vision.tracking.manual_names import read_names
 
 SIZE = (900, 420)
 GROUND = np.array([[-0.075, 0.02, 0.0], [0.078, 0.015, 0.0], [0.07, -0.028, 0.0]])  # clockwise from the left
 HOST = np.array([[0.030, 0.014, 0.01], [-0.016, 0.029, 0.01], [-0.031, -0.013, 0.01], [0.021, -0.026, 0.01]])
-NES = np.array([[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]])
+NES = np.array(
+    [[0, 0, 0.01], [0.0061, 0.0003, 0.01], [-0.0008, 0.006, 0.01], [-0.0058, -0.0017, 0.01], [0.0024, -0.0056, 0.01]]
+)
 FRAME_RATE_HZ = 800.0
 
 
@@ -36,8 +38,15 @@ def look_at(name, centre, target, focal, size, distortion, principal):
 def cameras_and_views():
     views = []
     for name, side in (("VW1", -1), ("VW2", 1)):
-        camera = look_at(name, 1.23 * np.array([side * np.sin(0.36), 0.01, np.cos(0.36)]), np.zeros(3), 6380.0, (4096, 3072),
-                         np.array([-0.05, 0.1, 2e-4, -1e-4, 0]), (2050.0, 1530.0))
+        camera = look_at(
+            name,
+            1.23 * np.array([side * np.sin(0.36), 0.01, np.cos(0.36)]),
+            np.zeros(3),
+            6380.0,
+            (4096, 3072),
+            np.array([-0.05, 0.1, 2e-4, -1e-4, 0]),
+            (2050.0, 1530.0),
+        )
         u, v = camera.project(np.zeros(3))
         views.append(View(camera, (int(u) - SIZE[0] // 2, int(v) - SIZE[1] // 2), SIZE))
     return [view.camera for view in views], views
@@ -46,10 +55,17 @@ def cameras_and_views():
 def film(folder, frames, rng, spin=500.0, look=None, hide=(), suffix="bmp", layout_sd=3e-5, ground=GROUND):
     """A recording whose NES turns at `spin`, with one impact: velocity and spin jump in the middle."""
     cameras, views = cameras_and_views()
-    rig = Rig({"ground": Markers(("G1", "G2", "G3"), ground, 0.002, 235.0),
-               "host": Markers(("H1", "H2", "H3", "H4"), HOST + rng.normal(0, layout_sd, HOST.shape), 0.002),
-               "nes": Markers(("N1", "N2", "N3", "N4", "N5"), NES + rng.normal(0, layout_sd, NES.shape), 0.0014)},
-              host_inner_radius_m=0.026, host_outer_radius_m=0.04, wall_height_m=0.01, nes_height_m=0.01)
+    rig = Rig(
+        {
+            "ground": Markers(("G1", "G2", "G3"), ground, 0.002, 235.0),
+            "host": Markers(("H1", "H2", "H3", "H4"), HOST + rng.normal(0, layout_sd, HOST.shape), 0.002),
+            "nes": Markers(("N1", "N2", "N3", "N4", "N5"), NES + rng.normal(0, layout_sd, NES.shape), 0.0014),
+        },
+        host_inner_radius_m=0.026,
+        host_outer_radius_m=0.04,
+        wall_height_m=0.01,
+        nes_height_m=0.01,
+    )
     truths = []
     hit = frames // 2
     for frame in range(frames):
@@ -63,17 +79,23 @@ def film(folder, frames, rng, spin=500.0, look=None, hide=(), suffix="bmp", layo
             for marker, first, last, camera in hide:
                 if first <= frame < last and camera == view.camera.name:
                     u, v = truth.loc[truth.marker == marker, ["u_px", "v_px"]].to_numpy()[0].round().astype(int)
-                    image[v - 12:v + 13, u - 12:u + 13] = 150
+                    image[v - 12 : v + 13, u - 12 : u + 13] = 150
             cv2.imwrite(str(path), image)
             truths.append(truth.assign(camera=view.camera.name, frame=frame))
     write_calibration(cameras, folder / "calibration.json")
     text = f'format = 1\n[time]\nframe_rate_hz = {FRAME_RATE_HZ}\n[calibration]\nfile = "calibration.json"\n'
     for view in views:
-        text += (f'[[cameras]]\nname = "{view.camera.name}"\nframes = "{view.camera.name}/*.{suffix}"\nsensor_size_px = [4096, 3072]\n'
-                 f"window_offset_px = {list(view.window_offset_px)}\nwindow_size_px = {list(SIZE)}\n")
-    text += ("[bodies.ground]\nmarkers = ['G1', 'G2', 'G3']\n"
-             f"[bodies.host]\nmarkers = ['H1', 'H2', 'H3', 'H4']\ninner_radius_m = 0.026\nlayout_m = {HOST.tolist()}\n"
-             f"[bodies.nes]\nmarkers = ['N1', 'N2', 'N3', 'N4', 'N5']\nradius_m = 0.01\nmass_kg = 0.02\nlayout_m = {NES.tolist()}\n")
+        text += (
+            f'[[cameras]]\nname = "{view.camera.name}"\nframes = "{view.camera.name}/*.{suffix}"\nsensor_size_px = '
+            f"[4096, 3072]\n"
+            f"window_offset_px = {list(view.window_offset_px)}\nwindow_size_px = {list(SIZE)}\n"
+        )
+    text += (
+        "[bodies.ground]\nmarkers = ['G1', 'G2', 'G3']\n"
+        f"[bodies.host]\nmarkers = ['H1', 'H2', 'H3', 'H4']\ninner_radius_m = 0.026\nlayout_m = {HOST.tolist()}\n"
+        f"[bodies.nes]\nmarkers = ['N1', 'N2', 'N3', 'N4', 'N5']\nradius_m = 0.01\nmass_kg = 0.02\nlayout_m = "
+        f"{NES.tolist()}\n"
+    )
     (folder / "recording.toml").write_text(text)
     return cameras, pd.concat(truths, ignore_index=True)
 
@@ -95,7 +117,9 @@ def test_500_rad_per_s_through_an_impact_without_a_swap(fast_spin):
     _, _, truth, (tracks, notes, _walls) = fast_spin
     both = compared(truth, tracks)
     hidden = both.error_px.isna()
-    assert set(both[hidden].marker) == {"N3", "H2"} and hidden.sum() == 4 + 3  # hidden markers are missing rows, back at once
+    assert (
+        set(both[hidden].marker) == {"N3", "H2"} and hidden.sum() == 4 + 3
+    )  # hidden markers are missing rows, back at once
     assert both.error_px.max() < 0.1
     share = np.mean(np.abs(both.u_px - both.u_px_true)[~hidden] < 1.645 * both.sd_px[~hidden])
     assert 0.9 - 3 * 0.016 - 0.03 < share < 0.9 + 3 * 0.016 + 0.03  # 377 errors: 90 % scatters by 1.6 points
@@ -123,7 +147,9 @@ def test_table_is_that_of_the_formats(fast_spin):
 def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
     folder, cameras, truth, _ = fast_spin
     text = (folder / "recording.toml").read_text()
-    (tmp_path / "recording.toml").write_text(re.sub(r"layout_m = .*\n", "", text).replace('frames = "', f'frames = "{folder}/'))
+    (tmp_path / "recording.toml").write_text(
+        re.sub(r"layout_m = .*\n", "", text).replace('frames = "', f'frames = "{folder}/')
+    )
     rec = read_recording(tmp_path)
     first = truth.loc[truth.frame == 0, ["camera", "marker", "u_px", "v_px"]]
     first.assign(u_px=first.u_px + 3).to_csv(tmp_path / "first_frame.csv", index=False)
@@ -133,14 +159,18 @@ def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
 
 def test_a_body_without_layout_or_names_is_named_by_geometry_and_keeps_its_names(fast_spin, tmp_path):
     folder, cameras, truth, _ = fast_spin
-    text = re.sub(r"layout_m = .*\n", "", (folder / "recording.toml").read_text()).replace('frames = "', f'frames = "{folder}/')
+    text = re.sub(r"layout_m = .*\n", "", (folder / "recording.toml").read_text()).replace(
+        'frames = "', f'frames = "{folder}/'
+    )
     (tmp_path / "recording.toml").write_text(text)
     alone = track(read_recording(tmp_path), cameras)
     assert any("named by the first frame's geometry" in note for note in alone.notes)
     pairs = alone.tracks.merge(truth, on=["camera", "frame"], suffixes=("", "_true"))
     pairs = pairs[np.hypot(pairs.u_px - pairs.u_px_true, pairs.v_px - pairs.v_px_true) < 0.1]
     assert len(pairs) > 0.95 * len(truth)  # named by hand: 7 of 384 lack too
-    assert (pairs.groupby("marker").marker_true.nunique() == 1).all() and (pairs.marker.str[0] == pairs.marker_true.str[0]).all()
+    assert (pairs.groupby("marker").marker_true.nunique() == 1).all() and (
+        pairs.marker.str[0] == pairs.marker_true.str[0]
+    ).all()
     (tmp_path / "recording.toml").write_text(text.replace("'N5']", "'N5', 'N6', 'N7']"))  # more than there are
     with pytest.raises(InputError, match="--names"):
         track(read_recording(tmp_path), cameras)
@@ -157,8 +187,9 @@ def test_names_that_make_no_sense_are_refused(fast_spin, tmp_path):
 
 
 def test_uneven_light_and_noise(tmp_path):
-    cameras, truth = film(tmp_path, 6, np.random.default_rng(2), spin=200.0,
-                          look=Look(gradient=(0.6, 0.4), noise_grey=6.0, blur_px=1.2))
+    cameras, truth = film(
+        tmp_path, 6, np.random.default_rng(2), spin=200.0, look=Look(gradient=(0.6, 0.4), noise_grey=6.0, blur_px=1.2)
+    )
     both = compared(truth, track(read_recording(tmp_path), cameras).tracks)
     assert both.error_px.isna().sum() == 0 and both.error_px.max() < 0.25
 
@@ -172,7 +203,9 @@ def test_pictures_without_markers_are_an_error(tmp_path):
 
 
 def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
-    """The ring swings over G2 until one camera sees a quarter of it, and back: no frame may take the rest for the whole."""
+    """The ring swings over G2 until one camera sees a quarter of it, and back: no frame may take the rest for the
+    whole.
+    """
     ground = np.array([[-0.075, 0.02, 0.0], [0.044, 0.015, 0.0], [0.07, -0.028, 0.0]])
     cameras, truth = film(tmp_path, 40, np.random.default_rng(5), spin=100.0, ground=ground)
     both = compared(truth, track(read_recording(tmp_path), cameras).tracks)
@@ -209,7 +242,9 @@ def test_a_dropped_frame_is_found_and_told(tmp_path):
     missing = both[both.error_px.isna()]
     assert set(missing.frame) == {10} and set(missing.camera) == {"VW2"} and both.error_px.max() < 0.1
     first = truth.loc[truth.frame == 0, ["camera", "marker", "u_px", "v_px"]]
-    named = compared(truth, track(read_recording(tmp_path), cameras, first).tracks)  # names do not keep it from being followed again
+    named = compared(
+        truth, track(read_recording(tmp_path), cameras, first).tracks
+    )  # names do not keep it from being followed again
     assert set(named[named.error_px.isna()].frame) == {10} and named.error_px.max() < 0.1
 
 
@@ -217,7 +252,9 @@ def test_match_finds_the_pose_among_clutter():
     rng = np.random.default_rng(0)
     for _ in range(20):
         pose = np.array([*rng.uniform(-0.02, 0.02, 2), rng.uniform(-np.pi, np.pi)])
-        seen = np.concatenate([place(pose, NES[[0, 2, 3, 4], :2]) + rng.normal(0, 2e-5, (4, 2)), rng.uniform(-0.04, 0.04, (12, 2))])
+        seen = np.concatenate(
+            [place(pose, NES[[0, 2, 3, 4], :2]) + rng.normal(0, 2e-5, (4, 2)), rng.uniform(-0.04, 0.04, (12, 2))]
+        )
         best = match_layout(seen, NES[:, :2], 2e-4)[0]
         assert best.disc[[0, 2, 3, 4]].tolist() == [0, 1, 2, 3]
         assert np.hypot(*(best.pose[:2] - pose[:2])) < 1e-4

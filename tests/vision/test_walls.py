@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovines.camera import Camera
-from vision.walls import fit_rim
+from vision.walls.rims import fit_rim
 
 SIZE = (760, 620)
 
@@ -20,12 +20,24 @@ def look_at(name, centre, target, focal, size, distortion, principal):
 
 
 def camera_pair():
-    return [look_at(name, 1.23 * np.array([side * np.sin(0.36), 0.01, np.cos(0.36)]), np.zeros(3), 6380.0, (4096, 3072),
-                    np.array([-0.05, 0.1, 2e-4, -1e-4, 0]), (2050.0, 1530.0)) for name, side in (("VW1", -1), ("VW2", 1))]
+    return [
+        look_at(
+            name,
+            1.23 * np.array([side * np.sin(0.36), 0.01, np.cos(0.36)]),
+            np.zeros(3),
+            6380.0,
+            (4096, 3072),
+            np.array([-0.05, 0.1, 2e-4, -1e-4, 0]),
+            (2050.0, 1530.0),
+        )
+        for name, side in (("VW1", -1), ("VW2", 1))
+    ]
 
 
 def supersampled(camera: Camera, offset, layers, rng, noise=2.0, n=2):
-    """A picture by asking each of n x n rays per pixel what it hits: layers from the top down, (z, inside(xy), grey)."""
+    """A picture by asking each of n x n rays per pixel what it hits: layers from the top down, (z, inside(xy),
+    grey).
+    """
     total = np.zeros(SIZE[::-1])
     for du in (np.arange(n) + 0.5) / n - 0.5:
         for dv in (np.arange(n) + 0.5) / n - 0.5:
@@ -43,13 +55,18 @@ def supersampled(camera: Camera, offset, layers, rng, noise=2.0, n=2):
 def pair():
     rng = np.random.default_rng(0)
     host, nes = np.array([0.002, -0.001]), np.array([0.017, 0.009])
+
     def away(xy, c):
         return np.hypot(xy[..., 0] - c[0], xy[..., 1] - c[1])
+
     layers = [(0.010, lambda xy: away(xy, nes) < 0.01, 200.0), (0.0, lambda xy: away(xy, nes) < 0.0085, 90.0)]
     layers += [(0.012, lambda xy: (away(xy, host) > 0.036) & (away(xy, host) < 0.045), 190.0)]
     layers = [layers[2], *layers[:2]]  # the ring's top hides what lies below it
-    layers += [(0.0, lambda xy: away(xy, host) < 0.036, 140.0), (0.0, lambda xy: away(xy, host) < 0.046, 70.0),
-               (-0.001, lambda xy: away(xy, host) < 9, 95.0)]
+    layers += [
+        (0.0, lambda xy: away(xy, host) < 0.036, 140.0),
+        (0.0, lambda xy: away(xy, host) < 0.046, 70.0),
+        (-0.001, lambda xy: away(xy, host) < 9, 95.0),
+    ]
     cameras = camera_pair()
     offsets = [tuple((camera.project(np.zeros(3)) - np.array(SIZE) / 2).astype(int)) for camera in cameras]
     images = [supersampled(camera, offset, layers, rng) for camera, offset in zip(cameras, offsets, strict=True)]
@@ -74,4 +91,7 @@ def test_one_camera_holds_the_height_and_nothing_there_gives_none(pair):
     images, cameras, offsets, host, _ = pair
     rim = fit_rim(images[:1], cameras[:1], offsets[:1], np.array([*host, 0.012]), 0.036)
     assert rim.radius_m == pytest.approx(0.036, abs=1e-5) and rim.centre_m[2] == 0.012
-    assert fit_rim([np.full_like(image, 90) for image in images], cameras, offsets, np.array([*host, 0.012]), 0.036) is None
+    assert (
+        fit_rim([np.full_like(image, 90) for image in images], cameras, offsets, np.array([*host, 0.012]), 0.036)
+        is None
+    )

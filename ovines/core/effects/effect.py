@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovines.core.compiled import Floats
-from ovines.core.model import Scenario, ScenarioError, require, require_range
-from ovines.core.packing import Packed
+from ovines.core.system.model import Scenario, ScenarioError, require, require_range
+from ovines.core.system.packed import Packed
 
 Values = Mapping[str, float]  # an effect's parameters
 Apply = Callable[[Packed, Values, Scenario], Packed]
@@ -43,7 +43,8 @@ class Effect:
     """One effect, used by all: ``apply`` changes the packed scenario, ``observe`` the sampled motion.
 
     ``observe(times, samples, values, rng)`` takes sample times (n,) and samples (n, 12, columns of
-    :mod:`ovines.core.sampling`) and gives what is reported.  ``meaning`` says what it is, how large and after whom.
+    :mod:`ovines.core.integration.sampling`) and gives what is reported.  ``meaning`` says what it is, how large and
+    after whom.
     """
 
     name: str

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ovines.core import parameters as P
 from ovines.core.compiled import Floats
 from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
-from ovines.core.model import Scenario
-from ovines.core.packing import Packed
+from ovines.core.system import parameters as P
+from ovines.core.system.model import Scenario
+from ovines.core.system.packed import Packed
 
 INF = math.inf
 
@@ -66,7 +66,8 @@ GEOMETRY_EFFECTS = (
     ),
     Effect(
         "centre_marker_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
-        "The marker taken for the disk's centre is off it, fixed in the disk: the reported centre circles with the spin.",
+        "The marker taken for the disk's centre is off it, fixed in the disk: the reported centre circles with the "
+        "spin.",
         observe=_centre_marker,
     ),
 )  # fmt: skip

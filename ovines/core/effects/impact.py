@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ovines.core import parameters as P
 from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
-from ovines.core.model import Scenario
-from ovines.core.packing import Packed
+from ovines.core.system import parameters as P
+from ovines.core.system.model import Scenario
+from ovines.core.system.packed import Packed
 
 INF = math.inf
 

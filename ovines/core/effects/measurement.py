@@ -46,11 +46,14 @@ def _jitter(times: Floats, samples: Floats, values: Values, rng: np.random.Gener
 
 MEASUREMENT_EFFECTS = (
     Effect(
-        "camera_clock_offset", "measurement", (EffectParameter("offset_s", "s", -INF, INF, 2e-5, 6e-4),),
+        "camera_clock_offset",
+        "measurement",
+        (EffectParameter("offset_s", "s", -INF, INF, 2e-5, 6e-4),),
         "The second camera sees the world later by a constant: an epipolar error that grows with speed.",
     ),
     Effect(
-        "sensor_window_offset", "measurement",
+        "sensor_window_offset",
+        "measurement",
         (
             EffectParameter("u_px", "px", -INF, INF, 0.5, 8.0, 0.0),
             EffectParameter("v_px", "px", -INF, INF, 0.5, 8.0, 0.0),
@@ -59,24 +62,35 @@ MEASUREMENT_EFFECTS = (
         "second view's pixels stand off the first's: the first window was off by (u, v) or the second by the opposite.",
     ),
     Effect(
-        "length_scale_error", "measurement", (EffectParameter("scale", "1", 0.1, 10.0, 1e-3, 1.02),),
-        "Reported lengths are the true ones times scale (a board printed in another size).", observe=_scale,
+        "length_scale_error",
+        "measurement",
+        (EffectParameter("scale", "1", 0.1, 10.0, 1e-3, 1.02),),
+        "Reported lengths are the true ones times scale (a board printed in another size).",
+        observe=_scale,
     ),
     Effect(
-        "frame_rate_error", "measurement", (EffectParameter("ratio", "1", 0.1, 10.0, 1e-3, 1.02),),
-        "Reported times are the true ones times ratio (true rate over nominal rate).", observe=_frame_rate,
+        "frame_rate_error",
+        "measurement",
+        (EffectParameter("ratio", "1", 0.1, 10.0, 1e-3, 1.02),),
+        "Reported times are the true ones times ratio (true rate over nominal rate).",
+        observe=_frame_rate,
     ),
     Effect(
-        "plane_tilt", "measurement",
+        "plane_tilt",
+        "measurement",
         (
             EffectParameter("x_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
             EffectParameter("y_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
         ),
         "The world's z is not the plane's normal: turned about x and y, plane lengths shorten by the cosines and z "
-        "follows x, y.", observe=_plane,
+        "follows x, y.",
+        observe=_plane,
     ),
     Effect(
-        "trigger_jitter", "measurement", (EffectParameter("sd_s", "s", 0.0, INF, 5e-6, 1e-4),),
-        "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.", observe=_jitter,
+        "trigger_jitter",
+        "measurement",
+        (EffectParameter("sd_s", "s", 0.0, INF, 5e-6, 1e-4),),
+        "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.",
+        observe=_jitter,
     ),
-)  # fmt: skip
+)

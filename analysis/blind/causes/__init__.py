@@ -1,0 +1,1 @@
+"""What may be wrong with a plant: listed and unlisted causes, and their sizes."""

@@ -1,0 +1,1 @@
+"""The plant: a rig simulated by code that shares nothing with the simulator."""

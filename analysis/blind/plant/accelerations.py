@@ -1,0 +1,115 @@
+"""Forces on the plant's disk between contacts."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.state import PlantParameters
+
+
+@compiled
+def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
+    """Host position, velocity and acceleration (each: x, y, rotation, z) from its harmonics."""
+    position, velocity, acceleration = np.zeros(4), np.zeros(4), np.zeros(4)
+    for i in range(host.shape[0]):
+        axis, amplitude, omega = int(host[i, 0]), host[i, 1], host[i, 2]
+        phase = omega * time + host[i, 3]
+        position[axis] += amplitude * np.sin(phase)
+        velocity[axis] += amplitude * omega * np.cos(phase)
+        acceleration[axis] -= amplitude * omega**2 * np.sin(phase)
+    return position, velocity, acceleration
+
+
+@compiled
+def floor_traction(
+    slip_x: float, slip_y: float, spin: float, p: PlantParameters, table: Floats
+) -> tuple[float, float, float]:
+    """Friction per unit of mu N: force (x, y) and torque / R, smoothed by one tanh of the overall rim
+    speed."""
+    speed = np.sqrt(slip_x**2 + slip_y**2)
+    rim = p.disk_radius_m * abs(spin)
+    place = np.arctan2(rim, speed) / (0.5 * np.pi) * (table.shape[0] - 1)
+    low = min(int(place), table.shape[0] - 2)
+    share = place - low
+    force = table[low, 0] * (1.0 - share) + table[low + 1, 0] * share
+    torque = table[low, 1] * (1.0 - share) + table[low + 1, 1] * share
+    both = np.tanh(np.sqrt(speed**2 + rim**2) / p.smoothing_m_per_s)
+    plain = np.tanh(speed / p.smoothing_m_per_s)
+    size = p.spin_share * force * both + (1.0 - p.spin_share) * plain
+    sign = 1.0 if spin > 0.0 else (-1.0 if spin < 0.0 else 0.0)
+    turn = p.spin_share * torque * both * sign
+    if speed < 1e-12:
+        return 0.0, 0.0, turn
+    return size * slip_x / speed, size * slip_y / speed, turn
+
+
+@compiled
+def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
+    """Forces that nobody would put into a model: x, y from the Host's centre."""
+    radius = np.sqrt(x * x + y * y) + 1e-12
+    if p.wall_pull_m_per_s2 != 0.0:
+        pull = p.wall_pull_m_per_s2 * np.exp((radius - p.contact_radius_m) / p.wall_pull_m)
+        out[2] += pull * x / radius
+        out[3] += pull * y / radius
+    out[2] -= p.swirl_per_s2 * y
+    out[3] += p.swirl_per_s2 * x
+    if p.rail_per_s != 0.0:
+        a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
+        along = p.rail_per_s * (a * state[2] + b * state[3])
+        out[2] -= along * a
+        out[3] -= along * b
+    if p.sway_m_per_s2 != 0.0:
+        push = p.sway_m_per_s2 * np.sin(p.sway_rad_per_s * time)
+        out[2] += push * np.cos(p.sway_rad)
+        out[3] += push * np.sin(p.sway_rad)
+    if p.ridge_m_per_s2 != 0.0:
+        a, b = np.cos(p.ridge_rad), np.sin(p.ridge_rad)
+        across = (a * x + b * y - p.ridge_m) / 0.004
+        push = p.ridge_m_per_s2 * across * np.exp(0.5 - 0.5 * across**2)
+        out[2] += push * a
+        out[3] += push * b
+
+
+@compiled
+def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
+    """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall); x, y: centre of mass."""
+    position, velocity, acceleration = host_pose(time, host)
+    cosine, sine = np.cos(state[4]), np.sin(state[4])
+    arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
+    arm_y = -(sine * p.mass_x_m + cosine * p.mass_y_m)
+    spin = state[5]
+    x = state[0] + arm_x - position[0]
+    y = state[1] + arm_y - position[1]
+    slip_x = state[2] - spin * arm_y - (velocity[0] - velocity[2] * y)
+    slip_y = state[3] + spin * arm_x - (velocity[1] + velocity[2] * x)
+    force_x, force_y, turn = floor_traction(slip_x, slip_y, spin - velocity[2], p, table)
+    if p.anisotropy != 0.0:
+        a, b = np.cos(p.anisotropy_phase_rad), np.sin(p.anisotropy_phase_rad)
+        along, across = force_x * a + force_y * b, -force_x * b + force_y * a
+        along, across = along * (1.0 + p.anisotropy), across * (1.0 - p.anisotropy)
+        force_x, force_y = along * a - across * b, along * b + across * a
+    load = max(p.load_m_per_s2 + acceleration[3], 0.0)
+    if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
+        load = 0.0
+    mu = p.floor_friction * (1.0 + p.friction_change_per_s * (time - 0.5 * p.duration_s))
+    mu *= 1.0 + p.weakening * np.exp(-np.sqrt(slip_x**2 + slip_y**2) / p.weakening_m_per_s)
+    if p.settling != 0.0 and time > state[6] >= 0.0:
+        mu *= 1.0 - p.settling * np.exp(-(time - state[6]) / p.settling_s)
+    if p.patch_amplitude != 0.0:
+        far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
+        mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
+    force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
+    speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
+    drag = p.viscous_per_s + p.air_per_m * speed
+    out = np.zeros(8)
+    out[0], out[1], out[4] = state[2], state[3], spin
+    out[2] = force_x - drag * state[2] + p.tilt_x_m_per_s2 - p.central_per_s2 * x - p.magnus * spin * state[3]
+    out[3] = force_y - drag * state[3] + p.tilt_y_m_per_s2 - p.central_per_s2 * y + p.magnus * spin * state[2]
+    if p.pull_m_per_s2 != 0.0:
+        away_x, away_y = p.pull_x_m - state[0], p.pull_y_m - state[1]
+        near = p.pull_m_per_s2 / p.pull_width_m * np.exp(0.5 - 0.5 * (away_x**2 + away_y**2) / p.pull_width_m**2)
+        out[2] += near * away_x
+        out[3] += near * away_y
+    _add_strange_forces(time, x, y, state, p, out)
+    torque = arm_x * force_y - arm_y * force_x + p.disk_radius_m * turn
+    out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
+    return out

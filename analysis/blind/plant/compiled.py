@@ -1,0 +1,17 @@
+"""Compiled code of the blind plant, kept on disk under a hash of all its sources (how: :mod:`ovines.core.compiled`, its
+only loan from the core).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ovines.core.compiled import compiler, stamp_above
+
+Floats = npt.NDArray[np.float64]
+
+# The order of the fields of the plant's parameters is compiled in.
+compiled = compiler(stamp_above(Path(__file__).parent, ("state.py",)))

@@ -1,0 +1,177 @@
+"""What the plant's wall does: an impulse through a compliance matrix, or a spring-dashpot of finite
+duration."""
+
+import numpy as np
+
+from analysis.blind.plant.accelerations import derivative, host_pose
+from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.state import PlantParameters
+
+
+@compiled
+def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
+    """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
+    position = host_pose(time, host)[0]
+    cosine, sine = np.cos(state[4]), np.sin(state[4])
+    turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
+    x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
+    y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    radius = np.sqrt(x * x + y * y) + 1e-300
+    angle = 2.0 * (np.arctan2(y, x) - p.ellipticity_phase_rad)
+    reach = p.contact_radius_m * (1.0 + p.ellipticity * np.cos(angle))
+    slope = -2.0 * p.contact_radius_m * p.ellipticity * np.sin(angle) / radius
+    nx, ny = x / radius + slope * y / radius, y / radius - slope * x / radius
+    size = np.sqrt(nx * nx + ny * ny)
+    return (reach - radius) / size, nx / size, ny / size
+
+
+@compiled
+def _contact_velocity(
+    time: float, state: Floats, p: PlantParameters, host: Floats, nx: float, ny: float
+) -> tuple[float, float, float, float]:
+    """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
+    centre of mass."""
+    position, velocity, _ = host_pose(time, host)
+    cosine, sine = np.cos(state[4]), np.sin(state[4])
+    arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m)
+    arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m)
+    from_host_x, from_host_y = state[0] + arm_x - position[0], state[1] + arm_y - position[1]
+    ux = state[2] - state[5] * arm_y - velocity[0] + velocity[2] * from_host_y
+    uy = state[3] + state[5] * arm_x - velocity[1] - velocity[2] * from_host_x
+    return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
+
+
+@compiled
+def restitution_at(
+    time: float,
+    azimuth: float,
+    approach: float,
+    slip: float,
+    spin: float,
+    since_s: float,
+    p: PlantParameters,
+    scatter: float,
+) -> float:
+    """The normal restitution of this impact with every cause that acts on it."""
+    value = p.restitution
+    if p.restitution_speed_m_per_s > 0.0:
+        value = p.restitution_floor + (value - p.restitution_floor) * np.exp(-approach / p.restitution_speed_m_per_s)
+    value += p.direction_amplitude * np.cos(azimuth - p.direction_phase_rad)
+    away = np.arctan2(np.sin(azimuth - p.soft_azimuth_rad), np.cos(azimuth - p.soft_azimuth_rad))
+    value -= p.soft_amplitude * np.exp(-0.5 * (away / p.soft_width_rad) ** 2)
+    value += p.phase_amplitude * np.sin(p.drive_rad_per_s * time + p.phase_rad)
+    value -= p.spin_restitution_s * abs(spin)
+    value -= p.slip_restitution_s_per_m * abs(slip)
+    if p.rest_amplitude != 0.0:
+        value -= p.rest_amplitude * np.exp(-since_s / p.rest_s)
+    value *= 1.0 - p.ageing_per_s * time
+    return min(max(value + p.restitution_scatter * scatter, 0.05), 0.98)
+
+
+@compiled
+def impact(
+    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: float, bounce: float
+) -> tuple[Floats, float, float]:
+    """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
+    best.
+
+    Both impulses come from the target velocities through the contact's compliance matrix; beyond the
+    Coulomb limit the tangential one is cut and the normal one solved again. The disk is put back onto the
+    wall.
+    """
+    gap, nx, ny = wall_gap(time, state, p, host)
+    tx, ty = -ny, nx
+    approach, slip, arm_x, arm_y = _contact_velocity(time, state, p, host, nx, ny)
+    new = state.copy()
+    if gap < 0.0:
+        new[0] += gap * nx
+        new[1] += gap * ny
+    if approach <= 0.0:
+        return new, 0.0, slip
+    azimuth = np.arctan2(ny, nx)
+    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter) * bounce
+    mu = p.wall_friction * (
+        1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
+    )
+    mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
+    back = p.tangential_restitution * bounce
+    inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
+    lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
+    w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
+    change_n, change_t = -(1.0 + rebound) * approach, -(1.0 + back) * slip
+    determinant = w_nn * w_tt - w_nt**2
+    push_n = (w_tt * change_n - w_nt * change_t) / determinant
+    push_t = (w_nn * change_t - w_nt * change_n) / determinant
+    if abs(push_t) > mu * abs(push_n):
+        sign = -1.0 if slip > 0.0 else 1.0
+        push_n = change_n / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
+        push_t = sign * mu * abs(push_n)
+    new[2] += push_n * nx + push_t * tx
+    new[3] += push_n * ny + push_t * ty
+    new[5] += (push_n * lever_n + push_t * lever_t) / inertia
+    new[5] *= 1.0 - p.rolling_loss * bounce
+    return new, approach, slip
+
+
+@compiled
+def spring_dashpot(p: PlantParameters) -> tuple[float, float, float]:
+    """Stiffness and damping of the normal, stiffness of the tangential spring, per unit mass.
+
+    The contact's duration is the damped half period, the restitution its loss in one; the wall never pulls.
+    The tangential spring is a share of the normal one (Mindlin, J. Appl. Mech. 16, 259 (1949): 0.82 for
+    steel on steel).
+    """
+    loss = -np.log(p.restitution) / np.pi
+    ratio = loss / np.sqrt(1.0 + loss * loss)
+    natural = np.pi / p.contact_time_s / np.sqrt(1.0 - ratio * ratio)
+    return natural**2, 2.0 * ratio * natural, p.contact_shear_share * natural**2
+
+
+@compiled
+def compliant_step(
+    time: float,
+    state: Floats,
+    step: float,
+    p: PlantParameters,
+    host: Floats,
+    table: Floats,
+    spring: tuple[float, float, float],
+) -> Floats:
+    """Advance by `step` in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
+    limit.
+
+    State 7 is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's
+    duration.
+    """
+    count = int(np.ceil(step / p.contact_time_s * 400.0))
+    h = step / count
+    for _ in range(count):
+        first = _pushed(time, state, p, host, table, spring)[0]
+        middle, force = _pushed(time + 0.5 * h, state + 0.5 * h * first, p, host, table, spring)
+        state = state + h * middle
+        limit = p.wall_friction * force / spring[2]
+        state[7] = min(max(state[7], -limit), limit)
+        time += h
+    return state
+
+
+@compiled
+def _pushed(
+    time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, spring: tuple[float, float, float]
+) -> tuple[Floats, float]:
+    """Rate of the state and the wall's normal force per unit mass (never pulling)."""
+    stiffness, damping, tangential = spring
+    out = derivative(time, state, p, host, table)
+    gap, nx, ny = wall_gap(time, state, p, host)
+    if gap >= 0.0:
+        return out, 0.0
+    approach, slip, arm_x, arm_y = _contact_velocity(time, state, p, host, nx, ny)
+    force = max(-stiffness * gap + damping * approach, 0.0)
+    limit = p.wall_friction * force
+    shear = min(max(-tangential * state[7], -limit), limit)
+    fx, fy = -force * nx - shear * ny, -force * ny + shear * nx
+    out[2] += fx
+    out[3] += fy
+    out[5] += (arm_x * fy - arm_y * fx) / (p.inertia_factor * p.disk_radius_m**2)
+    out[7] = slip
+    return out, force

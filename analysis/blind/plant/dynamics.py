@@ -1,0 +1,132 @@
+"""The plant's motion: fixed Runge-Kutta steps, contacts found by bisection, sustained contact by
+projection."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from analysis.blind.plant.accelerations import derivative, host_pose
+from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.contact import compliant_step, impact, spring_dashpot, wall_gap
+from analysis.blind.plant.disk_friction import disk_friction_table
+from analysis.blind.plant.state import PlantParameters
+
+STEP_S = 1.0 / 25600.0
+START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
+HOLD_SPEED_M_PER_S = 3e-3  # an approach slower than this bounces within one step: the contact is sustained
+LONGEST_HELD_S = 0.05  # a run is cut this long after a sustained contact began
+RELEASE_GAP_M = 1e-6
+
+
+class Motion(NamedTuple):
+    """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
+    `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
+    contact."""
+
+    nodes: np.ndarray
+    impacts: np.ndarray
+    held: np.ndarray
+
+
+@compiled
+def _step(time: float, state: Floats, step: float, p: PlantParameters, host: Floats, table: Floats) -> Floats:
+    k1 = derivative(time, state, p, host, table)
+    k2 = derivative(time + 0.5 * step, state + 0.5 * step * k1, p, host, table)
+    k3 = derivative(time + 0.5 * step, state + 0.5 * step * k2, p, host, table)
+    k4 = derivative(time + step, state + step * k3, p, host, table)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@compiled
+def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> tuple[float, Floats]:
+    """The first instant within the coming step at which the disk is past the wall: bisection on the step's
+    length."""
+    low, high = 0.0, STEP_S
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if wall_gap(time + middle, _step(time, state, middle, p, host, table), p, host)[0] < 0.0:
+            high = middle
+        else:
+            low = middle
+    return time + high, _step(time, state, high, p, host, table)
+
+
+@compiled
+def _run(
+    duration_s: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, scatter: Floats
+) -> tuple[Floats, Floats, Floats]:
+    nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
+    impacts, held = np.empty((4000, 3)), np.empty((400, 2))
+    n, n_impact, n_held = 0, 0, 0
+    soft = p.contact_time_s > 0.0
+    spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
+    sustained = 5.0 * p.contact_time_s
+    time, touching, since = START_S, False, 0.0
+    while time < duration_s and n < nodes.shape[0] - 4 and n_impact < 3990 and n_held < 390:
+        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
+        n += 1
+        if touching and time - since > LONGEST_HELD_S:
+            break
+        if touching and soft:
+            new = compliant_step(time, state, STEP_S, p, host, table, spring)
+        else:
+            new = _step(time, state, STEP_S, p, host, table)
+        gap = wall_gap(time + STEP_S, new, p, host)[0]
+        if touching:
+            if gap < 0.0 and not soft:
+                new = impact(time + STEP_S, new, p, host, 0.0, 0.0)[0]
+            elif gap > (0.0 if soft else RELEASE_GAP_M):
+                touching = False
+                new[7] = 0.0
+                if time - since > sustained:
+                    held[n_held, 0], held[n_held, 1] = since, time
+                    n_held += 1
+        if touching or gap >= 0.0:
+            time, state = time + STEP_S, new
+            continue
+        time, state = _touch(time, state, p, host, table)
+        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time - 1e-12, state[:6], 0.0
+        n += 1
+        new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
+        impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
+        n_impact += 1
+        if not soft:
+            state = new
+        state[6] = time
+        if soft or speed < HOLD_SPEED_M_PER_S:
+            touching, since = True, time
+    if touching and time - since > sustained:
+        held[n_held, 0], held[n_held, 1] = since, time
+        n_held += 1
+    nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
+    return nodes[: n + 1].copy(), impacts[:n_impact].copy(), held[:n_held].copy()
+
+
+def run_plant(
+    parameters: PlantParameters,
+    host_harmonics: np.ndarray,
+    initial: np.ndarray,
+    duration_s: float,
+    rng: np.random.Generator,
+) -> Motion:
+    """Move the disk for `duration_s` or until it has been held at the wall for a while.
+
+    `host_harmonics` (n, 4): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine.
+    `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.
+    """
+    host_harmonics = np.ascontiguousarray(host_harmonics, dtype=np.float64)
+    position = host_pose(START_S, host_harmonics)[0]
+    state = np.empty(8)
+    state[:6] = initial
+    state[0] += position[0]
+    state[1] += position[1]
+    state[6], state[7] = -1.0, 0.0
+    scatter = rng.normal(size=4000)
+    return Motion(*_run(float(duration_s), state, parameters, host_harmonics, disk_friction_table(), scatter))
+
+
+def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
+    """States (n, 7) at `time_s`: linear between nodes 39 microseconds apart, each impact having a node
+    before and after."""
+    time = motion.nodes[:, 0]
+    return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in range(1, 8)])

@@ -1,0 +1,213 @@
+"""A sealed series: twelve runs of the plant under the two cameras, with its truth."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
+from analysis.blind.plant.accelerations import host_pose
+from analysis.blind.plant.dynamics import Motion, run_plant, state_at
+from analysis.blind.recording.draft import Draft
+from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series
+from analysis.blind.recording.noise import Noise, draw_noise
+from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
+from analysis.blind.recording.place import HOME, Place, draw_place
+from analysis.blind.recording.views import View, draw_views
+
+LONGEST_S = 1.2
+SHORTEST_S = 0.4  # a run cut earlier by sustained contact tells little and is started anew
+COUNTED_SPEED_M_PER_S = 0.2  # impacts faster than this are counted in the truth, as the practice truths do
+NOISE_KINDS = ("white", "ar1", "warp")
+__all__ = ["Outline", "Place", "Series", "draw_place", "make_series", "outline_series", "run_outline", "write_series"]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """All that is drawn before a run is simulated; `truth` is complete but for the count of impacts."""
+
+    truth: dict[str, Any]
+    draft: Draft
+    views: list[View]
+    marks: Marks
+    noise: Noise
+    model: dict[str, Any]
+    vertical_phase_rad: float
+    place: Place = HOME
+
+
+def draw_host(
+    acceleration_g: float, vertical_m: float, vertical_phase_rad: float, drive_hz: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Host harmonics (4, 4) of one run: the drive along x, its overtone, a crosswise share, and the
+    vertical motion."""
+    drive = 2.0 * np.pi * drive_hz
+    phase = rng.uniform(0.0, 2.0 * np.pi, 3)
+    harmonics = np.array(
+        [
+            [0, acceleration_g * 9.81 / drive**2 * (1 + rng.normal(0.0, 1e-3)), drive, phase[0]],
+            [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[1]],
+            [1, rng.uniform(0.03, 0.16) * 1e-3, drive, phase[2]],
+            [3, vertical_m, drive, vertical_phase_rad],
+        ]
+    )
+    if acceleration_g == 0.0:
+        harmonics[:, 1] = 0.0
+    return harmonics
+
+
+def draw_start(rng: np.random.Generator) -> np.ndarray:
+    """Initial x, y (from the Host), vx, vy, angle, spin as the practice series have them."""
+    radius, azimuth = 0.022 + 0.017 * rng.random() ** 0.6, rng.uniform(0.0, 2.0 * np.pi)
+    return np.array(
+        [
+            radius * np.cos(azimuth),
+            radius * np.sin(azimuth),
+            *rng.normal(0.0, 0.86, 2),
+            rng.uniform(0.0, 2.0 * np.pi),
+            rng.normal(0.0, 32.0),
+        ]
+    )
+
+
+def _poses(motion: Motion, draft: Draft, harmonics: np.ndarray, time_s: np.ndarray) -> Poses:
+    """Where the disk's middle and the Host are at `time_s`."""
+    state = state_at(motion, time_s)
+    host = np.array([host_pose(t, harmonics)[0] for t in time_s])
+    angle = state[:, 4]
+    x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)
+    middle = np.column_stack(
+        [
+            state[:, 0] - np.cos(angle) * x + np.sin(angle) * y,
+            state[:, 1] - np.sin(angle) * x - np.cos(angle) * y,
+            host[:, 3],
+            angle,
+        ]
+    )
+    return Poses(middle, host)
+
+
+def _one_run(
+    outline: Outline, run: int, level_g: float, rng: np.random.Generator
+) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
+    draft, errors, place = outline.draft, view_of(outline.draft), outline.place
+    harmonics = draw_host(level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, place.drive_hz, rng)
+    physics = physics_of_run(draft, run, 2.0 * np.pi * place.drive_hz, LONGEST_S)
+    for _ in range(200):
+        motion = run_plant(physics, harmonics, draw_start(rng), LONGEST_S + 2e-3, rng)
+        if motion.nodes[-1, 0] > SHORTEST_S:
+            break
+    rate = place.frame_rate_hz * errors.rate_ratio
+    frames = min(
+        int((motion.nodes[-1, 0] - abs(errors.clock_s) - 5 * errors.jitter_s) * rate),
+        int(LONGEST_S * place.frame_rate_hz),
+    )
+    first = np.maximum(np.arange(frames) / rate + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
+    times = [first, first + errors.clock_s]
+    poses = [_poses(motion, draft, harmonics, t) for t in times]
+    points = [world_points(p.nes, p.host, outline.marks, errors) for p in poses]
+    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng)
+    tracks["time_s"] *= place.slower
+    if place.start_s:
+        tracks = tracks.assign(
+            time_s=tracks["time_s"] + place.start_s[run], frame=tracks["frame"] + place.first_frame[run]
+        )
+    number = f"{run + 1:02d}"
+    states = {
+        f"state{number}": state_at(motion, first),
+        f"imp{number}": motion.impacts,
+        f"held{number}": motion.held,
+        f"H{number}": harmonics,
+    }
+    return tracks, place.states(states), poses
+
+
+def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict[str, Any]:
+    """`[model]`: what the nominal simulator contains; with `told` also its parameters,
+    each off by about 3 %."""
+    table: dict[str, Any] = {"effects": list(draft.model_effects)}
+    names = ["restitution", "wall_friction", "tangential_restitution"]
+    if draft.model_effects:
+        names.append("floor_friction")
+    if told:
+        table |= {name: round(float(draft.plant[name] * (1 + rng.normal(0.0, 0.03))), 4) for name in names}
+    return table
+
+
+def outline_series(
+    kind: str,
+    size: float,
+    rng: np.random.Generator,
+    runs: int = 12,
+    noise: str | None = None,
+    name: str = "sealed",
+    tell_model: bool = False,
+    place: Place = HOME,
+) -> Outline:
+    """Draw a series; the arguments are those of `make_series`."""
+    noise_kind = noise or str(rng.choice(NOISE_KINDS))
+    draft = draft_series(kind, size, rng, runs)
+    views = draw_views(rng)
+    marks = draw_marks(view_of(draft).centre_marker_offset_m, rng)
+    seen = draw_noise(noise_kind, rng)
+    model = _model_table(draft, tell_model, rng)
+    causes = [] if kind == "none" else kind.split("+")
+    listed = [c for c in causes if CAUSES[c].listed]
+    truth = {
+        "case": name,
+        "effect": kind,
+        "size": size,
+        "verdict": "none" if not causes else "effect" if len(listed) == len(causes) else "unknown",
+        "effects": listed,
+        "stages": [CAUSES[c].stage for c in causes],
+        "parameters": {cause: place.told(cause, sizes) for cause, sizes in draft.parameters.items()},
+        "plant": {key: float(place.in_units(key, value)) for key, value in draft.plant.items()},
+        "measurement": {key: place.in_units(key, value) for key, value in draft.view.items()},
+        "vertical_amplitude_m": place.in_units("_m", draft.vertical_amplitude_m),
+        "model": model,
+        "run_friction": None if draft.run_friction is None else draft.run_friction.tolist(),
+        "noise": noise_kind,
+        "sd_px": seen.sd_px,
+        "runs": runs,
+        "world": place.truth(),
+    }
+    return Outline(truth, draft, views, marks, seen, model, float(rng.uniform(0.0, 2.0 * np.pi)), place)
+
+
+def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | None = None) -> Series:
+    """Simulate and film an outlined series; `level_g` drives every run as strongly, 0 not at all."""
+    recordings, poses, count = [], [], 0
+    states: dict[str, np.ndarray] = {}
+    name = outline.truth["case"]
+    for run in range(outline.truth["runs"]):
+        level = float(rng.choice([6.0, 7.0, 8.0, 9.0], p=[0.17, 0.18, 0.48, 0.17]))
+        level = level if level_g is None else level_g
+        tracks, arrays, seen = _one_run(outline, run, level, rng)
+        text = recording_text(f"{name} run {run + 1}", level, outline.views, outline.model, place=outline.place)
+        recordings.append((text, tracks))
+        states |= arrays
+        poses.append(seen)
+        counted = COUNTED_SPEED_M_PER_S * outline.place.slower
+        count += int((arrays[f"imp{run + 1:02d}"][:, 1] > counted).sum())
+    truth = dict(outline.truth, n_impacts=count)
+    return Series(truth, recordings, outline.place.cameras(calibration_of(outline.views)), states, poses)
+
+
+def make_series(
+    kind: str,
+    size: float,
+    rng: np.random.Generator,
+    runs: int = 12,
+    noise: str | None = None,
+    name: str = "sealed",
+    tell_model: bool = False,
+    place: Place = HOME,
+) -> Series:
+    """A series of `runs` short recordings with the cause `kind` at `size`.
+
+    `kind`: "none", a name of `causes.CAUSES`, or two joined by "+". `noise`: "white", "ar1", "warp", or None to draw
+    one. `tell_model` writes nominal parameters, each off by about 3 %, into `[model]`. `place`: where the rig stands,
+    its size and clock (`draw_place`); the usual rig at the world's origin. About a second for 12 runs once compiled.
+    """
+    return run_outline(outline_series(kind, size, rng, runs, noise, name, tell_model, place), rng)

@@ -1,0 +1,1 @@
+"""Impacts too close for flights between them: a bounce sequence simulated through."""

@@ -1,0 +1,1 @@
+"""What must hold for a result to be used, and what to do where it does not."""

@@ -1,0 +1,149 @@
+"""The rig as the simulator takes it: identified parameters, the Host's harmonics, measured states."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.motion.bodies import INERTIA_OF_A_DISK
+from analysis.motion.host_path import HostMotion, fit_host_motion
+from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario
+from ovines.errors import InputError
+from ovines.recording import Recording
+
+Array = NDArray[np.float64]
+AXES = ("x", "y", "z", "rotation")
+# Weight of the Host's frames, all alike: its harmonics do not depend on it, only whether it counts as moving.
+HOST_SD_M = 2e-5
+
+
+def nominal_scenario(
+    identification: pd.DataFrame | None, recording: Recording, host_motion: HostMotion, duration_s: float
+) -> Scenario:
+    """The simulator's nominal model of this rig; `InputError` where neither data nor ``[model]`` give a
+    parameter of the wall.
+    """
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
+    if host is None or nes is None:
+        raise InputError(
+            "no [bodies.host] or no [bodies.nes] in recording.toml",
+            "both, with the wall and radius_m",
+            "add them",
+        )
+    law = ImpactLaw(
+        *(
+            _needed(name, identification, recording)
+            for name in ("restitution", "wall_friction", "tangential_restitution")
+        )
+    )
+    effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
+    floor = _value("floor_friction", identification, recording)
+    friction = (
+        None
+        if not floor
+        else FloorFriction(
+            floor, "farkas" if "spin_coupling" in effects or "floor_friction" not in effects else "coulomb"
+        )
+    )
+    radius = _contact_radius(identification, nes.radius_m, host.inner_radius_m)
+    return Scenario(
+        recording.name,
+        Nes(nes.radius_m, nes.mass_kg or 1.0, nes.inertia_factor or INERTIA_OF_A_DISK),
+        Host(
+            radius_m=radius,
+            polygon_m=host.polygon_m,
+            obstacle_radius_m=host.obstacle_radius_m,
+            motion="driven",
+            drive=harmonics_from(host_motion, 0.0),
+        ),
+        law,
+        max(duration_s, 1e-3),
+        friction,
+        sample_rate_hz=0.0,
+    )
+
+
+def _needed(name: str, identification: pd.DataFrame | None, recording: Recording) -> float:
+    value = _value(name, identification, recording)
+    if value is None:
+        raise InputError(
+            f"no {name}, neither identified nor in [model]",
+            "a value",
+            f"give {name} in [model], or record impacts that inform it",
+        )
+    return value
+
+
+def _value(name: str, identification: pd.DataFrame | None, recording: Recording) -> float | None:
+    if identification is not None:
+        row = identification[identification["parameter"] == name]
+        if len(row):
+            for column in ("value", "low", "high"):
+                if np.isfinite(row.iloc[0][column]):
+                    return _within(name, float(row.iloc[0][column]))
+    return getattr(recording.model, name, None) if recording.model is not None else None
+
+
+def _within(name: str, value: float) -> float:
+    """An estimate may stray over the edge of what can be; the simulator may not."""
+    return float(
+        np.clip(value, -1.0 if name == "tangential_restitution" else 0.0, 1.0 if "restitution" in name else np.inf)
+    )
+
+
+def _contact_radius(
+    identification: pd.DataFrame | None, nes_radius_m: float, inner_radius_m: float | None
+) -> float | None:
+    """Wall radius that puts the contact edge where the impacts put it, where they tell; None for polygons."""
+    if inner_radius_m is None or identification is None:
+        return inner_radius_m
+    row = identification[identification["parameter"] == "contact_radius_m"]
+    found = float(row.iloc[0]["value"]) if len(row) else np.nan
+    return found + nes_radius_m if np.isfinite(found) else inner_radius_m
+
+
+def host_motion_of(motion: pd.DataFrame, recording: Recording) -> HostMotion:
+    """The Host's harmonics in the world, from table ``motion``; phases count from the middle of the run."""
+    names = ("host_x_m", "host_y_m", "host_z_m", "host_angle_rad")
+    position = np.column_stack(
+        [motion[n].to_numpy(float) if n in motion else np.full(len(motion), np.nan) for n in names]
+    )
+    asked = recording.excitation.frequency_hz if recording.excitation is not None else None
+    times = motion["time_s"].to_numpy(float)
+    middle_s = float(0.5 * (times.min() + times.max())) if len(times) else 0.0
+    return fit_host_motion(times, position, np.full(position.shape, HOST_SD_M), asked, zero_s=middle_s)
+
+
+def harmonics_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
+    """The Host's harmonics with their phases at ``start_s``, as the simulator takes them."""
+    found = []
+    for axis, row in zip(AXES, host_motion.harmonics, strict=True):
+        found.append(Harmonic(axis, float(row[0]), 0.0, np.pi / 2))
+        for k in range(1, (len(row) - 1) // 2 + 1):
+            cos, sin = row[2 * k - 1], row[2 * k]
+            phase = float(np.arctan2(cos, sin) + k * host_motion.omega_rad_per_s * (start_s - host_motion.zero_s))
+            found.append(Harmonic(axis, float(np.hypot(cos, sin)), k * host_motion.frequency_hz, phase))
+    return tuple(found)
+
+
+def states_after(
+    impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: float, host_radius_m: float
+) -> dict[str, Array]:
+    """Measured NES velocity and spin after (and before) each impact in the world frame, from the contact's
+    speeds: (n, 3) each.
+
+    The inverse of thesis eq. (88): v_N = v_H + v_n e_r + (v_t - R_N omega_N + R_H omega_H) e_theta;
+    ``host_radius_m`` is 0 for a polygon; NaN where a speed is missing.
+    """
+    time_s, azimuth = impacts["time_s"].to_numpy(float), impacts["azimuth_rad"].to_numpy(float)
+    wall, normal = host_motion.at(time_s, 1), np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    found = {}
+    for when, sign in (("before", 1.0), ("after", -1.0)):
+        v_n = sign * impacts[f"normal_speed_{when}_m_per_s"].to_numpy(float)
+        v_t = impacts[f"tangential_speed_{when}_m_per_s"].to_numpy(float)
+        spin = impacts[f"spin_{when}_rad_per_s"].to_numpy(float)
+        slide = v_t - nes_radius_m * spin + host_radius_m * wall[:, 3]
+        found[when] = np.column_stack([wall[:, :2] + v_n[:, None] * normal + slide[:, None] * tangent, spin])
+    return found

@@ -1,0 +1,246 @@
+"""Impacts as junctions of two flights: when, where, and the velocities on both sides, with their covariance.
+
+Each side comes from a flight fitted by itself.  Their paths meet at a time that is solved for; that position and angle
+are continuous there is then used as a measurement (one Kalman update), which sharpens the velocities and says, by its
+own misfit, whether the contact was instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.wall import Wall
+from analysis.flights.fit import FlightFits
+
+Array = NDArray[np.float64]
+
+# How exactly positions agree at an instant contact: the flight model's own error, not the camera's.
+CONTINUITY_M = 2e-6
+# Paths whose velocities differ by less than this have no kink, and no instant at which they intersect.
+LEAST_STEP_M_PER_S = 1e-3
+# The instant is solved for to this, within so many steps, no farther from its gap than so many frames; there it is
+# accepted where it lies in the gap or beside it.
+INSTANT_S, INSTANT_STEPS, SEARCHED_FRAMES, ACCEPTED_FRAMES = 1e-9, 10, 2.0, 1.5
+# Steps of the differences of :func:`measure`: places and angles, the instant, velocities and spins.
+PLACE_STEP, INSTANT_STEP_S, VELOCITY_STEP = 1e-7, 1e-8, 1e-5
+
+#: rows of ``Impacts.value``
+QUANTITIES = (
+    "normal_before",
+    "normal_after",
+    "tangential_before",
+    "tangential_after",
+    "spin_before",
+    "spin_after",
+    "radius",
+    "time",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Junctions:
+    """K flight junctions: ``state`` (K, 12) before and after (x, y, angle, vx, vy, spin each) at ``time_s``,
+    ``covariance`` (K, 13, 13) with the time's as last; Host's pose and rate (K, 4) there; ``mismatch`` chi-square of
+    continuity (2 degrees);
+    ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of
+    the drive there and ``drive_start_rad`` at t = 0."""
+
+    state: Array
+    time_s: Array
+    covariance: Array
+    host: Array
+    host_rate: Array
+    mismatch: Array
+    sideways_m: Array
+    run: NDArray[np.int64]
+    flight: NDArray[np.int64]
+    drive_rad: Array
+    drive_start_rad: Array
+    radius_m: float
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """K impacts as the contact law sees them.
+
+    ``value`` (K, 8) of :data:`QUANTITIES`: normal speeds (before: towards the wall, after: away from it), tangential
+    speeds of the contact point against the wall (m/s), spins (rad/s), distance of the disk's geometric centre from the
+    wall's centre (m), time (s);
+    ``covariance`` (K, 8, 8); ``azimuth_rad`` of the contact seen from the Host's centre in the world, ``body_rad`` the
+    same seen from the disk, ``junctions`` what they were made of.
+    """
+
+    value: Array
+    covariance: Array
+    azimuth_rad: Array
+    body_rad: Array
+    junctions: Junctions
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def of(self, name: str) -> Array:
+        """One quantity of :data:`QUANTITIES`, (K,)."""
+        return self.value[:, QUANTITIES.index(name)]
+
+    def sd(self, name: str) -> Array:
+        """Its standard deviation, (K,)."""
+        i = QUANTITIES.index(name)
+        return np.sqrt(self.covariance[:, i, i])
+
+
+def intersect(fits: Sequence[FlightFits]) -> Junctions:
+    """Junctions of joined flights in the runs of a series; flights that do not intersect near their gap have none."""
+    rows = []
+    for number, fit in enumerate(fits):
+        for k, flight in enumerate(fit.flights[:-1]):
+            if flight.joined:
+                row = _intersect(fit, k)
+                if row is not None:
+                    rows.append((*row, number, k))
+    radius = fits[0].run.radius_m if fits else float("nan")
+    if not rows:
+        none = np.zeros(0)
+        return Junctions(
+            np.zeros((0, 12)),
+            none,
+            np.zeros((0, 13, 13)),
+            np.zeros((0, 4)),
+            np.zeros((0, 4)),
+            none,
+            none,
+            np.zeros(0, np.int64),
+            np.zeros(0, np.int64),
+            none,
+            none,
+            radius,
+        )
+    state, time, covariance, host, rate, mismatch, sideways, drive, start, run, before = (
+        np.array(c) for c in zip(*rows, strict=True)
+    )
+    return Junctions(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, radius)
+
+
+def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
+    run = fits.run
+    before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
+    period = np.median(np.diff(run.time_s))
+    t = 0.5 * (before_edge + after_edge)
+    for _ in range(INSTANT_STEPS):
+        (a,), (pa,) = fits.propagate(k, np.array([t]))
+        (b,), (pb,) = fits.propagate(k + 1, np.array([t]))
+        step = a[3:5] - b[3:5]
+        speed2 = float(step @ step)
+        if speed2 < LEAST_STEP_M_PER_S**2:
+            return None
+        shift = float(-(a[:2] - b[:2]) @ step / speed2)
+        t = float(np.clip(t + shift, before_edge - SEARCHED_FRAMES * period, after_edge + SEARCHED_FRAMES * period))
+        if abs(shift) < INSTANT_S:
+            break
+    if t < before_edge - ACCEPTED_FRAMES * period or t > after_edge + ACCEPTED_FRAMES * period:
+        return None
+    # One update with the three statements of continuity; the state is (before 6, after 6, shift of t).
+    p = np.zeros((13, 13))
+    p[:6, :6], p[6:12, 6:12], p[12, 12] = pa, pb, period**2
+    h = np.zeros((3, 13))
+    h[:, :3], h[:, 6:9] = np.eye(3), -np.eye(3)
+    h[:, 12] = a[3:] - b[3:]
+    noise = np.diag([CONTINUITY_M**2, CONTINUITY_M**2, (CONTINUITY_M / run.radius_m) ** 2])
+    innovation = b[:3] - a[:3]
+    spread = h @ p @ h.T + noise
+    gain = np.linalg.solve(spread, h @ p).T
+    state = np.concatenate([a, b, [0.0]]) + gain @ innovation
+    posterior = p - gain @ h @ p
+    # With the time free, the remaining misfit lies across the velocity step and in the angle.
+    mismatch = float(innovation @ np.linalg.solve(spread, innovation))
+    across = np.array([-step[1], step[0]]) / np.sqrt(speed2)
+    t += float(state[12])
+    moment = np.array([t])
+    # Speeds count against the Host, which is accelerated: a later instant is a smaller approach, on both sides alike.
+    late = np.eye(13)
+    late[3:5, 12] = late[9:11, 12] = -run.host.at(moment, 2)[0, :2]
+    posterior = late @ posterior @ late.T
+    return (
+        state[:12],
+        t,
+        posterior,
+        run.host.at(moment)[0],
+        run.host.at(moment, 1)[0],
+        mismatch,
+        float(innovation[:2] @ across),
+        run.host.omega_rad_per_s * t + run.host.phase_rad,
+        run.host.phase_rad,
+    )
+
+
+def measure(junctions: Junctions, wall: Wall) -> Impacts:
+    """Normal and tangential speeds, contact distance and their covariance, for a wall of given centre and shape."""
+    value, azimuth, body = _evaluate(junctions.state, np.zeros(len(junctions)), junctions, wall)
+    derivative = np.empty((len(junctions), 8, 13))
+    for j in range(13):
+        h = PLACE_STEP if j in (0, 1, 2, 6, 7, 8) else (INSTANT_STEP_S if j == 12 else VELOCITY_STEP)
+        state, shift = junctions.state.copy(), np.zeros(len(junctions))
+        if j < 12:
+            state[:, j] += h
+        else:
+            shift += h
+        derivative[:, :, j] = (_evaluate(state, shift, junctions, wall)[0] - value) / h
+    covariance = derivative @ junctions.covariance @ derivative.transpose(0, 2, 1)
+    return Impacts(value, covariance, azimuth, body, junctions)
+
+
+def _evaluate(state: Array, shift: Array, junctions: Junctions, wall: Wall) -> tuple[Array, Array, Array]:
+    before, after = state[:, :6], state[:, 6:]
+    drift = shift[:, None]
+    place = 0.5 * (before[:, :2] + after[:, :2]) + 0.5 * (before[:, 3:5] + after[:, 3:5]) * drift
+    angle = 0.5 * (before[:, 2] + after[:, 2])
+    host = junctions.host[:, :2] + junctions.host_rate[:, :2] * drift
+    turn = junctions.host[:, 3]
+    # The disk's geometric centre sits at wall.disk_m in the disk; the wall's centre at wall.centre_m in the Host.
+    centre = place + _turned(wall.disk_m, angle)
+    pivot = host + _turned(wall.centre_m, turn)
+    relative = centre - pivot
+    distance = np.hypot(relative[:, 0], relative[:, 1])
+    azimuth = np.arctan2(relative[:, 1], relative[:, 0])
+    normal = azimuth + wall.normal_turn(azimuth)
+    er = np.stack([np.cos(normal), np.sin(normal)], -1)
+    et = np.stack([-er[:, 1], er[:, 0]], -1)
+    arm = centre + junctions.radius_m * er
+    rate = junctions.host_rate
+
+    def at_contact(side: Array) -> tuple[Array, Array]:
+        lever = arm - place
+        velocity = side[:, 3:5] + side[:, 5:6] * np.stack([-lever[:, 1], lever[:, 0]], -1)
+        out = arm - host
+        velocity = velocity - rate[:, :2] - rate[:, 3:4] * np.stack([-out[:, 1], out[:, 0]], -1)
+        return np.sum(velocity * er, -1), np.sum(velocity * et, -1)
+
+    normal_before, tangential_before = at_contact(before)
+    normal_after, tangential_after = at_contact(after)
+    value = np.stack(
+        [
+            normal_before,
+            -normal_after,
+            tangential_before,
+            tangential_after,
+            before[:, 5],
+            after[:, 5],
+            distance,
+            junctions.time_s + shift,
+        ],
+        -1,
+    )
+    return value, azimuth, azimuth - angle
+
+
+def _turned(vector: Array, angle: Array) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], -1)

@@ -1,0 +1,358 @@
+"""Luding's law from measured impacts: restitution with its scatter, wall friction, tangential restitution.
+
+Three residuals per impact.  Normal: ``v_n' - eps v_n``.  Tangential, with the *measured* normal impulse: the tangential
+impulse per mass against ``min((1 + beta_0) |v_t| / (1 + 1/q), mu_c j_n)``.  Angular: ``q R d(omega) - j_t``, free of
+all parameters. (Thesis eqs 88-107, with ERRATA; a heavy Host, M_H >> M_N.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from analysis.contact.impacts import QUANTITIES, Impacts
+
+Array = NDArray[np.float64]
+_AT = {name: i for i, name in enumerate(QUANTITIES)}
+# Velocity errors that the flights' covariance does not hold (neighbouring lens residual, wall normal), where the
+# impacts are too few to show them: m/s.  Blind series showed 0 to 5e-4.
+SPEED_FLOOR_M_PER_S = 2e-4
+FEWEST_FOR_SPEED_FLOOR = 10
+# Outliers, impacts that are none of the law's: how many, how far off in restitution or impulse ratio, and of how many
+# it can be told.
+OUTLIER_SHARE, OUTLIER_SPREAD, FEWEST_FOR_OUTLIERS = 0.01, 0.25, 5
+# A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many
+# impacts, and the speeds within which it may fall off.
+SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
+# Restitution of slow impacts against that of all: sd of the difference that falls off within this speed, before any
+# impact says more.
+SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
+# A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
+LEAST_SCATTER = 1e-5
+# Spin against impulse: errors beyond this count linearly (Huber), and speed floors are tried up to this (m/s); an angle
+# whose speed at the rim is less certain than that says nothing.
+BALANCE_CLIP_SD, SPEED_FLOORS_M_PER_S, KNOWN_SPIN_M_PER_S = (
+    4.0,
+    np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 130)]),
+    1.0,
+)
+# Scatter that the fit of the restitution starts from, and where it ends (share of the variance, fall of -2 log L).
+START_SCATTER, RESTS_SHARE, RESTS_GAIN = 0.02, 1e-4, 1e-4
+# Starts of the tangential law, over steel on plastic and from smooth to rough; scatter there, and the simplex' steps in
+# friction, its further coefficients, tangential restitution and the logarithm of the scatter.
+FRICTIONS, TANGENTIAL_RESTITUTIONS, TANGENTIAL_SCATTER = (0.08, 0.15, 0.25), (0.2, 0.5, 0.8), 5e-3
+STEP_FRICTION, STEP_COEFFICIENT, STEP_TANGENTIAL, STEP_LOG_SCATTER = 0.03, 0.02, 0.15, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LawData:
+    """The K usable impacts of a series: approach and leaving speeds, impulses per mass (m/s), sds, and what they may go
+    with.
+
+    ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
+    ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``outliers``: share of the
+    impacts that need not follow the restitution, at most (of a handful none need, see :func:`outlier_share`).
+    """
+
+    before: Array
+    after: Array
+    slip: Array
+    normal_impulse: Array
+    tangential_impulse: Array
+    angular: Array
+    normal_sd: Array
+    tangential_sd: Array
+    angular_sd: Array
+    spin: Array
+    run: NDArray[np.int64]
+    time_s: Array
+    azimuth_rad: Array
+    host_angle_rad: Array
+    drive_rad: Array
+    drive_start_rad: Array
+    index: NDArray[np.int64]
+    inertia_factor: float
+    outliers: float = OUTLIER_SHARE
+
+    def __len__(self) -> int:
+        return len(self.before)
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Fitted law: values, the log-likelihood pieces, and residuals (K,) of the three statements."""
+
+    restitution: float
+    scatter: float
+    wall_friction: float
+    tangential_restitution: float
+    normal_misfit: float
+    tangential_misfit: float
+    tangential_scatter: float
+
+
+def law_data(
+    impacts: Impacts,
+    used: NDArray[np.bool_],
+    radius_m: float,
+    inertia_factor: float,
+    speed_floor_m_per_s: float = SPEED_FLOOR_M_PER_S,
+) -> LawData:
+    """The contact law's view of measured impacts (``used`` selects them); ``speed_floor_m_per_s`` is added to
+    every sd.
+    """
+    at = np.flatnonzero(used)
+    v, c = impacts.value[at], impacts.covariance[at]
+    share = 1 + 1 / inertia_factor
+    # Rows of the linear maps from the eight quantities to the impulses; their variances follow.
+    normal = _row({"normal_before": 1.0, "normal_after": 1.0})
+    tangential = _row({"tangential_after": 1 / share, "tangential_before": -1 / share})
+    angular = _row({"spin_after": inertia_factor * radius_m, "spin_before": -inertia_factor * radius_m}) - tangential
+
+    def sd(row: Array) -> Array:
+        return np.sqrt(np.einsum("i,kij,j->k", row, c, row) + speed_floor_m_per_s**2)
+
+    m = impacts.junctions
+    return LawData(
+        v[:, 0],
+        v[:, 1],
+        v[:, 2],
+        v @ normal,
+        v @ tangential,
+        v @ angular,
+        np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + speed_floor_m_per_s**2),
+        sd(tangential),
+        sd(angular),
+        v[:, 4],
+        m.run[at],
+        v[:, 7],
+        impacts.azimuth_rad[at],
+        m.host[at, 3],
+        m.drive_rad[at],
+        m.drive_start_rad[at],
+        at,
+        inertia_factor,
+    )
+
+
+def _row(entries: dict[str, float]) -> Array:
+    row = np.zeros(len(QUANTITIES))
+    for name, value in entries.items():
+        row[_AT[name]] = value
+    return row
+
+
+@dataclass(frozen=True)
+class SpinBalance:
+    """Tangential impulse over the angular momentum it must have given: ``ratio`` 1 with its sd where radius, inertia
+    and length scale are right; ``speed_floor_m_per_s``: error of the impulses beyond the flights' covariance."""
+
+    ratio: float
+    ratio_sd: float
+    speed_floor_m_per_s: float
+
+
+def spin_balance(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia_factor: float) -> SpinBalance:
+    """j_t against q R d(omega), which must agree whatever the contact law: by maximum likelihood."""
+    data = law_data(impacts, used, radius_m, inertia_factor, 0.0)
+    turned = data.angular + data.tangential_impulse
+    if len(data) < FEWEST_FOR_SPEED_FLOOR or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
+        return SpinBalance(1.0, np.inf, SPEED_FLOOR_M_PER_S)
+    best = (np.inf, 1.0, np.inf, 0.0)
+    for floor in SPEED_FLOORS_M_PER_S:
+        variance = data.angular_sd**2 + floor**2
+        ratio, weight = 1.0, 1 / variance
+        for _ in range(4):
+            ratio = float(np.sum(weight * turned * data.tangential_impulse) / np.sum(weight * turned**2))
+            z2 = (data.tangential_impulse - ratio * turned) ** 2 / variance
+            weight = np.minimum(1.0, BALANCE_CLIP_SD / np.sqrt(np.maximum(z2, 1e-12))) / variance
+        cost = float(np.sum(_huber(z2, BALANCE_CLIP_SD) + np.log(variance)))
+        if cost < best[0]:
+            best = (cost, ratio, float(np.sum(weight * turned**2) ** -0.5), float(floor))
+    return SpinBalance(*best[1:])
+
+
+def _huber(z2: Array, clip: float) -> Array:
+    """Huber's loss of squared errors ``z2`` (K,), linear beyond ``clip``."""
+    return np.where(z2 < clip**2, z2, 2 * clip * np.sqrt(z2) - clip**2)
+
+
+def follows(data: LawData, law: Law, limit_sd: float) -> NDArray[np.bool_]:
+    """Which impacts' normal speeds are within ``limit_sd`` of the law, its scatter included."""
+    spread = np.sqrt(data.normal_sd**2 + (law.scatter * data.before) ** 2)
+    return np.abs(data.after - law.restitution * data.before) < limit_sd * spread
+
+
+def predicted_tangential(data: LawData, wall_friction: Array | float, tangential_restitution: Array | float) -> Array:
+    """Tangential impulse per mass (K,) of Luding's law with the measured normal impulse."""
+    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
+    slide = wall_friction * data.normal_impulse
+    return -np.sign(data.slip) * np.minimum(stick, slide)
+
+
+def sticks(data: LawData, wall_friction: float, tangential_restitution: float) -> NDArray[np.bool_]:
+    """Which impacts stick (inform tangential restitution); the others slide (inform wall friction)."""
+    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
+    return stick <= wall_friction * data.normal_impulse
+
+
+def fit_restitution(
+    data: LawData, design: Array | None = None, prior: float = 0.0
+) -> tuple[Array, Array, float, float]:
+    """Restitution as a linear function of ``design`` (K, P; a column of ones by default), its scatter by maximum
+    likelihood.
+
+    ``v_n' = (design . c) v_n`` with variance ``normal_sd^2 + (scatter v_n)^2``; one impact in a hundred may be none of
+    it (``data.outliers``: a wrong track, a hidden second impact), which bounds what a gross error can do.  Returns
+    coefficients, covariance, scatter and -2 log L.
+    """
+    c, covariance, scatter, value, _ = _fit_restitution(data, design, prior)
+    return c, covariance, scatter, value
+
+
+def outlier_count(data: LawData, design: Array) -> float:
+    """Number of impacts that the restitution ``design . c`` leaves out as outliers, as a sum of probabilities."""
+    return float(np.sum(1 - _fit_restitution(data, design, 0.0)[4]))
+
+
+def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple[Array, Array, float, float, Array]:
+    """As :func:`fit_restitution`, and the probability (K,) that each impact follows it."""
+    x = np.ones((len(data), 1)) if design is None else design
+    a, b2 = x * data.before[:, None], data.before**2
+    share, broad = min(data.outliers, outlier_share(len(data))), OUTLIER_SPREAD**2 * b2
+    square, own = START_SCATTER**2, np.ones(len(data))
+    value = np.inf
+    for _ in range(60):
+        variance = data.normal_sd**2 + square * b2
+        w = own / variance + (1 - own) / (variance + broad)
+        covariance = np.asarray(
+            np.linalg.pinv((a * w[:, None]).T @ a + prior * np.eye(x.shape[1]), hermitian=True), float
+        )
+        c = covariance @ ((a * w[:, None]).T @ data.after)
+        r2 = (data.after - a @ c) ** 2
+        own, density = _belongs(r2, variance, broad, share)
+        last, value = value, float(-2 * np.sum(density))
+        # Fisher scoring of the variance component, an order of magnitude down at most.
+        size = b2 / variance
+        new = square + float(np.sum(own * size * (r2 / variance - 1)) / np.sum(own * size**2))
+        new = max(new, 0.1 * square, LEAST_SCATTER**2)
+        if abs(new - square) < RESTS_SHARE * square and abs(last - value) < RESTS_GAIN:
+            break
+        square = new
+    return c, covariance, float(np.sqrt(square)), value, own
+
+
+def outlier_share(count: int) -> float:
+    """Share of impacts that need not follow the law; none of a handful, where any one could be called an outlier."""
+    return OUTLIER_SHARE if count >= FEWEST_FOR_OUTLIERS else 0.0
+
+
+def _belongs(r2: Array, variance: Array, broad: Array, share: float) -> tuple[Array, Array]:
+    """Probability that each impact follows the law, and the logarithm of its density (K,), constants left out."""
+    follow = np.log1p(-share) - 0.5 * (r2 / variance + np.log(variance))
+    if share == 0.0:
+        return np.ones(len(r2)), follow
+    outlier = np.log(share) - 0.5 * (r2 / (variance + broad) + np.log(variance + broad))
+    density = np.logaddexp(follow, outlier)
+    return np.exp(follow - density), density
+
+
+def fit_tangential(
+    data: LawData,
+    friction_design: Array | None = None,
+    start: tuple[float, float] | None = None,
+) -> tuple[Array, float, float, float]:
+    """Wall friction (linear in ``friction_design``) and tangential restitution by robust likelihood from several
+    starts.
+
+    ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried.  Returns (friction coefficients, beta_0,
+    scatter (relative to the normal impulse), -2 log L)."""
+    x = np.ones((len(data), 1)) if friction_design is None else friction_design
+    p = x.shape[1]
+    share, broad = outlier_share(len(data)), (OUTLIER_SPREAD * data.normal_impulse) ** 2
+
+    def misfit(theta: Array) -> float:
+        predicted = predicted_tangential(data, x @ theta[:p], theta[p])
+        variance = data.tangential_sd**2 + (np.exp(theta[p + 1]) * data.normal_impulse) ** 2
+        return float(-2 * np.sum(_belongs((data.tangential_impulse - predicted) ** 2, variance, broad, share)[1]))
+
+    starts = [start] if start else [(mu, beta) for mu in FRICTIONS for beta in TANGENTIAL_RESTITUTIONS]
+    scored = sorted(
+        (misfit(np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])), mu, beta)
+        for mu, beta in starts
+    )
+    tried = []
+    for _, mu, beta in scored[:3]:
+        first = np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])
+        steps = np.concatenate([[STEP_FRICTION], np.full(p - 1, STEP_COEFFICIENT), [STEP_TANGENTIAL, STEP_LOG_SCATTER]])
+        simplex = np.vstack([first, first + np.diag(steps)])
+        found = minimize(
+            misfit,
+            first,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-3, "maxiter": 400 * (p + 2)},
+        )
+        tried.append(found)
+    best = min(tried, key=lambda one: one.fun)
+    return best.x[:p], float(best.x[p]), float(np.exp(best.x[p + 1])), float(best.fun)
+
+
+def fit_law(data: LawData) -> Law:
+    """The nominal law: one restitution with scatter, wall friction, tangential restitution."""
+    (restitution,), _, scatter, normal = fit_restitution(data)
+    (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
+    return Law(float(restitution), scatter, float(friction), beta, normal, tangential, tangential_scatter)
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``;
+    ``slow_sd``: how far that of slow impacts may lie off it."""
+
+    at_high: float
+    rise: float
+    speed_m_per_s: float
+    scatter: float
+    slow_sd: float
+
+
+def speed_law(data: LawData, law: Law) -> SpeedLaw:
+    """The restitution as it follows the approach speed where the impacts leave no doubt that it does, else the one of
+    all impacts.
+
+    Slow impacts (chatter) are not among ``data`` or tell little: a mean over fast ones is not theirs."""
+    best, least = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter, SLOW_SD), np.inf
+    if len(data) >= FEWEST_FOR_SPEED_LAW:
+        least = fit_restitution(data)[3] - SPEED_LAW_GAIN
+        for speed in DECAY_SPEEDS_M_PER_S:
+            (at_high, rise), _, scatter, value = fit_restitution(
+                data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)])
+            )
+            if value < least:
+                best, least = SpeedLaw(float(at_high), float(rise), speed, scatter, SLOW_SD), value
+    return replace(best, slow_sd=_slow_sd(data, best))
+
+
+def _slow_sd(data: LawData, law: SpeedLaw) -> float:
+    """How far the restitution of the slowest impacts may lie off ``law``, as the others show it: :data:`SLOW_SD` where
+    they say nothing.
+    """
+    if not len(data):
+        return SLOW_SD
+    expected = law.at_high + law.rise * np.exp(-data.before / law.speed_m_per_s)
+    residual = replace(data, after=data.after - expected * data.before)
+    (_, off), covariance, _, _ = fit_restitution(
+        residual, np.column_stack([np.ones(len(data)), np.exp(-data.before / SLOW_M_PER_S)]), SLOW_SD**-2.0
+    )
+    return float(np.clip(np.hypot(off, np.sqrt(covariance[1, 1])), LEAST_SLOW_SD, SLOW_SD))
+
+
+def restitution_gain(data: LawData, columns: Sequence[Array]) -> tuple[float, Array, Array]:
+    """Fall of -2 log L when restitution may follow ``columns`` (K,) besides a constant; coefficients and their sd."""
+    base = fit_restitution(data)[3]
+    c, covariance, _, value = fit_restitution(data, np.column_stack([np.ones(len(data)), *columns]))
+    return base - value, c[1:], np.sqrt(np.diag(covariance))[1:]

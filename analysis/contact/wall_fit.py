@@ -1,0 +1,135 @@
+"""Fit of the wall to the contact distances: which terms, how far, and the residual."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.impacts import Impacts, Junctions, measure
+from analysis.contact.wall import WALL_TERMS, Wall, moved, wall_design
+from analysis.statistics.robust import at_least_noise, residual_sd, root_weights
+
+Array = NDArray[np.float64]
+
+# Model error of a contact distance beyond the cameras' noise (flight model, lens residual), m.
+DISTANCE_FLOOR_M = 2e-6
+# Fewer runs do not show how much they scatter.
+FEWEST_RUNS = 5
+#: impacts slower than this say little of the wall and less of the law
+SLOWEST_M_PER_S = 0.05
+# ... and those whose approach is less certain than this share of it, or whose distance than this.
+UNCERTAIN_SHARE, UNCERTAIN_M = 0.2, 5e-4
+# A contact distance beyond this counts in the sum of squares as if it were this far off.
+CUT_SD = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class WallFit:
+    """``wall``, the ``impacts`` seen with it, ``residual_m`` of the contact distance, ``scatter_m`` (robust), ``used``
+    mask,
+    ``extra`` coefficients of further regressors, ``covariance`` of (terms, extra); ``delay_s`` by which flights meet
+    past the wall."""
+
+    wall: Wall
+    impacts: Impacts
+    residual_m: Array
+    scatter_m: float
+    used: NDArray[np.bool_]
+    terms: tuple[str, ...]
+    estimate: Array
+    covariance: Array
+    chi_square: float
+    delay_s: float = 0.0
+
+
+def usable(impacts: Impacts) -> NDArray[np.bool_]:
+    """Impacts that approach faster than :data:`SLOWEST_M_PER_S`, leave, and are known better than their own size."""
+    before, after = impacts.of("normal_before"), impacts.of("normal_after")
+    return (
+        (before > SLOWEST_M_PER_S)
+        & (after > 0)
+        & (impacts.sd("normal_before") < UNCERTAIN_SHARE * before)
+        & (impacts.sd("radius") < UNCERTAIN_M)
+    )
+
+
+def fit_wall(
+    junctions: Junctions,
+    start: Wall,
+    terms: Sequence[str],
+    prior_sd: Mapping[str, float] | None = None,
+    extra: Array | None = None,
+    rounds: int = 5,
+) -> WallFit:
+    """Robust least squares of the contact distance in the given :data:`WALL_TERMS`.
+
+    ``prior_sd`` (m, or 1 for the ellipse) draws a term to ``start``; ``extra`` (K, E) are further regressors whose
+    coefficients are fitted along (for instance the approach speed, which a contact of finite duration adds).  The
+    scatter found becomes the weight, never below the cameras' noise.
+    """
+    at = [WALL_TERMS.index(t) for t in terms]
+    n_extra = 0 if extra is None else extra.shape[1]
+    wall, coefficients = start, np.zeros(n_extra)
+    start_vector = _vector(start)
+    prior = np.array([1 / (prior_sd or {}).get(t, np.inf) ** 2 for t in terms] + [0.0] * n_extra)
+    for _ in range(rounds):
+        impacts = measure(junctions, wall)
+        used = usable(impacts)
+        residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+        if extra is not None:
+            residual = residual - extra @ coefficients
+        design = wall_design(impacts.azimuth_rad, junctions.host[:, 3], impacts.body_rad, wall.contact_radius_m)[:, at]
+        if extra is not None:
+            design = np.column_stack([design, extra])
+        sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+        standard = residual / sd
+        weight = np.where(used, root_weights(standard, at_least_noise(standard[used])) / sd, 0.0)
+        normal = (design * weight[:, None]).T @ (design * weight[:, None]) + np.diag(prior)
+        pull = prior * np.concatenate([(start_vector - _vector(wall))[at], np.zeros(n_extra)])
+        covariance = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
+        step = covariance @ ((design * weight[:, None]).T @ (residual * weight) + pull)
+        full = np.zeros(len(WALL_TERMS))
+        full[at] = step[: len(at)]
+        wall = moved(wall, full)
+        coefficients = coefficients + step[len(at) :]
+    impacts = measure(junctions, wall)
+    residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+    if extra is not None:
+        residual = residual - extra @ coefficients
+    used = usable(impacts)
+    scatter = residual_sd(residual[used])
+    sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+    chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, CUT_SD**2))) if used.any() else 0.0
+    wider = _between_runs(design * weight[:, None] ** 2 * residual[:, None], junctions.run, covariance)
+    return WallFit(
+        wall,
+        impacts,
+        residual,
+        scatter,
+        used,
+        tuple(terms),
+        np.concatenate([_vector(wall)[at], coefficients]),
+        covariance * np.outer(wider, wider),
+        chi,
+    )
+
+
+def _between_runs(scores: Array, run: NDArray[np.int64], covariance: Array) -> Array:
+    """Factor (P,) >= 1 by which the runs disagree more than their impacts' noise lets them, from each impact's
+    ``scores`` (K, P).
+
+    The impacts of a run share the Host's fitted motion and, in pairs, a flight: the sandwich estimator clustered by
+    runs holds both (Liang and Zeger 1986).  1 with fewer than :data:`FEWEST_RUNS`."""
+    runs = np.unique(run)
+    if len(runs) < FEWEST_RUNS:
+        return np.ones(len(covariance))
+    summed = np.array([scores[run == r].sum(0) for r in runs])
+    spread = covariance @ (summed.T @ summed) @ covariance * len(runs) / (len(runs) - 1)
+    return np.sqrt(np.maximum(np.diag(spread) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+
+
+def _vector(wall: Wall) -> Array:
+    return np.concatenate([[wall.contact_radius_m], wall.centre_m, wall.disk_m, wall.ellipse])

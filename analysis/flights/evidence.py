@@ -1,0 +1,263 @@
+"""What the flights of a run say about the parameters that all flights share, as one quadratic form.
+
+Shared unknowns - floor friction, every effect and probe of :mod:`analysis.flights.model`, the markers' origin against
+the centre of mass, the lens residual - enter linearised about the current fit.  Eliminating each flight's own start
+state (Schur complement) leaves
+``misfit - 2 d.score + d.information.d`` per run, on which candidates are fitted, ranked and cross-validated by linear
+algebra alone.  Errors of the frames of a flight go together (:mod:`analysis.flights.noise`); residuals are whitened
+before they are squared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.compiled import compiled
+from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, lens_basis, seen_frames, whiten
+from analysis.flights.model import ANGLE, STATES
+from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
+from analysis.flights.parameters import INDEX, PARAMETERS
+
+Array = NDArray[np.float64]
+
+# A flight whose misfit per degree of freedom is this many times the run's median holds something else than flight (a
+# hidden impact, a wrong track); it is counted and left out, not allowed to speak for the floor.
+OUTLYING_FLIGHT = 8.0
+# ... of at least so much: stated sds may be too large.
+LEAST_USUAL_MISFIT = 0.3
+# Ridge of a flight's own state, over its information and absolute, and of the shared unknowns' covariance: rounding's.
+STATE_RIDGE, LEAST_INFORMATION, SHARED_RIDGE = 1e-10, 1e-12, 1e-11
+# An impact that never was: long ago (s).
+LONG_AGO_S = -1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Quadratic form of one run in the shared unknowns ``columns`` (indices into ``SHARED``).
+
+    ``count`` observations, ``flights`` used, ``left_out`` flights (too much misfit); ``lag_product`` and ``lag_square``
+    sums of neighbouring frames' residuals' products and mean squares; ``parts``: information and score of each flight.
+    """
+
+    columns: tuple[int, ...]
+    information: Array
+    score: Array
+    misfit: float
+    count: int
+    flights: int
+    left_out: int
+    lag_product: float
+    lag_square: float
+    parts: tuple[tuple[Array, Array], ...] = ()
+
+    @property
+    def lag_one(self) -> float:
+        """Correlation of neighbouring frames' residuals."""
+        return self.lag_product / self.lag_square if self.lag_square > 0 else 0.0
+
+    def take(self, columns: Sequence[int]) -> tuple[Array, Array]:
+        """Information and score of a subset of the columns."""
+        at = [self.columns.index(c) for c in columns]
+        return self.information[np.ix_(at, at)], self.score[at]
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRows:
+    """One flight linearised: frames ``index`` (N,) at ``time_s``, derivatives ``rows`` (N, 3, STATES + P) of x, y and
+    angle with respect to its own state and the shared columns, their ``residual`` and ``sd`` (N, 3)."""
+
+    index: NDArray[np.int64]
+    time_s: Array
+    rows: Array
+    residual: Array
+    sd: Array
+
+    def whitened(self, noise: FlightNoise) -> tuple[Array, Array]:
+        """Rows and residuals as of independent errors of unit variance."""
+        rows, residual = self.rows.copy(), self.residual.copy()
+        place, angle = noise.whitening(
+            self.index, self.time_s, np.ascontiguousarray(self.sd[:, 0]), np.ascontiguousarray(self.sd[:, 2])
+        )
+        whiten(rows, residual, place, angle)
+        return rows, residual
+
+
+@dataclass(frozen=True, eq=False)
+class RunRows:
+    """Flights of one run that may speak for what all share, linearised in the shared ``columns``; ``left_out``: how
+    many may not.
+    """
+
+    columns: tuple[int, ...]
+    flights: tuple[FlightRows, ...]
+    left_out: int
+
+
+def linearised(fits: FlightFits, columns: Sequence[int], good: NDArray[np.bool_] | None = None) -> RunRows:
+    """The flights of one run about where they were fitted: those that are ``good`` (F,), by default
+    :func:`usable_flights`.
+    """
+    good = usable_flights(fits) if good is None else good
+    return RunRows(
+        tuple(columns), tuple(flight_rows(fits, int(k), columns) for k in np.flatnonzero(good)), int((~good).sum())
+    )
+
+
+def gather(
+    fits: FlightFits, columns: Sequence[int], noise: FlightNoise = PLAIN, median_misfit: float | None = None
+) -> Evidence:
+    """The quadratic form of one run at its fitted flights, the frames' errors being ``noise``."""
+    return weighed(linearised(fits, columns, usable_flights(fits, median_misfit)), noise)
+
+
+def weighed(run: RunRows, noise: FlightNoise) -> Evidence:
+    """The quadratic form of one run, the frames' errors being ``noise``."""
+    p = len(run.columns)
+    sums = np.zeros(4)
+    parts = []
+    for flight in run.flights:
+        _lags(flight.index, flight.residual / flight.sd, sums)
+        parts.append((np.zeros((p, p)), np.zeros(p)))
+        _without_states(*flight.whitened(noise), *parts[-1], sums)
+    total, score = (
+        np.sum([a for a, _ in parts] or [np.zeros((p, p))], 0),
+        np.sum([b for _, b in parts] or [np.zeros(p)], 0),
+    )
+    return Evidence(
+        run.columns,
+        total,
+        score,
+        float(sums[0]),
+        int(sums[1]),
+        len(run.flights),
+        run.left_out,
+        float(sums[2]),
+        float(sums[3]),
+        tuple(parts),
+    )
+
+
+def usable_flights(fits: FlightFits, median_misfit: float | None = None) -> NDArray[np.bool_]:
+    """Which flights may speak for what all share: with frames enough, and no misfit far above the usual one
+    (``median_misfit``, or this run's).
+
+    A disk at rest shows no force: whatever acts on it, the floor's friction takes up."""
+    ratio = fits.misfit / np.maximum(fits.freedom, 1)
+    moving = np.array([not fits.rests(k) for k in range(len(fits.flights))], bool)
+    usual = (
+        median_misfit
+        if median_misfit is not None
+        else (float(np.median(ratio[fits.freedom > 0])) if np.any(fits.freedom > 0) else 1.0)
+    )
+    return np.asarray((ratio < OUTLYING_FLIGHT * max(usual, LEAST_USUAL_MISFIT)) & (fits.freedom >= 3) & moving, bool)
+
+
+def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
+    """Flight ``k`` linearised in its own state and the shared ``columns``, those of the flight model first."""
+    run = fits.run
+    free = [c for c in columns if c < len(PARAMETERS)]
+    parameters = fits.parameters.copy()
+    parameters[INDEX["impact_before_s"]] = impact_before(fits, k)
+    index = seen_frames(run, fits.flights[k])
+    states, derivative = fits.flown(k, run.time_s[index], parameters, free)
+    known = STATES + len(free)
+    rows = np.zeros((len(index), 3, STATES + len(columns)))
+    rows[:, :, :known] = derivative[:, :3]
+    c, s, (ox, oy) = np.cos(states[:, ANGLE]), np.sin(states[:, ANGLE]), fits.shared[:2]
+    rows[:, 0, ANGLE] -= s * ox + c * oy
+    rows[:, 1, ANGLE] += c * ox - s * oy
+    # Derivatives of x and y with respect to the markers' origin and the lens residual, in the order of ``SHARED``.
+    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    none = np.zeros_like(lens)
+    offsets = np.stack([np.column_stack([c, -s, lens, none]), np.column_stack([s, c, none, lens])], 1)
+    assert offsets.shape[2] == 2 + 2 * len(LENS_POWERS)
+    rows[:, :2, known:] = offsets[:, :, [o - len(PARAMETERS) for o in columns[len(free) :]]]
+    return FlightRows(
+        index,
+        run.time_s[index],
+        rows,
+        fits.measured(index) - fits.markers_at(states),
+        np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]]),
+    )
+
+
+def impact_before(fits: FlightFits, k: int) -> float:
+    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise."""
+    started = k > 0 and fits.flights[k - 1].joined
+    return float(fits.run.time_s[fits.flights[k].first]) if started else LONG_AGO_S
+
+
+def _lags(index: NDArray[np.int64], standard: Array, sums: Array) -> None:
+    """Sums 2 and 3: neighbouring frames' products and mean squares of residuals (N, 3) over their sds, clipped."""
+    clipped = np.clip(standard, -GROSS_SD, GROSS_SD)
+    pairs = np.diff(index) == 1
+    first, second = clipped[:-1][pairs], clipped[1:][pairs]
+    sums[2] += np.sum(first * second)
+    sums[3] += 0.5 * np.sum(first**2 + second**2)
+
+
+@compiled
+def _without_states(rows: Array, residual: Array, total: Array, score: Array, sums: Array) -> None:
+    """Add to ``total`` (P, P), ``score`` (P,) and ``sums`` (4,) what whitened ``rows`` (N, 3, STATES + P) say of the
+    shared unknowns once the flight's own state is solved for.
+    """
+    n = len(rows)
+    for i in range(n):
+        for m in range(3):
+            if abs(residual[i, m]) > GROSS_SD:
+                less = GROSS_SD / abs(residual[i, m])
+                residual[i, m] *= less
+                rows[i, m] *= less
+    rows, residual = rows.reshape(3 * n, rows.shape[2]), residual.reshape(3 * n)
+    local = np.ascontiguousarray(rows[:, :STATES])
+    outer = np.ascontiguousarray(rows[:, STATES:])
+    normal = local.T @ local
+    size = np.empty(STATES)
+    for a in range(STATES):
+        normal[a, a] += STATE_RIDGE * normal[a, a] + LEAST_INFORMATION
+        size[a] = np.sqrt(normal[a, a])
+    # Unit diagonal first: an angle that nobody saw has twenty orders of magnitude less information than a place.
+    inverse = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
+    # Residual rows first, then their squares: the difference of the squares may come out below zero.
+    own = outer - local @ (inverse @ (local.T @ outer))
+    unexplained = residual - local @ (inverse @ (local.T @ residual))
+    total += own.T @ own
+    score += own.T @ unexplained
+    sums[0] += np.dot(unexplained, unexplained)
+    sums[1] += len(residual) - STATES
+
+
+def columns_of(names: Sequence[str]) -> list[int]:
+    """Indices into ``SHARED``; those of the flight model come first, as :func:`gather` orders them."""
+    indices = [SHARED.index(name) for name in names]
+    return sorted(indices)
+
+
+def solve(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array) -> tuple[Array, Array, float]:
+    """Estimate, covariance and gain (fall of -2 log L) of the shared unknowns ``columns`` over runs; ``prior`` their
+    1/variance.
+    """
+    information = np.diag(np.asarray(prior, float))
+    score = np.zeros(len(columns))
+    for e in evidence:
+        a, b = e.take(columns)
+        information = information + a
+        score = score + b
+    covariance = covariance_of(information)
+    score = np.where(np.diag(covariance) > 0, score, 0.0)
+    estimate = covariance @ score
+    return estimate, covariance, float(estimate @ score)
+
+
+def covariance_of(information: Array) -> Array:
+    """Inverse of an information matrix, scaled to a unit diagonal first, with a whisper of ridge; a column without
+    information has no variance either (its unknown keeps its value)."""
+    diagonal = np.diag(information)
+    informed = np.isfinite(diagonal) & (diagonal > 0)
+    scale = np.where(informed, 1 / np.sqrt(np.where(informed, diagonal, 1.0)), 0.0)
+    scaled = np.where(np.outer(informed, informed), information, 0.0) * np.outer(scale, scale)
+    return np.linalg.inv(scaled + SHARED_RIDGE * np.eye(len(scale))) * np.outer(scale, scale)

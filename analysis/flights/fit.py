@@ -1,0 +1,465 @@
+"""Flights between impacts, each fitted with the simulator's own flight model to the positions, never to derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.compiled import compiled
+from analysis.flights.force_path import ForcePath
+from analysis.flights.model import STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
+from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
+from analysis.flights.parameters import PARAMETERS
+from analysis.motion.host_path import HostMotion
+
+Array = NDArray[np.float64]
+
+# Degree of the lens residual's polynomials: what remains of one beyond it changes its sign within a fifth of the
+# contact radius (analysis.bounces.noise).
+LENS_DEGREE = 4
+#: powers (i, j) of the lens-residual polynomials x^i y^j in units of the contact radius
+LENS_POWERS = [(d - j, j) for d in range(1, LENS_DEGREE + 1) for j in range(d + 1)]
+#: the markers' origin against the centre of mass (m)
+ORIGIN = ["origin_x", "origin_y"]
+#: the lens residual's coefficients (m), first all along x
+LENS_TERMS = [f"lens_{axis}_{i}{j}" for axis in "xy" for i, j in LENS_POWERS]
+# Frames whose parabola is the first guess of a flight: friction turns within longer stretches.
+START_FRAMES = 12
+# Fewer frames between two kinks are no flight of their own: three leave one number besides place and velocity, and hops
+# that short hold impacts.
+FEWEST_FRAMES = 4
+# Unseen frames that a flight bridges: with a fit on both sides its path is known as well as where it is seen.
+LONGEST_HOLE = 6
+# Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
+REST_M_PER_S = 5e-3
+# Where the motion gives no angle, the flight fit sees one of no weight.
+NO_ANGLE_SD_RAD = 1e6
+# A Host's overtone known to 0.2 um leaves the mean speed of a disk that slides to and fro open by 40 um/s, which no
+# covariance of a flight holds: over this time it stays near the cameras' noise, and impacts under a strong drive are
+# closer.
+LONGEST_FLIGHT_S = 0.15
+FEWEST_IN_PIECE = 8
+# A frame that lies on the cut between pieces exactly would change sides with the clock's rounding; none lies so much of
+# a frame beside it.
+BESIDE_FRAMES = 0.3
+# Frames of a piece at the most: its errors are weighed all against all.
+MOST_IN_PIECE = 150
+#: every shared unknown, in the order of the columns of the evidence
+SHARED: list[str] = [*PARAMETERS, *ORIGIN, *LENS_TERMS]
+# Levenberg-Marquardt of a flight's state.  A thousandth in chi-square moves a state by a thirtieth of its sd at most.
+MOST_STEPS, FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MOST_DAMPING = 25, 1e-6, 1e-12, 1e-4, 1e8
+LESS_DAMPING, MORE_DAMPING = 0.2, 10.0
+CONVERGED, CONVERGED_SHARE = 1e-3, 1e-7
+# Ridges, relative and absolute, that keep an angle which nobody measured from a singular matrix: rounding's size.
+RELATIVE_RIDGE, RIDGE = 1e-9, 1e-12
+# Unit of time of the parabola that a fit starts from (1/s): a flight of a tenth of a second gives it numbers about 1.
+PER_S, START_RIDGE = 100.0, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class RunData:
+    """What the fit needs of one run: N frames; NaN where the NES was not seen."""
+
+    name: str
+    time_s: Array
+    xy_m: Array
+    angle_rad: Array
+    xy_sd_m: Array
+    angle_sd_rad: Array
+    host: HostMotion
+    contact_radius_m: float
+    radius_m: float
+    inertia_factor: float
+
+    @property
+    def period_s(self) -> float:
+        """From frame to frame (median)."""
+        return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
+
+    @property
+    def flight_rig(self) -> FlightRig:
+        """What a flight knows of this run beside its parameters."""
+        return FlightRig(
+            self.host.harmonics,
+            float(self.host.omega_rad_per_s),
+            float(self.radius_m),
+            float(self.inertia_factor),
+            float(self.contact_radius_m),
+            float(self.host.phase_rad),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """Frames ``first..last`` of free flight; ``joined``: the next flight starts where this one ends, at an impact;
+    ``goes_on``: the next is the same flight, cut for its length."""
+
+    first: int
+    last: int
+    joined: bool
+    goes_on: bool = False
+
+
+class WhiteFrames(NamedTuple):
+    """A flight's frames as its fit takes them: ``time_s`` (N,), ``observed`` (N, 3: x, y, angle) without the lens
+    residual, and what whitens their errors: ``place``, ``angle`` (N, N) of
+    :meth:`analysis.flights.noise.FlightNoise.whitening`.
+    """
+
+    time_s: Array
+    observed: Array
+    place: Array
+    angle: Array
+
+
+def flights_from_segments(
+    seen: NDArray[np.bool_],
+    gaps: Sequence[int],
+    contact: NDArray[np.int64],
+    longest_hole: int = LONGEST_HOLE,
+    fewest: int = FEWEST_FRAMES,
+) -> list[Flight]:
+    """Flights between kinks, contact stretches and holes of more than ``longest_hole`` unseen frames; too short ones
+    are dropped.
+    """
+    n = len(seen)
+    blocked = np.zeros(n, bool)
+    for first, last in contact:
+        blocked[first : last + 1] = True
+    cuts = {int(g) for g in gaps}
+    flights: list[Flight] = []
+    start: int | None = None
+    last_seen = -1
+    pieces: list[tuple[int, int, bool]] = []
+    for i in range(n):
+        if blocked[i]:
+            if start is not None:
+                pieces.append((start, last_seen, False))
+                start = None
+            continue
+        if seen[i]:
+            if start is not None and i - last_seen > longest_hole + 1:
+                pieces.append((start, last_seen, False))
+                start = i
+            start = i if start is None else start
+            last_seen = i
+        if i in cuts and start is not None:
+            pieces.append((start, last_seen, i + 1 < n and not blocked[i + 1]))
+            start = None
+    if start is not None:
+        pieces.append((start, last_seen, False))
+    for k, (first, last, joined) in enumerate(pieces):
+        if np.count_nonzero(seen[first : last + 1]) < fewest:
+            # A single frame between two kinks was exposed across an impact: the flights on both sides still meet there.
+            # (A real flight that short means impacts below 0.1 m/s, which are not looked for.)
+            smeared = np.count_nonzero(seen[first : last + 1]) <= 1 and joined and last - first <= 1
+            if flights and not smeared:
+                flights[-1] = Flight(flights[-1].first, flights[-1].last, False)
+            continue
+        follows = joined and k + 1 < len(pieces)
+        flights.append(Flight(first, last, follows))
+    return flights
+
+
+def shortened(flights: Sequence[Flight], time_s: Array, seen: NDArray[np.bool_]) -> list[Flight]:
+    """``flights`` with those longer than :data:`LONGEST_FLIGHT_S` cut into pieces, each of which is fitted by
+    itself.
+    """
+    pieces: list[Flight] = []
+    for flight in flights:
+        frames = np.flatnonzero(seen[flight.first : flight.last + 1]) + flight.first
+        # From its first frame on: what is filmed after it changes nothing about how a flight begins.
+        beside_s = BESIDE_FRAMES * (time_s[flight.last] - time_s[flight.first]) / max(flight.last - flight.first, 1)
+        piece = np.floor((time_s[frames] - time_s[flight.first] + beside_s) / LONGEST_FLIGHT_S).astype(int)
+        piece = np.maximum(piece, np.arange(len(frames)) // MOST_IN_PIECE)
+        parts = [part for part in np.split(frames, np.flatnonzero(np.diff(piece)) + 1) if len(part)]
+        while len(parts) > 1 and len(parts[-1]) < FEWEST_IN_PIECE:
+            parts[-2:] = [np.concatenate(parts[-2:])]
+        pieces += [Flight(int(part[0]), int(part[-1]), False, goes_on=True) for part in parts[:-1]]
+        pieces.append(replace(flight, first=int(parts[-1][0]) if len(parts) > 1 else flight.first))
+    return pieces
+
+
+@compiled
+def start_state(time: Array, x: Array, y: Array, angle: Array, first: int, last: int, t0: float, out: Array) -> None:
+    """Parabola through a flight's positions and straight line through its angles: where the fit starts."""
+    for quantity in range(3):
+        size = 2 if quantity == 2 or last - first < 3 else 3
+        normal, right = np.zeros((size, size)), np.zeros(size)
+        row = np.empty(3)
+        for i in range(first, last + 1):
+            value = x[i] if quantity == 0 else (y[i] if quantity == 1 else angle[i])
+            if not np.isfinite(value) or not np.isfinite(x[i]):
+                continue
+            s = (time[i] - t0) * PER_S
+            row[0], row[1], row[2] = 1.0, s, s * s
+            for a in range(size):
+                right[a] += row[a] * value
+                for b in range(size):
+                    normal[a, b] += row[a] * row[b]
+        for a in range(size):
+            normal[a, a] += START_RIDGE
+        solution = np.linalg.solve(normal, right)
+        out[quantity] = solution[0]
+        out[3 + quantity] = solution[1] * PER_S
+
+
+def lens_basis(xy_m: Array, contact_radius_m: float) -> Array:
+    """Polynomials (N, len(LENS_POWERS)) of the places ``xy_m`` (N, 2) in the room."""
+    x, y = xy_m[:, 0] / contact_radius_m, xy_m[:, 1] / contact_radius_m
+    return np.stack([x**i * y**j for i, j in LENS_POWERS], -1)
+
+
+@compiled
+def whiten(rows: Array, residual: Array, place: Array, angle: Array) -> None:
+    """``residual`` (N, 3: x, y, angle) and its derivatives ``rows`` (N, 3, P) to those of independent errors, in place.
+
+    ``place``, ``angle`` (N, N): :meth:`analysis.flights.noise.FlightNoise.whitening`."""
+    for m in range(3):
+        triangle = angle if m == 2 else place
+        residual[:, m] = triangle @ np.ascontiguousarray(residual[:, m])
+        rows[:, m, :] = triangle @ np.ascontiguousarray(rows[:, m, :])
+
+
+@compiled
+def _rows(out: Array, derivative: Array, frames: WhiteFrames, origin: Array, rows: Array, residual: Array) -> None:
+    """Whitened ``residual`` (N, 3) of the ``frames`` against states ``out`` and its derivatives ``rows`` (N, 3, 6)."""
+    for i in range(len(out)):
+        c, s = np.cos(out[i, 2]), np.sin(out[i, 2])
+        residual[i, 0] = frames.observed[i, 0] - out[i, 0] - c * origin[0] + s * origin[1]
+        residual[i, 1] = frames.observed[i, 1] - out[i, 1] - s * origin[0] - c * origin[1]
+        residual[i, 2] = frames.observed[i, 2] - out[i, 2]
+        for m in range(3):
+            for a in range(STATES):
+                rows[i, m, a] = derivative[i, m, a]
+    whiten(rows, residual, frames.place, frames.angle)
+
+
+@compiled
+def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> float:
+    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the misfit."""
+    misfit = 0.0
+    normal[:] = 0.0
+    right[:] = 0.0
+    for i in range(len(rows)):
+        for m in range(3):
+            r = residual[i, m]
+            robust = 1.0 if abs(r) < CLIP_SD else CLIP_SD / abs(r)
+            misfit += r * r * robust
+            for a in range(STATES):
+                da = rows[i, m, a]
+                right[a] += da * r * robust
+                for b in range(a + 1):
+                    normal[a, b] += da * rows[i, m, b] * robust
+    for a in range(STATES):
+        for b in range(a):
+            normal[b, a] = normal[a, b]
+    return misfit
+
+
+@compiled
+def fit_single(
+    start: Array, t0: float, frames: WhiteFrames, p: Array, origin: Array, rig: FlightRig, covariance: Array
+) -> float:
+    """One flight alone: Levenberg-Marquardt on its six unknowns; ``start`` is moved to the best state at t0.
+
+    ``p`` parameters of the flight, ``origin`` (2,) of the markers (m).  Returns the misfit (sum of squares of whitened
+    residuals, Huber's weights beyond :data:`analysis.flights.noise.CLIP_SD`) and fills ``covariance`` (6, 6).
+    """
+    n = len(frames.time_s)
+    out, derivative = np.empty((n, STATES)), np.empty((n, STATES, STATES))
+    rows, residual = np.empty((n, 3, STATES)), np.empty((n, 3))
+    damping, best = FIRST_DAMPING, np.inf
+    normal, right = np.zeros((STATES, STATES)), np.zeros(STATES)
+    state, trial = start.copy(), start.copy()
+    fitted, kept_right = np.zeros((STATES, STATES)), np.zeros(STATES)
+    for _ in range(MOST_STEPS):
+        fly_with_velocity_derivatives(trial, t0, frames.time_s, p, rig, out, derivative)
+        _rows(out, derivative, frames, origin, rows, residual)
+        misfit = _normal_equations(rows, residual, normal, right)
+        if misfit <= best:
+            gained = best - misfit
+            best = misfit
+            state[:] = trial
+            fitted[:] = normal
+            kept_right[:] = right
+            damping = max(damping * LESS_DAMPING, LEAST_DAMPING)
+            if gained < CONVERGED + CONVERGED_SHARE * misfit:
+                break
+        else:
+            if misfit - best < CONVERGED + CONVERGED_SHARE * misfit:
+                break
+            damping = max(damping * MORE_DAMPING, RAISED_DAMPING)
+            if damping > MOST_DAMPING:
+                break
+        system = fitted.copy()
+        for a in range(STATES):
+            system[a, a] = system[a, a] * (1 + damping) + RIDGE
+        step = np.linalg.solve(system, kept_right)
+        for a in range(STATES):
+            trial[a] = state[a] + step[a]
+    for a in range(STATES):
+        fitted[a, a] += RELATIVE_RIDGE * fitted[a, a] + RIDGE
+    covariance[:] = np.linalg.inv(fitted)
+    start[:] = state
+    return best
+
+
+def fit_flights(
+    run: RunData,
+    flights: Sequence[Flight],
+    parameters: Array,
+    shared: Array,
+    start: FlightFits | None = None,
+    noise: FlightNoise = PLAIN,
+) -> FlightFits:
+    """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames.
+
+    ``noise``: how the frames' errors go together.  ``start``: an earlier fit of the same flights to begin from (other
+    parameters, say); the minimum is the same, found sooner."""
+    states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
+    reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
+    rig = run.flight_rig
+    for k, f in enumerate(flights):
+        index = seen_frames(run, f)
+        # From the first frame on: friction forgets what it has stopped, so that from behind a rest no path leads back.
+        reference[k] = run.time_s[f.first]
+        if start is None:
+            few = int(index[:START_FRAMES][-1])
+            start_state(
+                run.time_s, run.xy_m[:, 0], run.xy_m[:, 1], run.angle_rad, f.first, few, reference[k], states[k]
+            )
+        else:
+            states[k] = start.states[k]
+        white = noise.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
+        frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
+        misfit[k] = fit_single(states[k], reference[k], frames, parameters, shared[:2], rig, covariances[k])
+        freedom[k] = 3 * len(index) - STATES
+    return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared, noise)
+
+
+def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
+    """x, y less the lens residual of ``shared``, and angle (N, 3) of frames ``index`` (N,)."""
+    n = len(LENS_POWERS)
+    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    return np.column_stack(
+        [
+            run.xy_m[index, 0] - lens @ shared[2 : 2 + n],
+            run.xy_m[index, 1] - lens @ shared[2 + n :],
+            run.angle_rad[index],
+        ]
+    )
+
+
+def seen_frames(run: RunData, flight: Flight) -> NDArray[np.int64]:
+    """Numbers of a flight's frames in which the NES was seen."""
+    index = np.arange(flight.first, flight.last + 1)
+    return index[np.isfinite(run.xy_m[index, 0])]
+
+
+@dataclass(frozen=True, eq=False)
+class FlightFits:
+    """Flights fitted one by one: ``states`` (F, 6) at ``reference_s``, ``covariances`` (F, 6, 6), ``misfit`` against
+    ``freedom``.
+
+    Under an unknown force (``noise.forced``) a state is that of a path without it; :meth:`propagate` adds what the
+    frames say of the force."""
+
+    run: RunData
+    flights: tuple[Flight, ...]
+    reference_s: Array
+    states: Array
+    covariances: Array
+    misfit: Array
+    freedom: NDArray[np.int64]
+    parameters: Array
+    shared: Array
+    noise: FlightNoise = PLAIN
+    _force_paths: dict[int, ForcePath] = field(default_factory=dict)
+
+    def propagate(self, k: int, times: Array) -> tuple[Array, Array]:
+        """States (n, 6) of flight k at sorted ``times`` and their covariances (n, 6, 6)."""
+        times = np.ascontiguousarray(times)
+        out, derivative = self.flown(k, times)
+        if not self.noise.forced:
+            return out, derivative @ self.covariances[k] @ derivative.transpose(0, 2, 1)
+        if k not in self._force_paths:
+            self._force_paths[k] = self._force_path(k)
+        return self._force_paths[k].at(times, out, derivative)
+
+    def residuals(self, k: int, index: NDArray[np.int64]) -> Array:
+        """What frames ``index`` miss flight k by, (N, 3): x, y (m), angle (rad)."""
+        states, _ = self.propagate(k, self.run.time_s[index])
+        return self.measured(index) - self.markers_at(states)
+
+    def rests(self, k: int) -> bool:
+        """Whether the disk lies still on the floor in flight k: in its middle and at its end (how it began, friction
+        has soon forgotten).
+        """
+        flight, run = self.flights[k], self.run
+        times = run.time_s[[(flight.first + flight.last) // 2, flight.last]]
+        states, _ = self.propagate(k, times)
+        host, rate = run.host.at(times), run.host.at(times, 1)
+        arm = states[:, :2] - host[:, :2]
+        slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
+        known = np.any(run.angle_sd_rad[flight.first : flight.last + 1] < NO_ANGLE_SD_RAD)
+        rim = run.radius_m * np.abs(states[:, 5] - rate[:, 3]) if known else np.zeros(2)
+        return bool(np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S))
+
+    def standard_residuals(self, k: int) -> StandardResiduals:
+        """What the path of flight k without an unknown force, which follows the noise, misses its own frames by, over
+        the sds given.
+        """
+        index, run = seen_frames(self.run, self.flights[k]), self.run
+        states, _ = self.flown(k, np.ascontiguousarray(run.time_s[index]))
+        sd = run.xy_sd_m[index]
+        return StandardResiduals(
+            index, (self.measured(index) - self.markers_at(states)) / np.column_stack([sd, sd, run.angle_sd_rad[index]])
+        )
+
+    def measured(self, index: NDArray[np.int64]) -> Array:
+        """x, y without the lens residual, and angle (N, 3) of frames ``index``."""
+        return without_lens(self.run, index, self.shared)
+
+    def markers_at(self, states: Array) -> Array:
+        """Where the markers' origin is at ``states`` (N, 6), and the angle: (N, 3)."""
+        c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+        ox, oy = self.shared[:2]
+        return np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])
+
+    def flown(
+        self, k: int, times: Array, parameters: Array | None = None, free: Sequence[int] = ()
+    ) -> tuple[Array, Array]:
+        """States (N, 6) of flight k's path without an unknown force at sorted ``times`` and their derivatives (N, 6,
+        6 + F) with respect to its start state and the parameters ``free`` (F,); ``parameters``: other than the fit's.
+        """
+        out, derivative = np.empty((len(times), STATES)), np.empty((len(times), STATES, STATES + len(free)))
+        fly_with_derivatives(
+            self.states[k],
+            self.reference_s[k],
+            times,
+            self.parameters if parameters is None else parameters,
+            np.array(free, np.int64),
+            self.run.flight_rig,
+            out,
+            derivative,
+        )
+        return out, derivative
+
+    def _force_path(self, k: int) -> ForcePath:
+        index = seen_frames(self.run, self.flights[k])
+        times = self.run.time_s[index]
+        states, derivative = self.flown(k, times)
+        white = self.noise.whitening(index, times, self.run.xy_sd_m[index], self.run.angle_sd_rad[index])
+        return ForcePath(
+            self.noise,
+            times,
+            white,
+            self.measured(index) - self.markers_at(states),
+            derivative[:, :3],
+            self.covariances[k],
+        )

@@ -1,0 +1,56 @@
+"""What a flight's frames say of a force of unknown form: how far it has moved the disk by any moment, and what stays
+open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.flights.model import STATES
+from analysis.flights.noise import CLIP_SD, FlightNoise, alike, cells, response
+
+Array = NDArray[np.float64]
+
+
+class ForcePath:
+    """Best linear prediction of a flight under an unknown force.
+
+    ``white``: whitening of places and of angles; ``residual`` (N, 3) of the frames against the path without the force,
+    ``rows`` (N, 3, 6) their derivatives with respect to its start state, ``covariance`` (6, 6) of that."""
+
+    def __init__(
+        self,
+        noise: FlightNoise,
+        times_s: Array,
+        white: tuple[Array, Array],
+        residual: Array,
+        rows: Array,
+        covariance: Array,
+    ) -> None:
+        self.noise, self.zero_s, self.times_s, self.covariance = noise, float(times_s[0]), times_s, covariance
+        self.roots = (white[0], white[0], white[1])
+        self.sizes = (noise.acceleration_m_per_s2, noise.acceleration_m_per_s2, noise.spin_rad_per_s2)
+        # Gross errors count as the fit of the flight counts them.
+        self.residual = [np.clip(root @ residual[:, m], -CLIP_SD, CLIP_SD) for m, root in enumerate(self.roots)]
+        self.rows = [root @ rows[:, m] for m, root in enumerate(self.roots)]
+
+    def at(self, times_s: Array, out: Array, derivative: Array) -> tuple[Array, Array]:
+        """States and covariances at ``times_s`` from those of the path without the force (``out``, ``derivative``)."""
+        edges = cells(self.times_s, self.noise.memory_s, times_s)
+        together = alike(edges, self.noise.memory_s)
+        own, _ = response(self.times_s, self.zero_s, edges)
+        moved = np.stack(response(times_s, self.zero_s, edges), 1)
+        # (n, 2, N) with the frames' displacements, (n, 2, 2) with itself.
+        cross, prior = moved @ together @ own.T, moved @ together @ moved.transpose(0, 2, 1)
+        states, open_rows = out.copy(), derivative.copy()
+        spread = np.zeros((len(times_s), STATES, STATES))
+        for m, (root, size) in enumerate(zip(self.roots, self.sizes, strict=True)):
+            if size == 0.0:
+                continue
+            at = np.array([m, m + 3])
+            white = size**2 * cross @ root.T
+            states[:, at] += white @ self.residual[m]
+            open_rows[:, at] -= white @ self.rows[m]
+            spread[np.ix_(np.arange(len(times_s)), at, at)] = size**2 * prior - white @ white.transpose(0, 2, 1)
+        return states, spread + open_rows @ self.covariance @ open_rows.transpose(0, 2, 1)

@@ -1,0 +1,321 @@
+"""The equation of motion of a flight, compiled: nominal terms, every flight effect, and probes that nobody lists.
+
+State of the disk: x, y, angle, vx, vy, spin of its centre of mass in the world.  Parameters are one vector with the
+entries of :mod:`analysis.flights.parameters`, so that the derivative of a flight with respect to any of them is the
+same call with one entry changed.  What does not change within a fit is a :class:`FlightRig`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.compiled import compiled
+from analysis.flights import parameters as P
+from ovines.core.system.friction import farkas
+
+Array = NDArray[np.float64]
+
+# As the thesis and the simulator have it (ovines.core).
+GRAVITY_M_PER_S2 = 9.81
+# Below this sliding speed the friction is smoothed; 1 mm/s is a thousandth of what the disk usually slides with.
+REGULARISATION_M_PER_S = 1e-3
+# How long a floor may remember an impact, for the probe that asks (a hop lasts about as long).
+SETTLING_S = 0.015
+# Longest Runge-Kutta step: a frame at 800 fps keeps the error of a flight below 1e-8 m away from v = 0.
+LONGEST_STEP_S = 1.3e-3
+# Where the disk slides the other way its friction turns within the time in which the sliding speed changes by itself: a
+# step changes it by this share at most.  Whole frames across such turns left up to 1 mm/s each, which a flight of 0.8 s
+# shows.
+SHARE_OF_SPEED = 0.4
+# Steps of the differences with respect to the start state: micrometres, 10 um/s and mrad/s, each far above the
+# integration's error and far below what bends a flight.
+PLACE_STEP_M, VELOCITY_STEP_M_PER_S, SPIN_STEP_RAD_PER_S = 1e-6, 1e-5, 1e-3
+
+STATES = 6
+#: place of the angle in the state
+ANGLE = 2
+
+
+class FlightRig(NamedTuple):
+    """What a flight knows of its run beside the parameters.
+
+    ``harmonics`` (4, 1 + 2 K) of the Host (:class:`analysis.motion.host_path.HostMotion`): per axis x, y, z (m) and
+    angle (rad) the mean, then cos and sin of k omega t; ``inertia_factor`` q of I = q m R^2; ``phase_rad`` the drive's
+    phase at t = 0.
+    """
+
+    harmonics: Array
+    omega_rad_per_s: float
+    radius_m: float
+    inertia_factor: float
+    contact_radius_m: float
+    phase_rad: float
+
+
+class HostState(NamedTuple):
+    """Pose of the Host (m, rad), its rates, and its vertical acceleration (m/s^2) at one instant."""
+
+    x: float
+    y: float
+    z: float
+    angle: float
+    vx: float
+    vy: float
+    vz: float
+    spin: float
+    lift: float
+
+
+class Acceleration(NamedTuple):
+    """x'', y'' (m/s^2), spin' (rad/s^2), and the speed against the floor, sliding and rim together (m/s)."""
+
+    x: float
+    y: float
+    spin: float
+    floor_speed: float
+
+
+class Workspace(NamedTuple):
+    """Arrays that the integration works in: ``slopes`` (4, 6) of the Runge-Kutta stages, ``trial`` (6,) state."""
+
+    slopes: Array
+    trial: Array
+
+
+@compiled
+def host_at(t: float, harmonics: Array, omega_rad_per_s: float) -> HostState:
+    """The Host at time t (s)."""
+    x, y, z, angle = harmonics[0, 0], harmonics[1, 0], harmonics[2, 0], harmonics[3, 0]
+    vx, vy, vz, spin, lift = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range((harmonics.shape[1] - 1) // 2):
+        w = omega_rad_per_s * (k + 1)
+        c, s = np.cos(w * t), np.sin(w * t)
+        a, b = 1 + 2 * k, 2 + 2 * k  # columns of the cosines and of the sines
+        x += harmonics[0, a] * c + harmonics[0, b] * s
+        y += harmonics[1, a] * c + harmonics[1, b] * s
+        z += harmonics[2, a] * c + harmonics[2, b] * s
+        angle += harmonics[3, a] * c + harmonics[3, b] * s
+        vx += w * (harmonics[0, b] * c - harmonics[0, a] * s)
+        vy += w * (harmonics[1, b] * c - harmonics[1, a] * s)
+        vz += w * (harmonics[2, b] * c - harmonics[2, a] * s)
+        spin += w * (harmonics[3, b] * c - harmonics[3, a] * s)
+        lift -= w * w * (harmonics[2, a] * c + harmonics[2, b] * s)
+    return HostState(x, y, z, angle, vx, vy, vz, spin, lift)
+
+
+@compiled
+def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
+    """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
+    host = host_at(t, rig.harmonics, rig.omega_rad_per_s)
+    rx, ry = y[0] - host.x, y[1] - host.y
+    ux = y[3] - host.vx + host.spin * ry
+    uy = y[4] - host.vy - host.spin * rx
+    spin = y[5] - host.spin
+    slide = np.sqrt(ux * ux + uy * uy)
+    rim = rig.radius_m * abs(spin)
+    total = np.sqrt(slide * slide + rim * rim)
+    ax, ay, torque = p[P.TILT_X], p[P.TILT_Y], p[P.SPIN_DRIVE]
+    drive = rig.omega_rad_per_s * t + rig.phase_rad
+    cosine, sine = np.cos(drive), np.sin(drive)
+    if p[P.FRICTION] != 0.0 and total > 0.0:
+        load = GRAVITY_M_PER_S2 + p[P.LOAD] * host.lift
+        load = max(load, 0.0)
+        distance = np.sqrt(rx * rx + ry * ry)
+        mu = p[P.FRICTION] * (
+            1
+            + p[P.DRIFT] * t
+            + (p[P.FRICTION_RADIUS] * distance + p[P.FRICTION_X] * rx + p[P.FRICTION_Y] * ry
+               + p[P.FRICTION_ROOM_X] * y[0]) / rig.contact_radius_m
+            + p[P.FRICTION_SPEED] * slide
+            + p[P.FRICTION_COS] * cosine
+            + p[P.FRICTION_SIN] * sine
+        )  # fmt: skip
+        if p[P.FRICTION_SINCE] != 0.0 and t >= p[P.IMPACT_BEFORE_S]:
+            mu += p[P.FRICTION] * p[P.FRICTION_SINCE] * np.exp(-(t - p[P.IMPACT_BEFORE_S]) / SETTLING_S)
+        smooth = np.tanh(total / REGULARISATION_M_PER_S)
+        # F/slide and T/rim stay finite where either vanishes: Coulomb's force is along u, Farkas' along both.
+        f, tau = 1.0, 0.0
+        if p[P.COUPLING] != 0.0:
+            ff, ft = farkas(slide / rim) if rim > 1e-12 else (1.0, 0.0)
+            f = 1.0 + p[P.COUPLING] * (ff - 1.0)
+            tau = p[P.COUPLING] * ft
+        strength = mu * load * smooth
+        if slide > 1e-12:
+            ax -= strength * f * ((1 + p[P.FRICTION_AXIS]) * ux + p[P.FRICTION_SKEW] * uy) / slide
+            ay -= strength * f * ((1 - p[P.FRICTION_AXIS]) * uy + p[P.FRICTION_SKEW] * ux) / slide
+        if rim > 1e-12:
+            torque -= strength * tau / (rig.inertia_factor * rig.radius_m) * np.sign(spin)
+    vx, vy = y[3], y[4]
+    speed = np.sqrt(vx * vx + vy * vy)
+    drag = p[P.VISCOUS] + p[P.AIR] * speed
+    ax -= drag * vx
+    ay -= drag * vy
+    ratio2 = (rx * rx + ry * ry) / rig.contact_radius_m**2
+    pull = (
+        p[P.CENTRE_HOST]
+        + p[P.RADIAL_CUBIC] * ratio2
+        + (p[P.RADIAL_UNIT] + p[P.WALL_PULL] * ratio2**4) / np.sqrt(rx * rx + ry * ry + 1e-8)
+    )
+    ax += (
+        -pull * rx - p[P.CURL_HOST] * ry + p[P.SADDLE_HOST] * rx + p[P.SKEW_HOST] * ry
+        - p[P.CENTRE_ROOM] * y[0] + p[P.SADDLE_ROOM] * y[0] + p[P.SKEW_ROOM] * y[1]
+    )  # fmt: skip
+    ay += (
+        -pull * ry + p[P.CURL_HOST] * rx - p[P.SADDLE_HOST] * ry + p[P.SKEW_HOST] * rx
+        - p[P.CENTRE_ROOM] * y[1] - p[P.SADDLE_ROOM] * y[1] + p[P.SKEW_ROOM] * y[0]
+    )  # fmt: skip
+    turn = p[P.MAGNUS] * y[5] + p[P.GYRO]
+    ax += -turn * vy - p[P.HOST_DRAG] * (vx - host.vx) + p[P.FORCE_COS_X] * cosine + p[P.FORCE_SIN_X] * sine
+    ay += turn * vx - p[P.HOST_DRAG] * (vy - host.vy) + p[P.FORCE_COS_Y] * cosine + p[P.FORCE_SIN_Y] * sine
+    torque -= p[P.SPIN_DECAY] * y[5]
+    return Acceleration(ax, ay, torque, total)
+
+
+@compiled
+def strongest_acceleration(p: Array, rig: FlightRig) -> float:
+    """Upper bound of the acceleration of disk against floor (m/s^2), for :func:`advance`."""
+    harmonics = rig.harmonics
+    total = 2 * abs(p[P.FRICTION]) * GRAVITY_M_PER_S2 + 1e-3
+    for k in range((harmonics.shape[1] - 1) // 2):
+        w = rig.omega_rad_per_s * (k + 1)
+        for axis in range(2):
+            total += w * w * np.sqrt(harmonics[axis, 1 + 2 * k] ** 2 + harmonics[axis, 2 + 2 * k] ** 2)
+    return total
+
+
+@compiled
+def workspace() -> Workspace:
+    """Arrays for :func:`advance`."""
+    return Workspace(np.empty((4, STATES)), np.empty(STATES))
+
+
+@compiled
+def advance(
+    y: Array, t: float, span: float, p: Array, rig: FlightRig, strongest: float, work: Workspace, out: Array
+) -> None:
+    """out = state ``span`` seconds (either sign) after ``y`` at t, by classical Runge-Kutta of fourth order.
+
+    Steps of at most LONGEST_STEP_S, shorter where the floor's friction turns, which ``strongest`` (m/s^2, of
+    :func:`strongest_acceleration`) bounds.  ``out`` may be ``y``.
+    """
+    k, trial = work.slopes, work.trial
+    for j in range(STATES):
+        out[j] = y[j]
+    shortest = SHARE_OF_SPEED * REGULARISATION_M_PER_S / strongest
+    while span != 0.0:
+        h = span
+        for stage in range(4):
+            c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+            for j in range(STATES):
+                trial[j] = out[j] if stage == 0 else out[j] + c * h * k[stage - 1, j]
+            a = acceleration(t + c * h, trial, p, rig)
+            k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
+            k[stage, 3], k[stage, 4], k[stage, 5] = a.x, a.y, a.spin
+            if stage == 0:
+                limit = LONGEST_STEP_S
+                if p[P.FRICTION] != 0.0:
+                    limit = min(limit, max(shortest, SHARE_OF_SPEED * a.floor_speed / strongest))
+                h = span / np.ceil(abs(span) / limit)
+        for j in range(STATES):
+            out[j] += h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
+        t += h
+        span = 0.0 if h == span else span - h
+
+
+@compiled
+def fly(start: Array, t0: float, times: Array, p: Array, rig: FlightRig, out: Array) -> None:
+    """States (len(times), 6) at sorted ``times`` on either side of t0, by classical Runge-Kutta of fourth order."""
+    work, y = workspace(), np.empty(STATES)
+    strongest = strongest_acceleration(p, rig)
+    n = len(times)
+    before = 0
+    while before < n and times[before] < t0:
+        before += 1
+    t = t0
+    for number in range(n):
+        # First the times after t0 in order, then those before it, backwards, each side starting from t0.
+        i = before + number if number < n - before else n - 1 - number
+        if number == 0 or number == n - before:
+            t = t0
+            y[:] = start
+        advance(y, t, times[i] - t, p, rig, strongest, work, y)
+        out[i] = y
+        t = times[i]
+
+
+@compiled
+def start_step(j: int) -> float:
+    """Step of the differences with respect to entry ``j`` of the start state."""
+    if j < ANGLE:
+        return PLACE_STEP_M
+    return VELOCITY_STEP_M_PER_S if j < STATES - 1 else SPIN_STEP_RAD_PER_S
+
+
+@compiled
+def fly_with_derivatives(
+    start: Array,
+    t0: float,
+    times: Array,
+    p: Array,
+    free: NDArray[np.int64],
+    rig: FlightRig,
+    out: Array,
+    derivative: Array,
+) -> None:
+    """As :func:`fly`, and differences (len(times), 6, 6 + len(free)) with respect to start state and parameters
+    ``free``.
+    """
+    n = len(times)
+    fly(start, t0, times, p, rig, out)
+    moved = np.empty((n, STATES))
+    s, q = start.copy(), p.copy()
+    for j in range(STATES + len(free)):
+        if j == ANGLE:
+            # The law of flight does not know the disk's angle: it only adds to the angle itself.
+            derivative[:, :, ANGLE] = 0.0
+            derivative[:, ANGLE, ANGLE] = 1.0
+            continue
+        if j < STATES:
+            h = start_step(j)
+            s[j] += h
+        else:
+            h = P.STEPS[free[j - STATES]]
+            q[free[j - STATES]] += h
+        fly(s, t0, times, q, rig, moved)
+        if j < STATES:
+            s[j] = start[j]
+        else:
+            q[free[j - STATES]] = p[free[j - STATES]]
+        for i in range(n):
+            for m in range(STATES):
+                derivative[i, m, j] = (moved[i, m] - out[i, m]) / h
+
+
+@compiled
+def fly_with_velocity_derivatives(
+    start: Array, t0: float, times: Array, p: Array, rig: FlightRig, out: Array, derivative: Array
+) -> None:
+    """As :func:`fly`, and (len(times), 6, 6) with a displaced start taken to displace the whole flight.
+
+    That is exact but for fields that vary with place (the Host's rotation among them) and enough to find a minimum
+    with.
+    """
+    n = len(times)
+    fly(start, t0, times, p, rig, out)
+    moved = np.empty((n, STATES))
+    s = start.copy()
+    derivative[:, :, :3] = 0.0
+    for i in range(n):
+        for j in range(3):
+            derivative[i, j, j] = 1.0
+    for j in range(3, STATES):
+        h = start_step(j)
+        s[j] += h
+        fly(s, t0, times, p, rig, moved)
+        s[j] = start[j]
+        for i in range(n):
+            for m in range(STATES):
+                derivative[i, m, j] = (moved[i, m] - out[i, m]) / h

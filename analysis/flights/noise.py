@@ -1,0 +1,223 @@
+"""Errors of the frames of a flight: noise, and a force that no law describes.
+
+Noise is what no law of flight can touch: the residual of a flight's frames when a polynomial through a few of them is
+taken out.  Its size (against the sds given) and its correlation from frame to frame come from that alone.  What the
+flights miss beyond it is model error: an acceleration of unknown form that stays alike for a while, whose size and
+memory the data give (restricted likelihood), and which widens what depends on it - the end of a flight that a law
+predicts from its start most of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+
+# Beyond it noise is a drift, which no flight tells from motion.
+MOST_CORRELATION = 0.98
+CORRELATIONS = np.concatenate([np.linspace(0.0, 0.8, 17), np.linspace(0.825, MOST_CORRELATION, 8)])
+# Frames of a piece out of which a polynomial is taken: as long as a drive or a friction that turns leaves a polynomial
+# of this degree (rig units: 20 ms), short ones with what they have.
+PIECE_S, FEWEST_IN_PIECE, MOST_IN_PIECE, DEGREE = 0.02, 6, 24, 4
+# A piece above this quantile of chi-square, against the median, holds a wrong point or a kink: it is left out.
+TRIMMED = 0.999
+# Fall of -2 log L from which noise counts as correlated: below, one series in twenty without would.
+CORRELATED = 3.84
+# How far the sds given may be off before the data say more (logarithm): noise that stays alike for a piece or longer
+# shows its changes only, and larger noise that stays alike for longer would do as well.
+LOG_SCALE_SD = 0.3
+# Whitened residuals beyond this count linearly (Huber) where a flight's state is fitted, and where a force is read off
+# what that fit misses: of 600 frames x 3 none by chance, even where the noise is larger than stated by a third.
+CLIP_SD = 5.0
+# ... and beyond this as if they were this large where flights speak of what all share: clipped whole, rows and all, so
+# later, where no fitted frame gets by chance.
+GROSS_SD = 6.0
+
+
+@dataclass(frozen=True)
+class FlightNoise:
+    """Errors of one series' frames.
+
+    ``scale``, ``angle_scale``: noise over the sds given; ``correlation`` from frame to frame (AR(1));
+    ``acceleration_m_per_s2``, ``spin_rad_per_s2``: sd of an unknown acceleration of the disk (per axis), and of its
+    spin; ``memory_s``: time within which it stays alike; ``sure``: probability that there is such a force.
+    """
+
+    correlation: float = 0.0
+    scale: float = 1.0
+    angle_scale: float = 1.0
+    acceleration_m_per_s2: float = 0.0
+    spin_rad_per_s2: float = 0.0
+    memory_s: float = 1.0
+    sure: float = 0.0
+
+    @property
+    def forced(self) -> bool:
+        """Whether there is an unknown force."""
+        return self.acceleration_m_per_s2 > 0 or self.spin_rad_per_s2 > 0
+
+    def covariance(self, index: NDArray[np.int64], sd: Array, angle_sd: Array) -> tuple[Array, Array]:
+        """Noise of places (one axis) and angles of frames ``index`` (N,): (N, N) each."""
+        together = (
+            np.eye(len(index)) if self.correlation == 0 else self.correlation ** np.abs(np.subtract.outer(index, index))
+        )
+        return together * np.outer(sd, sd) * self.scale**2, together * np.outer(
+            angle_sd, angle_sd
+        ) * self.angle_scale**2
+
+    def whitening(self, index: NDArray[np.int64], time_s: Array, sd: Array, angle_sd: Array) -> tuple[Array, Array]:
+        """Lower triangles (N, N) that turn errors of places (one axis) and of angles into independent ones of unit
+        variance.
+        """
+        if self.correlation == 0 and not self.forced:
+            return np.diag(1 / (self.scale * sd)), np.diag(1 / (self.angle_scale * angle_sd))
+        place, angle = self.covariance(index, sd, angle_sd)
+        if self.forced:
+            moved = displacement(time_s, self.memory_s)
+            place, angle = place + self.acceleration_m_per_s2**2 * moved, angle + self.spin_rad_per_s2**2 * moved
+        return _inverse_root(place), _inverse_root(angle)
+
+
+PLAIN = FlightNoise()
+
+
+def _inverse_root(covariance: Array) -> Array:
+    size = np.sqrt(np.diag(covariance))
+    root = cholesky(covariance / np.outer(size, size), lower=True)
+    return np.ascontiguousarray(solve_triangular(root, np.diag(1 / size), lower=True))
+
+
+def response(times_s: Array, zero_s: float, edges_s: Array) -> tuple[Array, Array]:
+    """Displacement and velocity (N, C) at ``times_s`` of a disk at rest at ``zero_s``, per unit of acceleration in each
+    cell of time.
+
+    ``edges_s`` (C + 1,) of the cells; ``zero_s`` is one of them.  Times before it count backwards."""
+    t = times_s[:, None]
+    after = [
+        np.clip(t - edge, 0.0, None) for edge in (np.maximum(edges_s[:-1], zero_s), np.maximum(edges_s[1:], zero_s))
+    ]
+    before = [
+        np.clip(edge - t, 0.0, None) for edge in (np.minimum(edges_s[1:], zero_s), np.minimum(edges_s[:-1], zero_s))
+    ]
+    place = 0.5 * (after[0] ** 2 - after[1] ** 2 + before[0] ** 2 - before[1] ** 2)
+    return place, (after[0] - after[1]) - (before[0] - before[1])
+
+
+def cells(times_s: Array, memory_s: float, others_s: Array | None = None) -> Array:
+    """Edges (C + 1,) of cells that cover a flight's ``times_s`` (and ``others_s``), one of them at its first: as fine
+    as its frames, finer where the memory is shorter."""
+    zero = float(times_s[0])
+    step = min(float(np.median(np.diff(times_s))) if len(times_s) > 1 else memory_s, 0.5 * memory_s)
+    every = times_s if others_s is None else np.concatenate([times_s, others_s])
+    return np.asarray(
+        zero
+        + step
+        * np.arange(-np.ceil((zero - every.min()) / step - 1e-9), np.ceil((every.max() - zero) / step - 1e-9) + 1),
+        float,
+    )
+
+
+def alike(edges_s: Array, memory_s: float) -> Array:
+    """Correlation (C, C) of the unknown acceleration between cells: it is forgotten within ``memory_s``
+    (Ornstein-Uhlenbeck).
+    """
+    middle = 0.5 * (edges_s[1:] + edges_s[:-1])
+    return np.asarray(np.exp(-np.abs(np.subtract.outer(middle, middle)) / memory_s), float)
+
+
+def displacement(times_s: Array, memory_s: float) -> Array:
+    """Covariance (N, N) of the displacements that an unknown acceleration of unit sd makes since the first of
+    ``times_s``.
+    """
+    if len(times_s) < 2:
+        return np.zeros((len(times_s), len(times_s)))
+    edges = cells(times_s, memory_s)
+    place, _ = response(times_s, float(times_s[0]), edges)
+    return np.asarray(place @ alike(edges, memory_s) @ place.T, float)
+
+
+@dataclass(frozen=True, eq=False)
+class StandardResiduals:
+    """Of one flight: frames' numbers ``index`` (N,) and ``residual`` (N, 3: x, y, angle) over the sds given."""
+
+    index: NDArray[np.int64]
+    residual: Array
+
+
+def frame_noise(flights: Sequence[StandardResiduals], period_s: float, angle: bool) -> FlightNoise:
+    """Scale and correlation of the noise from pieces of the flights, a polynomial taken out of each.
+
+    ``angle``: whether the angles are measured."""
+    length = int(np.clip(round(PIECE_S / period_s), FEWEST_IN_PIECE + 2, MOST_IN_PIECE))
+    pieces: dict[int, list[Array]] = {}
+    for flight in flights:
+        for run in np.split(np.arange(len(flight.index)), np.flatnonzero(np.diff(flight.index) != 1) + 1):
+            for part in np.array_split(run, max(len(run) // length, 1)):
+                if len(part) >= FEWEST_IN_PIECE:
+                    pieces.setdefault(len(part), []).append(flight.residual[part])
+    if not pieces:
+        return PLAIN
+    stacks = {n: np.array(parts) for n, parts in pieces.items()}
+    best = None
+    for correlation in CORRELATIONS:
+        cost, scales = _likelihood(stacks, float(correlation), angle)
+        if correlation == 0:
+            cost -= CORRELATED
+        if best is None or cost < best[0]:
+            best = cost, float(correlation), scales
+    assert best is not None
+    return FlightNoise(best[1], *best[2])
+
+
+@lru_cache(maxsize=4096)
+def _contrasts(count: int, correlation: float) -> tuple[Array, float]:
+    """Whitened contrasts (M, N) of ``count`` frames without their polynomial, and the logarithm of the whitening's
+    determinant.
+    """
+    degree = min(DEGREE, count - 3)
+    basis = np.linalg.qr(np.vander(np.linspace(-1, 1, count), degree + 1), mode="complete")[0][:, degree + 1 :]
+    errors = (
+        correlation ** np.abs(np.subtract.outer(np.arange(count), np.arange(count))) if correlation else np.eye(count)
+    )
+    root = cholesky(basis.T @ errors @ basis, lower=True)
+    return solve_triangular(root, basis.T, lower=True), float(np.sum(np.log(np.diag(root))))
+
+
+def _likelihood(stacks: dict[int, Array], correlation: float, angle: bool) -> tuple[float, tuple[float, float]]:
+    """-2 log L of a correlation at its best scales of places and angles; pieces far above the others are left out of
+    both.
+    """
+    cost, scales = 0.0, [1.0, 1.0]
+    for which, columns in enumerate((slice(0, 2), slice(2, 3)) if angle else (slice(0, 2),)):
+        squares, freedom, volume = [], [], []
+        for n, stack in stacks.items():
+            contrasts, log_root = _contrasts(n, correlation)
+            white = np.einsum("mn,pnc->pmc", contrasts, stack[:, :, columns])
+            squares.append(np.sum(white**2, 1).ravel())
+            freedom.append(np.full(squares[-1].size, len(contrasts)))
+            volume.append(np.full(squares[-1].size, 2 * log_root))
+        square, free, log = (np.concatenate(parts) for parts in (squares, freedom, volume))
+        known = np.isfinite(square)
+        square, free, log = square[known], free[known], log[known]
+        if not len(square):
+            continue
+        usual = float(np.median(square / chi2.median(free)))
+        # A piece's bound does not depend on the correlation tried by more than its own square does.
+        kept = square < usual * chi2.ppf(TRIMMED, free)
+        variance = float(square[kept].sum() / max(free[kept].sum(), 1))
+        cost += float(free.sum() * np.log(max(variance, 1e-12)) + log.sum())
+        scales[which] = float(np.sqrt(max(variance, 1e-12)))
+        cost += (np.log(scales[which]) / LOG_SCALE_SD) ** 2
+    return cost, (scales[0], scales[1])
+
+
+def at_least(noise: FlightNoise, scale: float, angle_scale: float) -> FlightNoise:
+    """``noise`` with scales of at least these (what no camera shows: the model's own finest errors)."""
+    return replace(noise, scale=max(noise.scale, scale), angle_scale=max(noise.angle_scale, angle_scale))

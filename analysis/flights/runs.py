@@ -1,0 +1,194 @@
+"""A recording's motion as the flight fits need it, segmented: Host as harmonics, NES with honest weights, flights,
+contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, RunData, flights_from_segments, shortened
+from analysis.flights.segments import WALL_OFF_SHARE, Segments, segment
+from analysis.motion.bodies import INERTIA_OF_A_DISK
+from analysis.motion.host_path import fit_host_motion
+from analysis.motion.rig_frame import RigFrame
+from analysis.statistics.robust import smooth_noise
+from ovines.errors import InputError
+from ovines.recording import Recording
+
+Array = NDArray[np.float64]
+
+# Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1
+# mm).
+CONTACT_MARGIN_M = 1.5e-4
+# ... and this many sds of the cameras' noise.
+CONTACT_MARGIN_SD = 3.0
+# Of the runs' farthest distances: not the largest, which may be a wrong track's.
+HIGH_QUANTILE = 0.8
+# What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the
+# angle.
+FINEST_SD_M = 1e-6
+# Noise of a motion without sds that has too few frames to show any: what cameras usually reach (m).
+UNKNOWN_SD_M = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording ready to be fitted: ``data``, its ``flights``, the ``segments`` they come from, NES distance from
+    the Host.
+    """
+
+    data: RunData
+    segments: Segments
+    flights: tuple[Flight, ...]
+    distance_m: Array
+    host_table: Array
+    frame: NDArray[np.int64]
+
+
+def contact_radius(recording: Recording) -> float:
+    """Design contact radius R_H - R_N (m); refused when recording.toml lacks either."""
+    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
+    inner = getattr(host, "inner_radius_m", None)
+    radius = getattr(nes, "radius_m", None)
+    if getattr(host, "polygon_m", None) is not None:
+        raise InputError(
+            f"{recording.folder}: flat walls (polygon_m) in [bodies.host]",
+            "a round wall (inner_radius_m): impacts are identified on it",
+            "use the earlier stages (motion, thesis_impacts) and ovines simulate for this rig",
+        )
+    if inner is None or radius is None:
+        raise InputError(
+            f"{recording.folder}: no round wall (inner_radius_m) or no disk (radius_m) in [bodies]",
+            "[bodies.host] inner_radius_m and [bodies.nes] radius_m",
+            "add them to recording.toml",
+        )
+    return float(inner - radius)
+
+
+def run_data(
+    motion: pd.DataFrame, recording: Recording, frame: RigFrame, name: str | None = None
+) -> tuple[RunData, Array]:
+    """``RunData`` of a motion table in the rig's ``frame``, and the Host's table (N, 8): x, y, z, angle and their
+    sd.
+    """
+    times = motion["time_s"].to_numpy(float)
+    host, host_sd = (_columns(motion, "host", suffix) for suffix in ("", "_sd"))
+    host_sd = np.where(np.isfinite(host_sd), host_sd, _noise(host)[None, :])
+    excitation = recording.excitation
+    asked_hz = excitation.frequency_hz / frame.factor("frequency_hz") if excitation else None
+    harmonics = fit_host_motion(times, host, host_sd, asked_hz)
+    nes, nes_sd = (_columns(motion, "nes", suffix) for suffix in ("", "_sd"))
+    nes_sd = np.where(np.isfinite(nes_sd), nes_sd, _noise(nes)[None, :])
+    angle, angle_sd = nes[:, 3], nes_sd[:, 3]
+    if not np.isfinite(angle).any():
+        angle, angle_sd = np.zeros(len(times)), np.full(len(times), NO_ANGLE_SD_RAD)
+    seen = np.isfinite(nes[:, 0]) & np.isfinite(nes[:, 1])
+    angle_sd = np.where(np.isfinite(angle) & np.isfinite(angle_sd), angle_sd, NO_ANGLE_SD_RAD)
+    angle = np.where(np.isfinite(angle), angle, 0.0)
+    xy = np.where(seen[:, None], nes[:, :2], np.nan)
+    sd = np.maximum(np.sqrt(0.5 * (nes_sd[:, 0] ** 2 + nes_sd[:, 1] ** 2)), FINEST_SD_M)
+    body = recording.bodies["nes"]
+    contact_m = contact_radius(recording) / frame.length
+    radius_m = float(getattr(body, "radius_m", np.nan)) / frame.length
+    inertia = getattr(body, "inertia_factor", None) or INERTIA_OF_A_DISK
+    data = RunData(
+        name or recording.name,
+        times,
+        xy,
+        angle,
+        sd,
+        np.maximum(angle_sd, FINEST_SD_M / radius_m),
+        harmonics,
+        contact_m,
+        radius_m,
+        float(inertia),
+    )
+    return data, np.column_stack([host, host_sd])
+
+
+def _columns(motion: pd.DataFrame, body: str, suffix: str) -> Array:
+    columns = [
+        motion[f"{body}_{q}{suffix}_{u}"].to_numpy(float)
+        if f"{body}_{q}{suffix}_{u}" in motion
+        else np.full(len(motion), np.nan)
+        for q, u in (("x", "m"), ("y", "m"), ("z", "m"), ("angle", "rad"))
+    ]
+    return np.column_stack(columns)
+
+
+def _noise(values: Array) -> Array:
+    """Noise per column from third differences (a smooth motion leaves nothing there); a micrometre at least."""
+    found = np.array([smooth_noise(column) for column in values.T])
+    return np.where(np.isnan(found), UNKNOWN_SD_M, np.maximum(found, FINEST_SD_M))
+
+
+def cut(
+    data: RunData,
+    host_table: Array,
+    frame: NDArray[np.int64],
+    wall_m: Array | float,
+    origin_m: Array | None = None,
+) -> Run:
+    """Segment a run, ``wall_m`` (scalar or per frame) being the contact distance.
+
+    ``origin_m`` (2,): where the markers' origin lies from the mass centre, whose path has no bends of the disk's
+    turning.
+    """
+    relative = data.xy_m - data.host.at(data.time_s)[:, :2]
+    distance = np.hypot(relative[:, 0], relative[:, 1])
+    noise = float(np.median(data.xy_sd_m)) if len(data.xy_sd_m) else 0.0
+    limit = np.broadcast_to(np.asarray(wall_m, float) - CONTACT_MARGIN_M - CONTACT_MARGIN_SD * noise, distance.shape)
+    path = data.xy_m if origin_m is None else data.xy_m - turned(origin_m, data.angle_rad)
+    segments = segment(data.time_s, path, data.xy_sd_m, relative, limit)
+    if len(segments.smeared):
+        xy = data.xy_m.copy()
+        xy[segments.smeared] = np.nan
+        data = replace(data, xy_m=xy)
+    seen = np.isfinite(data.xy_m[:, 0])
+    flights = shortened(flights_from_segments(seen, segments.gaps.tolist(), segments.contact), data.time_s, seen)
+    return Run(data, segments, tuple(flights), distance, host_table, frame)
+
+
+def turned(place_m: Array, angle_rad: Array) -> Array:
+    """A place (2,) of the disk's frame in the room's directions at angles (N,): (N, 2)."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.column_stack([c * place_m[0] - s * place_m[1], s * place_m[0] + c * place_m[1]])
+
+
+def cut_again(runs: Sequence[Run], origin_m: Array) -> list[Run]:
+    """The runs segmented on the path of the mass centre, now that it is known."""
+    wall = wall_distance([run.data for run in runs])
+    return [cut(run.data, run.host_table, run.frame, wall, origin_m) for run in runs]
+
+
+def wall_distance(datas: Sequence[RunData]) -> float:
+    """First guess of the contact distance from the data: what the NES reaches in sustained contact and at impacts.
+
+    The farthest of each run but for single wrong frames (median of three neighbours), and of the runs a high quantile:
+    a disk that comes to rest, or hits the wall but once and fast, never shows it.  The design radius where no run comes
+    near it."""
+    reached = []
+    for data in datas:
+        relative = data.xy_m - data.host.at(data.time_s)[:, :2]
+        distance = np.hypot(relative[:, 0], relative[:, 1])
+        distance = distance[np.isfinite(distance)]
+        if len(distance) > 2:
+            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(distance, 3), axis=1))))
+    design = datas[0].contact_radius_m
+    near = [one for one in reached if abs(one - design) < WALL_OFF_SHARE * design]
+    return float(np.quantile(near, HIGH_QUANTILE)) if near else design
+
+
+def prepare(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], frame: RigFrame) -> list[Run]:
+    """The runs of a series (tables ``motion``, in the rig's ``frame`` already), Host fitted and flights cut."""
+    pairs = [run_data(motion, recording, frame) for motion, recording in zip(motions, recordings, strict=True)]
+    wall = wall_distance([data for data, _ in pairs])
+    return [
+        cut(data, host, motion["frame"].to_numpy(np.int64), wall)
+        for (data, host), motion in zip(pairs, motions, strict=True)
+    ]

@@ -1,0 +1,217 @@
+"""How large a force is that no law describes: its amplitude and memory from what the flights leave beyond the noise.
+
+The amplitude is a variance component.  Every flight's frames are turned so that noise is white and the unknown force's
+displacements are independent, too; then all amplitudes are tried by weighing the same numbers (restricted likelihood:
+Patterson and Thompson 1971).  The shared unknowns (floor friction, lens residual, ...) are fitted along at each, so
+that models are compared with the amplitude that each of them leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.ndimage import median_filter
+
+from analysis.flights.evidence import RunRows
+from analysis.flights.model import STATES
+from analysis.flights.noise import GROSS_SD, FlightNoise, displacement
+
+Array = NDArray[np.float64]
+
+# Amplitudes tried (m/s^2; gravity is the unit of what may act on the disk), then about the best.
+COARSE_M_PER_S2 = np.array([0.0, 0.02, 0.08, 0.32, 1.3, 5.0, 20.0])
+FINE = np.geomspace(0.4, 2.5, 7)
+# Spin's amplitudes over those of a force at the rim.
+SPINS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+# Memories tried, as shares of the median flight: a place of the floor that is crossed, a force that turns, one that
+# stays.
+MEMORIES = (0.1, 0.4, 1.6)
+# Fall of -2 log L from which a force is likelier than none: amplitude and memory are two unknowns, chance gives 6 once
+# in twenty series.  About it the amplitude sets in smoothly, so that a frame more or less decides nothing; below NONE
+# there is none.
+THERE, NONE = 6.0, 2.0
+# A frame is held against the median of so many.
+NEIGHBOURS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class ForceEvidence:
+    """For every error model tried (A,): -2 log L ``cost`` (A,) without what the shared unknowns explain, and their
+    normal equations
+    ``information`` (A, P, P), ``score`` (A, P)."""
+
+    noises: tuple[FlightNoise, ...]
+    cost: Array
+    information: Array
+    score: Array
+
+    def costs(self, prior: Prior) -> Array:
+        """-2 log L (A,) with the columns of ``prior`` unknown: fitted, those that it has integrated out - terms that it
+        allows and the data do not need make the data less likely."""
+        chosen = list(prior.columns)
+        information = self.information[:, chosen][:, :, chosen] + np.diag(prior.weight)
+        score = self.score[:, chosen] + prior.pull
+        size = np.sqrt(np.diagonal(information, axis1=1, axis2=2))
+        unit = information / (size[:, :, None] * size[:, None, :])
+        solved = np.linalg.solve(unit, (score / size)[:, :, None])[:, :, 0] / size
+        fitted, out = np.flatnonzero(~prior.integrated), prior.integrated
+        volume = (
+            np.linalg.slogdet(unit)[1]
+            - np.linalg.slogdet(unit[:, fitted][:, :, fitted])[1]
+            + 2 * np.sum(np.log(size[:, out]), 1)
+        )
+        return np.asarray(self.cost + volume - np.sum(np.log(prior.weight[out])) - np.sum(solved * score, 1), float)
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Gaussian prior of shared unknowns: ``columns`` (P,) among those of the evidence, ``weight`` (P,) 1/variance,
+    ``pull`` (P,) added to the score,
+    ``integrated`` (P,) which are integrated out."""
+
+    columns: tuple[int, ...]
+    weight: Array
+    pull: Array
+    integrated: NDArray[np.bool_]
+
+
+def tried_forces(runs: Sequence[RunRows], noise: FlightNoise, radius_m: float) -> list[list[FlightNoise]]:
+    """Error models to try, a list per memory: no force, then rising amplitudes of one at the disk's rim, which turns it
+    as fast as it moves it.
+    """
+    lengths = [flight.time_s[-1] - flight.time_s[0] for run in runs for flight in run.flights]
+    frame_s = min((float(np.median(np.diff(flight.time_s))) for run in runs for flight in run.flights), default=1.0)
+    typical = max(float(np.median(lengths)) if lengths else 1.0, frame_s)
+    # Whole powers of two of a frame: flights of the same frames then share what is computed for them.
+    memories = sorted({frame_s * 2.0 ** max(round(np.log2(share * typical / frame_s)), 0) for share in MEMORIES})
+    return [
+        [
+            replace(noise, acceleration_m_per_s2=float(a), spin_rad_per_s2=float(a) / radius_m, memory_s=memory)
+            for a in COARSE_M_PER_S2
+        ]
+        for memory in memories
+    ]
+
+
+def tried_nearby(noise: FlightNoise) -> list[list[FlightNoise]]:
+    """Error models about ``noise``: finer amplitudes of its force."""
+    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    return [
+        [
+            none,
+            *(
+                replace(
+                    noise,
+                    acceleration_m_per_s2=noise.acceleration_m_per_s2 * float(f),
+                    spin_rad_per_s2=noise.spin_rad_per_s2 * float(f),
+                )
+                for f in FINE
+            ),
+        ]
+    ]
+
+
+def tried_spins(noise: FlightNoise) -> list[list[FlightNoise]]:
+    """Error models with the force of ``noise`` and amplitudes of the spin's own, down to none."""
+    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    return [
+        [
+            none,
+            *(replace(noise, spin_rad_per_s2=noise.spin_rad_per_s2 * float(f)) for f in SPINS),
+        ]
+    ]
+
+
+def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise]]) -> list[ForceEvidence]:
+    """One :class:`ForceEvidence` per list of ``tried`` models, which share noise and memory."""
+    p = len(runs[0].columns)
+    sums = [(np.zeros(len(one)), np.zeros((len(one), p, p)), np.zeros((len(one), p))) for one in tried]
+    for flight in (flight for run in runs for flight in run.flights):
+        scales = tried[0][0].scale, tried[0][0].scale, tried[0][0].angle_scale
+        residual = flight.residual / (flight.sd * scales)
+        # A gross error weighs less in its own frame, before frames are turned into one another: a smooth error is not
+        # gross, however large.
+        weight = np.minimum(
+            1.0,
+            GROSS_SD / np.maximum(np.abs(residual - median_filter(residual, (NEIGHBOURS, 1), mode="nearest")), 1e-12),
+        )
+        rows = flight.rows * (weight / (flight.sd * scales))[:, :, None]
+        residual = residual * weight
+        # In units of the noise of the flight's usual frame: a frame with fewer markers is less exact, hardly elsewhere.
+        log_noise = 2 * len(residual) * np.sum(np.log(scales)) + 3 * (len(residual) - 1) * np.log(
+            1 - tried[0][0].correlation ** 2
+        )
+        unit = np.median(flight.sd[:, [0, 2]], 0) * (scales[0], scales[2])
+        for models, (cost, information, score) in zip(tried, sums, strict=True):
+            size, turn = _modes(
+                _steps(flight.index),
+                models[0].memory_s / max(float(np.median(np.diff(flight.time_s))), 1e-12),
+                models[0].correlation,
+            )
+            period2 = float(np.median(np.diff(flight.time_s))) ** 2
+            amplitudes = np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models]) * period2 / unit
+            variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
+            cost += log_noise
+            turned = np.tensordot(turn, rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)
+            _add(variance.reshape(len(models), -1), turned, (turn @ residual).T.ravel(), cost, information, score)
+    return [ForceEvidence(tuple(models), *one) for models, one in zip(tried, sums, strict=True)]
+
+
+def _steps(index: NDArray[np.int64]) -> tuple[int, ...]:
+    return tuple(int(i) for i in index - index[0])
+
+
+@lru_cache(maxsize=2048)
+def _modes(frames: tuple[int, ...], memory: float, correlation: float) -> tuple[Array, Array]:
+    """Variances (N,) that a force of one length per frame squared adds to noise of unit variance, and what turns frames
+    into ones in which both are independent (N, N); ``memory`` in frames."""
+    at = np.array(frames, float)
+    errors = np.eye(len(at)) if correlation == 0 else correlation ** np.abs(np.subtract.outer(at, at))
+    white = solve_triangular(cholesky(errors, lower=True), np.eye(len(at)), lower=True)
+    size, vectors = np.linalg.eigh(white @ displacement(at, memory) @ white.T)
+    return np.maximum(size, 0.0), vectors.T @ white
+
+
+def _add(variance: Array, rows: Array, residual: Array, cost: Array, information: Array, score: Array) -> None:
+    """One flight's part under every error model (variances (A, K) of its K turned frames), its own state solved for."""
+    weighted = rows.T / variance[:, None, :]
+    normal = weighted @ rows
+    right = weighted @ residual
+    own = normal[:, :STATES, :STATES] + 1e-12 * np.eye(STATES)
+    scale = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
+    unit = own / (scale[:, :, None] * scale[:, None, :]) + 1e-10 * np.eye(STATES)
+    both = np.concatenate([normal[:, :STATES, STATES:], right[:, :STATES, None]], 2) / scale[:, :, None]
+    cross = both.transpose(0, 2, 1) @ np.linalg.solve(unit, both)
+    information += normal[:, STATES:, STATES:] - cross[:, :-1, :-1]
+    score += right[:, STATES:] - cross[:, :-1, -1]
+    cost += (
+        np.sum(np.log(variance) + residual**2 / variance, 1)
+        - cross[:, -1, -1]
+        + np.linalg.slogdet(unit)[1]
+        + 2 * np.sum(np.log(scale), 1)
+    )
+
+
+def best_model(evidence: Sequence[ForceEvidence], priors: Sequence[Prior]) -> tuple[FlightNoise, int, float]:
+    """The most likely error model, its force weighed by how likely there is one; which of the ``priors`` it goes with
+    (the first unless another is surely better), and -2 log L."""
+    costs = np.array([[one.costs(prior) for one in evidence] for prior in priors])  # (priors, memories, amplitudes)
+    lowest = costs.min((1, 2))
+    number = int(np.argmin(lowest)) if lowest[0] - THERE > lowest.min() else 0
+    which, best = divmod(int(np.argmin(costs[number])), costs.shape[2])
+    none, cost = float(costs[number, 0, 0]), float(costs[number, which, best])
+    if best == 0 or none - NONE < cost:
+        return evidence[which].noises[0], number, none
+    noise, sure = evidence[which].noises[best], float(1 / (1 + np.exp(THERE - (none - cost))))
+    weighed = replace(
+        noise,
+        acceleration_m_per_s2=sure * noise.acceleration_m_per_s2,
+        spin_rad_per_s2=sure * noise.spin_rad_per_s2,
+        sure=sure,
+    )
+    return weighed, number, cost

@@ -1,0 +1,1 @@
+"""Causes in the measurement: clocks, windows, scale, plane, fixed markers, rigid bodies."""

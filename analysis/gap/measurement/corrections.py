@@ -1,0 +1,51 @@
+"""Measurement findings taken out one after the other, strongest first, each time measuring again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from analysis.gap.finding import Finding
+from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
+from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
+
+#: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
+#: bodies alike
+CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
+    "frame_rate_error": lambda s, f: retimed(s, 1 / f.parameters["ratio"][0]),
+    "length_scale_error": lambda s, f: scaled(s, 1 / f.parameters["scale"][0]),
+    "sensor_window_offset": lambda s, f: with_window_shift(s, (-f.parameters["u_px"][0], -f.parameters["v_px"][0])),
+    "plane_tilt": lambda s, f: levelled(s, -f.parameters["y_rad"][0], f.parameters["x_rad"][0]),
+    "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
+    "camera_clock_offset": lambda s, f: s,
+}
+ADDITIVE = ("sensor_window_offset", "plane_tilt")
+
+
+def correct(
+    series: Series, withheld: frozenset[str] = frozenset(), most: int = 3
+) -> tuple[Series, list[Finding], MeasurementTests]:
+    """Corrected series, what was found (strongest first; never what is ``withheld``) and the first round's tests."""
+    first = tests = measurement_tests(series)
+    found: list[Finding] = []
+    for _ in range(most):
+        taken = {f.effect for f in found}
+        left = [f for f in tests.findings.values() if f.found and f.effect not in taken | withheld]
+        if not left:
+            break
+        strongest = max(left, key=Finding.times_least)
+        found.append(strongest)
+        series = CORRECTIONS[strongest.effect](series, strongest)
+        tests = measurement_tests(series)
+    return series, [_refined(f, tests) for f in found], first
+
+
+def _refined(finding: Finding, after: MeasurementTests) -> Finding:
+    """What a linear correction left over is measured on the corrected data, and belongs to the effect."""
+    left = after.findings.get(finding.effect)
+    if finding.effect not in ADDITIVE or left is None:
+        return finding
+    return replace(
+        finding,
+        parameters={name: (value + left.parameters[name][0], sd) for name, (value, sd) in finding.parameters.items()},
+    )

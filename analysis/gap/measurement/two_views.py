@@ -1,0 +1,237 @@
+"""What two views tell of clocks, windows and the plane.
+
+Two views leave one residual over (epipolar), and bodies that stand on a plane leave a second (their height).  At a
+body's centre with velocity V, seen by a second camera that is late by d and whose window lies w off::
+
+    epipolar = n . (w + d J V)          height = M_z . (w + d J V) + a x + b y + Host's own z(t)
+
+n, M and J being the derivative of residual, point and pixel.  Host and NES share the Host's own vertical motion and
+differ in place and velocity, which separates a tilted plane, a late clock and real vertical motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.flights.runs import Run
+from analysis.gap.finding import Finding, judge
+from analysis.gap.series import Series
+from analysis.gap.thresholds import EQUIVALENT, SIGNIFICANCE
+from analysis.motion.bodies import VELOCITY_REACH
+from analysis.statistics.robust import least_squares
+from ovines.camera import Camera, triangulate_points
+
+Array = NDArray[np.float64]
+
+# A lens residual that is seen in the epipolar lines has a constant and a slope too, which pass for window and tilted
+# plane: in 50 series with 0.2 to 0.3 px of it the window came out 0.10 px wrong (rms of a coordinate) and the plane by
+# 0.1 px of height over the lever, whatever the part that is seen (0.01 to 0.08 px); a smaller part means a smaller
+# residual.
+LENS_PX, LENS_FULL_PX, LENS_SEEN = 0.10, 0.01, 3.0
+# Two such slopes add like the sides of a triangle: more than this many times the one is seen once in 50 series.
+LENS_TILTS = 2.8
+# Velocities at the NES come from local parabolas: a late clock is right to this share.
+CLOCK_SHARE = 1.5e-3
+
+
+def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
+    """Clock, window and plane from epipolar residual and height of both bodies, by one robust linear fit; whether a
+    lens residual is seen.
+    """
+    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
+        notes.append("no two views at this entry: camera clocks, windows and the plane cannot be tested")
+        return [], True
+    n_runs = len(series.runs)
+    rows, values, sds = [], [], []
+    for number, (points, motion, run) in enumerate(zip(series.points, series.motions, series.runs, strict=True)):
+        for body in ("host", "nes"):
+            block = body_rows(series, points, motion, run, body)
+            if block is None:
+                continue
+            epipolar, height, x, y, j_v, n2, m_z, e_sd, z_sd, phase = block
+            shared_e = np.column_stack([n2, np.sum(n2 * j_v, 1), np.zeros((len(x), 2))])
+            shared_z = np.column_stack([m_z, np.sum(m_z * j_v, 1), x, y])
+            own = np.zeros((len(x), 2 * n_runs))
+            own[:, 2 * number], own[:, 2 * number + 1] = np.cos(phase), np.sin(phase)
+            rows += [
+                np.hstack([shared_e, np.zeros_like(own)]),
+                np.hstack([shared_z, own if run.data.host.omega_rad_per_s else 0 * own]),
+            ]
+            values += [epipolar, height]
+            sds += [e_sd, z_sd]
+    if not rows:
+        return [], True
+    a, b, sd = np.vstack(rows), np.concatenate(values), np.concatenate(sds)
+    ok = np.isfinite(a).all(1) & np.isfinite(b) & np.isfinite(sd)
+    a, b, sd = a[ok], b[ok], sd[ok]
+    fit = least_squares(a, b, sd, rounds=6, ridge=1e-12)
+    solution, weight = fit.coefficients, fit.weight
+    error = np.sqrt(np.diag(fit.covariance))
+    # A lens residual bends epipolar lines and heights alike; what it does to the former tells what to allow in the
+    # latter.
+    warp_px, seen, inflation = lens_residual(a, b - a @ solution)
+    error = error * np.sqrt(inflation)
+    lens_px = LENS_PX * min(1.0, warp_px / LENS_FULL_PX) if seen else 0.5 * warp_px
+    height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
+    lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
+    lens = lens_px * height_per_px / (2 * lever)
+    moving = a[np.flatnonzero(a[:, 3] != 0), 2]
+    speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
+    (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
+    window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
+    alike = _rivals(a * weight[:, None], b * weight, float(inflation))
+    found = [
+        judge(
+            "sensor_window_offset",
+            {"u_px": (wu, np.hypot(su, lens_px)), "v_px": (wv, np.hypot(sv, lens_px))},
+            window,
+            window / max(su, sv),
+        ),
+        # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over
+        # places.
+        judge(
+            "camera_clock_offset",
+            {"offset_s": (delay, float(np.linalg.norm([sd_delay, 0.1 * warp_px / speed, CLOCK_SHARE * delay])))},
+            abs(delay),
+            abs(delay) / sd_delay,
+        ),
+        # z = a x + b y is the world turned by b about x and by -a about y.
+        judge(
+            "plane_tilt",
+            {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))},
+            tilt,
+            min(tilt / max(sx, sy), tilt / max(LENS_TILTS * lens, 1e-9) * SIGNIFICANCE),
+        ),
+    ]
+    return [replace(f, rivals=alike[f.effect]) for f in found], seen
+
+
+#: columns of the joint fit that belong to each effect
+COLUMNS = {"sensor_window_offset": (0, 1), "camera_clock_offset": (2,), "plane_tilt": (3, 4)}
+
+
+def _rivals(a: Array, b: Array, inflation: float) -> dict[str, tuple[str, ...]]:
+    """For each effect the others that alone explain the (weighted) residuals as well: where bodies stay in one place or
+    hardly move.
+    """
+    normal, right = a.T @ a, a.T @ b
+    own = list(range(5, a.shape[1]))
+
+    def explained(columns: tuple[int, ...]) -> float:
+        at = [*columns, *own]
+        return float(right[at] @ np.linalg.pinv(normal[np.ix_(at, at)], hermitian=True) @ right[at]) / inflation
+
+    gain = {effect: explained(columns) for effect, columns in COLUMNS.items()}
+    return {
+        effect: tuple(o for o in COLUMNS if o != effect and gain[effect] - gain[o] < EQUIVALENT) for effect in COLUMNS
+    }
+
+
+def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:
+    """RMS (px) of what the epipolar residual shows in squares of 10 mm of the room beyond its noise, whether it is
+    surely there, and by how much the noise's correlation inflates the variance of a mean.
+
+    Mean squares of the squares' means are held against the scatter within them, allowing for its correlation from frame
+    to frame.
+    """
+    rows = np.flatnonzero((a[:, 3] == 0) & (a[:, 4] == 0))
+    heights = np.flatnonzero((a[:, 3] != 0) | (a[:, 4] != 0))
+    if len(rows) != len(heights) or len(rows) < 50:
+        return 0.0, False, 1.0
+    place = np.floor(a[heights, 3:5] / 0.01).astype(int)
+    _, square = np.unique(place[:, 0] * 1000 + place[:, 1], return_inverse=True)
+    r = residual[rows]
+    centre, spread = _by_square(r, square, np.median), _by_square(np.abs(r), square, np.median)
+    use = np.abs(r - centre[square]) < 5 * 1.4826 * spread[square] + 1e-12
+    r, square = r[use], square[use]
+    count, mean = np.bincount(square), _by_square(r, square, np.mean)
+    within = r - mean[square]
+    full = count >= 20
+    if not full.any():
+        return 0.0, False, 1.0
+    variance = (np.bincount(square, within**2) / np.maximum(count, 1))[full]
+    pairs = square[1:] == square[:-1]
+    lag = float(np.sum(within[1:][pairs] * within[:-1][pairs]) / max(np.sum(within[1:][pairs] ** 2), 1e-300))
+    inflation = (1 + np.clip(lag, 0.0, 0.9)) / (1 - np.clip(lag, 0.0, 0.9))
+    excess = np.sum((mean[full] ** 2 - variance / count[full]) * count[full]) / count[full].sum()
+    chi = float(np.mean(mean[full] ** 2 * count[full] / variance)) / inflation
+    return float(np.sqrt(max(excess, 0.0))), chi > LENS_SEEN, float(inflation)
+
+
+def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array], float]) -> Array:
+    order = np.argsort(square, kind="stable")
+    cuts = np.flatnonzero(np.diff(square[order])) + 1
+    out = np.zeros(int(square.max()) + 1)
+    for part in np.split(order, cuts):
+        out[square[part[0]]] = what(values[part])
+    return out
+
+
+def body_rows(
+    series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str
+) -> tuple[Array, ...] | None:
+    """Per frame of one body: epipolar residual, height, place, pixel velocity of the second view, and the
+    derivatives.
+    """
+    recording = series.recordings[0]
+    markers = recording.bodies[body].markers
+    if series.layouts is None or series.cameras is None:
+        return None
+    layout = series.layouts[body]
+    frames = motion["frame"].to_numpy()
+    part = points[points["marker"].isin(list(markers))]
+    mean = part.groupby("frame")["epipolar_px"].median().reindex(frames).to_numpy(float)
+    count = part.groupby("frame")["epipolar_px"].count().reindex(frames).to_numpy(float)
+    sd_px = 1.4826 * np.nanmedian(np.abs(part["epipolar_px"] - part["epipolar_px"].median())) if len(part) else np.nan
+    x, y, z = (motion[f"{body}_{a}_m"].to_numpy(float) for a in "xyz")
+    z_sd = motion[f"{body}_z_sd_m"].to_numpy(float)
+    if body == "host":
+        velocity = run.data.host.at(run.data.time_s, 1)[:, :3] * np.array([1, 1, 0])
+    else:
+        velocity = np.column_stack([motion[f"nes_v{a}_m_per_s"].to_numpy(float) for a in "xy"] + [np.zeros(len(x))])
+        # The local parabola smears a velocity step over its reach: frames beside a kink say nothing of velocity.
+        near = np.zeros(len(x), bool)
+        for gap in run.segments.gaps:
+            near[max(0, gap - VELOCITY_REACH) : gap + VELOCITY_REACH + 2] = True
+        velocity[near] = np.nan
+    use = np.isfinite(mean) & np.isfinite(x) & np.isfinite(z) & np.isfinite(velocity[:, 0])
+    if use.sum() < 20:
+        return None
+    at = np.flatnonzero(use)
+    place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
+    n2, m_z, j_v = _derivatives(series.cameras, place, velocity[at])
+    phase = run.data.host.omega_rad_per_s * run.data.time_s[at]
+    return (
+        mean[at],
+        z[at],
+        x[at],
+        y[at],
+        j_v,
+        n2,
+        m_z,
+        np.maximum(sd_px, 1e-3) * 1.25 / np.sqrt(count[at]),
+        z_sd[at],
+        phase,
+    )
+
+
+def _derivatives(cameras: tuple[Camera, ...], place: Array, velocity: Array) -> tuple[Array, Array, Array]:
+    """d(epipolar)/d(u, v of the second view), d(z)/d(the same), and the second view's pixel velocity (all (N, 2))."""
+    uv = [camera.project(place) for camera in cameras]
+    one = np.ones(len(place))
+    base = triangulate_points(cameras, uv, [one, one])
+    step = 0.5
+    epipolar, height = np.empty((len(place), 2)), np.empty((len(place), 2))
+    for axis in range(2):
+        moved = uv[1].copy()
+        moved[:, axis] += step
+        shifted = triangulate_points(cameras, [uv[0], moved], [one, one])
+        epipolar[:, axis] = (shifted.epipolar_px - base.epipolar_px) / step
+        height[:, axis] = (shifted.points_m[:, 2] - base.points_m[:, 2]) / step
+    _, jacobian = cameras[1].project_with_jacobian(place)
+    return epipolar, height, np.einsum("nij,nj->ni", jacobian, velocity)

@@ -1,0 +1,1 @@
+"""The recording that would tell an effect best from its nearest rival."""

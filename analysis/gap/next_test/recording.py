@@ -1,0 +1,172 @@
+"""A recording that has not been made: the rig in another setting, simulated with the effects as found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparison.simulated_rig import harmonics_from
+from analysis.flights.fit import FlightFits, RunData
+from analysis.flights.parameters import INDEX
+from analysis.flights.runs import Run, cut
+from analysis.gap.cause import Cause
+from analysis.gap.ladder import Ladder
+from analysis.motion.host_path import HostMotion
+from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
+from ovines.core.effects import EFFECTS
+
+Array = NDArray[np.float64]
+# Where the impacts are too few to give the contact law: what steel on steel usually shows.
+USUAL_LAW = ImpactLaw(0.7, 0.2, 0.4)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a recording is made: level and frequency of the drive against today's, or a Host at rest and a disk launched
+    by hand.
+    """
+
+    words: str
+    level: float = 1.0
+    frequency: float = 1.0
+    launch: tuple[float, float] | None = None
+
+
+AS_RECORDED = "the drive as recorded"
+SETTINGS = (
+    Setting(AS_RECORDED),
+    Setting("half the level", level=0.5),
+    Setting("1.5 times the level", level=1.5),
+    Setting("0.7 times the frequency at the same level", frequency=0.7),
+    Setting("1.4 times the frequency at the same level", frequency=1.4),
+    Setting("the Host at rest and the disk launched at 0.5 m/s without spin", launch=(0.5, 0.0)),
+    Setting("the Host at rest and the disk launched at 2 m/s without spin", launch=(2.0, 0.0)),
+    Setting("the Host at rest and the disk launched at 0.5 m/s with 100 rad/s", launch=(0.5, 100.0)),
+    Setting("the Host at rest and the disk launched at 2 m/s with 100 rad/s", launch=(2.0, 100.0)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A simulated recording that starts at ``start_s`` of the Host's motion ``host``."""
+
+    host: HostMotion
+    start_s: float
+    result: SimulationResult
+
+    def run(self, ladder: Ladder, like: RunData) -> Run:
+        """As the fit of flights sees it, with the sds of the measured ``like`` (no noise is drawn: only sds are asked
+        for).
+        """
+        time_s = self.result.time_s + self.start_s
+        n = len(time_s)
+        seen = np.column_stack([self.result.motion[f"nes_{q}"] for q in ("x_m", "y_m", "angle_rad")])
+        sd, sd_angle = float(np.median(like.xy_sd_m)), float(np.median(like.angle_sd_rad))
+        made = RunData(
+            "next test",
+            time_s,
+            seen[:, :2],
+            seen[:, 2],
+            np.full(n, sd),
+            np.full(n, sd_angle),
+            self.host,
+            like.contact_radius_m,
+            like.radius_m,
+            like.inertia_factor,
+        )
+        return cut(
+            made, np.column_stack([self.host.at(time_s), np.full((n, 4), sd)]), np.arange(n), _contact_m(ladder, like)
+        )
+
+
+def record(
+    ladder: Ladder,
+    causes: tuple[Cause, ...],
+    fits: FlightFits,
+    setting: Setting,
+    duration_s: float,
+    effects: frozenset[str],
+) -> Recorded:
+    """Simulated from the first state of a measured run's flights, in the Host's frame; of ``causes`` those named in
+    ``effects``.
+    """
+    host, data = _host(fits.run.host, setting), fits.run
+    start_s = float(fits.reference_s[0])
+    friction, coupling = (float(ladder.flight.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
+    values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
+    # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
+    drive = [h for h in harmonics_from(host, start_s) if h.axis != "z" or "vertical_motion" in values]
+    values.pop("vertical_motion", None)
+    scenario = Scenario(
+        "next test",
+        Nes(data.radius_m, 1.0, data.inertia_factor),
+        Host(radius_m=_contact_m(ladder, data) + data.radius_m, motion="driven", drive=tuple(drive)),
+        _law(ladder),
+        duration_s,
+        FloorFriction(friction, "farkas" if coupling > 0.5 else "coulomb") if friction > 0 else None,
+        initial_nes=_start(fits, host, setting, start_s),
+        sample_rate_hz=float(1 / np.median(np.diff(data.time_s))),
+        effects=values,
+    )
+    return Recorded(host, start_s, simulate(scenario))
+
+
+def _within_bounds(cause: Cause) -> dict[str, float]:
+    """An estimate may stray over the edge of what can be; the simulator may not.  A recording of its own has no drift
+    from run to run.
+    """
+    bounds = {p.name: (p.low, p.high) for p in EFFECTS[cause.effect].parameters}
+    return {
+        name: float(np.clip(value, *bounds[name]))
+        for name, (value, _) in cause.parameters.items()
+        if name != "relative_per_run"
+    }
+
+
+def _law(ladder: Ladder) -> ImpactLaw:
+    law = ladder.impacts.law if ladder.impacts is not None else None
+    if law is None or not np.isfinite([law.restitution, law.wall_friction, law.tangential_restitution]).all():
+        return USUAL_LAW
+    return ImpactLaw(
+        float(np.clip(law.restitution, 0, 1)),
+        max(law.wall_friction, 0.0),
+        float(np.clip(law.tangential_restitution, -1, 1)),
+    )
+
+
+def _contact_m(ladder: Ladder, data: RunData) -> float:
+    return ladder.impacts.wall.wall.contact_radius_m if ladder.impacts is not None else data.contact_radius_m
+
+
+def _host(host: HostMotion, setting: Setting) -> HostMotion:
+    """The Host's harmonics in a setting: the same acceleration at another frequency asks for another amplitude; at rest
+    only means are left.
+    """
+    if setting.launch is not None:
+        return HostMotion(host.harmonics[:, :1], 0.0, 0.0, host.residual_sd, 0.0, host.residual[:0])
+    harmonics = host.harmonics.copy()
+    harmonics[:, 1:] *= setting.level / setting.frequency**2
+    return HostMotion(
+        harmonics,
+        setting.frequency * host.omega_rad_per_s,
+        host.omega_sd_rad_per_s,
+        host.residual_sd,
+        host.phase_rad,
+        host.residual[:0],
+    )
+
+
+def _start(fits: FlightFits, host: HostMotion, setting: Setting, start_s: float) -> tuple[float, ...]:
+    """x, y, vx, vy, angle, spin: the measured state against the Host, well inside the wall; or launched by hand from
+    the Host's centre, in the direction in which the disk was seen to fly."""
+    x, y, angle, vx, vy, spin = fits.states[0]
+    place = np.array([x, y]) - fits.run.host.at(np.array([start_s]))[0, :2]
+    place *= min(1.0, 0.9 * fits.run.contact_radius_m / max(float(np.hypot(*place)), 1e-9))
+    if setting.launch is not None:
+        speed, spin = setting.launch
+        along = np.array([vx, vy]) / max(float(np.hypot(vx, vy)), 1e-9)
+        place, (vx, vy) = np.zeros(2), speed * along
+    cx, cy = host.at(np.array([start_s]))[0, :2] + place
+    return float(cx), float(cy), float(vx), float(vy), float(angle), float(spin)

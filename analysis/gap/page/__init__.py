@@ -1,0 +1,1 @@
+"""gap.html and its figures."""

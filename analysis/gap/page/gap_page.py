@@ -1,0 +1,310 @@
+"""gap.html: the diagnosis with all its evidence, so that a person can disagree from the figures alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import ovines
+from analysis.gap.diagnose import Diagnosis
+from analysis.gap.page import figures_paths
+from analysis.gap.page.evidence import evidence_section, flight_evidence, impact_overview, layout, measured
+from analysis.gap.page.figures import Candidate, ladder_figure, ranking_figure
+from analysis.gap.page.figures_impacts import impact_candidates
+from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
+from analysis.gap.page.tables import (
+    detectable_rows,
+    gap_rows,
+    measurement_rows,
+    nominal_rows,
+    parameter_rows,
+    time_rows,
+    where_rows,
+)
+from analysis.gap.page.words import plain
+from analysis.gap.selection.flight_candidates import Gain
+from analysis.gap.selection.null_distribution import threshold
+from analysis.gap.thresholds import GAIN, IMPACT_GAIN
+from analysis.report.page import Page
+
+
+def gap_page(diagnosis: Diagnosis, name: str) -> Page:
+    """The page of a diagnosis; ``name`` is the series'.  Parts that the data do not allow stand there as named gaps."""
+    summary, ladder = diagnosis.summary, diagnosis.ladder
+    page = Page(
+        name,
+        "Sim-to-real gap",
+        lead(summary),
+        facts(diagnosis),
+        footer=f"ovines {ovines.__version__}. diagnosis.json and predictions.parquet beside this page hold its "
+        f"numbers, in SI units.",
+    )
+    verdict_card(page, diagnosis)
+    gap_card(page, diagnosis)
+    if summary["verdict"] == "effect" and summary["stage"] != "measurement":
+        page.actions.append(
+            "Take it into the nominal model: ovines diagnose … --write-model model.toml, and diagnose again with it."
+        )
+    page.actions.append(summary["next_test"])
+    if len(ladder.series.runs) == 1:
+        page.actions.append(
+            "Record more runs: from a single one nothing can be held out, so every gain here is one of the same data."
+        )
+    _ladder_section(page, diagnosis)
+    evidence_section(page, diagnosis)
+    _ranking_section(page, diagnosis)
+    _where_section(page, diagnosis)
+    _parameters_section(page, summary)
+    _measurement_section(page, diagnosis)
+    _rest_section(page, diagnosis)
+    _next_section(page, diagnosis)
+    _limits_section(page, diagnosis)
+    return page
+
+
+def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
+    section = page.add_section("How far", "ladder")
+    section.add_text(
+        "Each step predicts runs that were held out of its fit: along a flight from its fitted start, and through an "
+        "impact from the flight before."
+    )
+    leave_out = () if diagnosis.summary["verdict"] == "effect" else ("with_effect",)
+    section.add_figure(
+        "gap-ladder",
+        ladder_figure({k: e for k, e in diagnosis.errors.items() if k not in leave_out}),
+        "RMS error of the held-out predictions over all runs (bars) and for each run (dots). "
+        "As given: parameters of [model]; recalibrated: the same model refitted; noise floor: free cubics through "
+        "each flight, and the "
+        "noise and scatter that no law can predict at an impact.",
+        "Bars of prediction error at each step of the ladder",
+    )
+    section.add_table(("step", "flight", "impact", "spin"), gap_rows(diagnosis.summary["gap"], leave_out))
+    gap = diagnosis.summary["gap"]
+    if gap.get("as_given") is None:
+        section.add_missing(
+            "the step as given",
+            "[model] in recording.toml gives the nominal model no floor friction, so nothing can be predicted without "
+            "a fit.",
+        )
+    elif diagnosis.ladder.impacts is not None and gap["as_given"]["impact_m_per_s"] is None:
+        section.add_missing(
+            "impacts as given", "[model] gives restitution, wall friction and tangential restitution not all three."
+        )
+    if diagnosis.ladder.impacts is None:
+        section.add_missing(
+            "one impact ahead", "fewer than eight impacts could be used, and a contact law is not fitted to so few."
+        )
+
+
+def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
+    ladder = diagnosis.ladder
+    section = page.add_section("Candidates", "candidates")
+    single = len(ladder.series.runs) == 1
+    section.add_text(
+        "What each candidate gains on runs that its estimate never saw. A real effect gains on most runs; a chance "
+        "one on few. "
+        "Named effects are judged on the recalibrated model, probes (structure without a name) on what is left after "
+        "the accepted effects."
+        + (" With a single run nothing is held out: these gains are of the same data." if single else "")
+    )
+    found = {c.effect for c in ladder.causes}
+    structure = {s.goes_with for s in ladder.structure}
+    flights = [
+        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flight_gains if _tried(g)
+    ]
+    probes = [
+        Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flight_probes if _tried(g)
+    ]
+    runs = max(len(ladder.series.runs), 1)
+    if flights or probes:
+        section.add_figure(
+            "gap-ranking-flights",
+            ranking_figure([*flights, *probes], threshold(ladder.flight_null_distribution, GAIN / 2) / runs, "flights"),
+            "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain "
+            "that is accepted (a fixed one, or what chance "
+            "reaches once in a hundred series without effect, if that is more); significance and size must also be "
+            "enough.",
+            "Ranking of flight candidates",
+        )
+    else:
+        section.add_missing("candidates in the flights", "no candidate could be tried on these flights.")
+    impacts = [Candidate(plain(c.name), True, c.per_run, c.accepted) for c in impact_candidates(ladder, probes=False)]
+    leftover = sorted(impact_candidates(ladder, probes=True), key=lambda c: -c.per_run.sum())
+    if impacts:
+        keep = [c for c in leftover if c.accepted] + [c for c in leftover if not c.accepted][:14]
+        section.add_figure(
+            "gap-ranking-impacts",
+            ranking_figure(
+                [*impacts, *keep], threshold(ladder.impact_null_distribution, IMPACT_GAIN) / runs, "impacts"
+            ),
+            f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.",
+            "Ranking of impact candidates",
+        )
+    else:
+        section.add_missing("candidates at the impacts", "fewer than eight impacts could be used.")
+
+
+def _tried(gain: Gain) -> bool:
+    return len(gain.per_run) > 0 and bool(np.isfinite(gain.per_run).all())
+
+
+def _where_section(page: Page, diagnosis: Diagnosis) -> None:
+    section = page.add_section("Where, and the motion", "where")
+    if diagnosis.summary["where"]:
+        section.add_table(
+            ("stage", "phase", "coordinate", "share of the excess"),
+            where_rows(diagnosis.summary["where"]),
+            text_columns=(0, 1, 2),
+        )
+    paths = figures_paths.paths_of(diagnosis.ladder, diagnosis.predictions)
+    errors = figures_paths.flight_errors(paths)
+    chosen = figures_paths.chosen_flight(errors)
+    if chosen is None:
+        section.add_missing("map and trajectory", "no flight could be predicted from runs held out.")
+        return
+    ahead = (
+        diagnosis.summary["stage"] in ("impact", "geometry")
+        and "centre_marker_offset" not in diagnosis.summary["effects"][:1]
+    )
+    how = (
+        "Each flight is predicted from the flight before it, through the impact, with wall and law of the other runs."
+        if ahead and diagnosis.summary["verdict"] == "effect"
+        else "Each flight is predicted from its own start values, with everything shared taken from the other runs."
+    )
+    section.add_figure(
+        "gap-where",
+        figures_paths.where_map(paths),
+        f"Where on the Host's plane the held-out residual lies. {how}",
+        "Map of the residual",
+        image="png",
+    )
+    same = figures_paths.same_models(paths)
+    if same:
+        section.add_text("No effect changes the predicted paths, so one model is shown: the recalibrated one.")
+    else:
+        section.add_figure(
+            "gap-flights",
+            figures_paths.flights_figure(errors, chosen),
+            "Error of every predicted flight: the one shown below was chosen, this figure was not.",
+            "Error of every flight with and without the effect",
+        )
+    path = paths[chosen.path]
+    choice = (
+        "the flight that the model predicts worst" if same else "the flight in which the two models are furthest apart"
+    )
+    section.add_figure(
+        "gap-trajectory",
+        figures_paths.trajectory(path, chosen),
+        f"Run {path.run.data.name}, {choice} (grey band), with its neighbours; held out of every fit. Below: model "
+        f"minus measured.",
+        "Measured and re-simulated trajectory",
+    )
+
+
+def _parameters_section(page: Page, summary: dict[str, Any]) -> None:
+    section = page.add_section("Parameters", "parameters")
+    if summary["parameters"]:
+        section.add_table(
+            ("effect", "parameter", "value", "90 % interval"),
+            parameter_rows(summary["parameters"]),
+            "Parameters of the effect.",
+            text_columns=(0, 1),
+        )
+    effect = summary["verdict"] == "effect"
+    section.add_table(
+        ("parameter", "as given", "recalibrated", *(("with effect", "change by the effect") if effect else ())),
+        nominal_rows(summary["nominal"], effect),
+        "Nominal parameters: a refit can hide a gap by bending them, so their movement is evidence too.",
+    )
+
+
+def _measurement_section(page: Page, diagnosis: Diagnosis) -> None:
+    ladder = diagnosis.ladder
+    section = page.add_section("Measurement tests", "measurement")
+    section.add_text(
+        "Done before any physics; what is found is taken out of the data, and everything else on this page stands on "
+        "the corrected data."
+    )
+    rows = measurement_rows(ladder)
+    if rows:
+        section.add_table(
+            ("test", "measured ± sd", "sd from nothing", "negligible below", "verdict"), rows, text_columns=(0, 1, 4)
+        )
+    for note in ladder.measurement.notes:
+        section.add_missing("a measurement test", note[0].upper() + note[1:] + ".")
+    drawn = {name for s in page.sections for name in s.figures}
+    for figure, draw in (("gap-measured", measured), ("gap-layout", layout)):
+        if figure in drawn:
+            section.add_text("Its figure stands under The evidence.")
+        else:
+            draw(section, diagnosis)
+
+
+def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
+    if diagnosis.summary["verdict"] == "none":
+        return
+    section = page.add_section("Everything else", "rest")
+    section.add_text("Residuals that the verdict does not rest on, for whoever doubts it.")
+    if diagnosis.summary["stage"] != "flight":
+        flight_evidence(section, diagnosis, "")
+    impact_overview(section, diagnosis)
+
+
+def _next_section(page: Page, diagnosis: Diagnosis) -> None:
+    """Settings of the drive, ranked by how well one recording tells the named effect from its nearest rival."""
+    tests = diagnosis.summary["next_tests"]
+    if tests is None:
+        return
+    section = page.add_section("The next test", "next")
+    section.add_text(
+        f"How well one recording of {tests['duration_s']:.1f} s tells {plain(tests['effect'])} from its nearest "
+        f"rival, {plain(tests['rival'])}: the size found over the "
+        "standard deviation it would have with the rival and all nominal parameters unknown. Simulated from the first "
+        "states of three measured runs, "
+        "so another three would give somewhat other figures."
+    )
+    section.add_table(
+        ("setting", "standard deviations"),
+        [
+            (s["setting"], f"{s['separation_sd']:.2g}" if s["separation_sd"] < 100 else f"{s['separation_sd']:.0f}")
+            for s in tests["settings"]
+        ],
+        text_columns=(0,),
+    )
+
+
+def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
+    summary = diagnosis.summary
+    section = page.add_section("What would have been seen", "limits")
+    section.add_table(
+        ("effect", "parameter", "smallest size named", "limit of the noise", "measured ± sd of the noise"),
+        detectable_rows(summary["detectable"], summary["parameters"]),
+        "What is smaller than the size named may surely be there (measured beside its sd) and still not be worth a "
+        "name: placement of markers, "
+        "calibration and lens leave as much on a good rig.",
+        text_columns=(0, 1),
+    )
+    section.add_table(
+        ("phase", "time", "share", "use"), time_rows(summary["time"]), "Time of the series.", text_columns=(0, 3)
+    )
+    ladder = diagnosis.ladder
+    if ladder.impacts is not None:
+        met, used = len(ladder.impacts.junctions), len(ladder.impacts.data)
+        section.add_text(
+            f"{met} impacts between two flights were found, {used} of them fast and clear enough for wall and law."
+        )
+    names = {k: v for k, v in summary["probabilities"].items() if v >= 0.005}
+    section.add_text(
+        "Probabilities, a ranking calibrated only as far as the blind trial says: "
+        + ", ".join(
+            f"{plain(k) if k not in ('none', 'unknown') else k} {v:.2f}"
+            for k, v in sorted(names.items(), key=lambda i: -i[1])
+        )
+        + "."
+    )
+    bad = [r.data.name for r in ladder.series.runs if not r.flights]
+    if bad:
+        section.add_note(f"Runs without a usable flight: {', '.join(bad)}.", "caution")
+    if np.isnan(ladder.flight.misfit):
+        section.add_note("The flights' fit did not converge.", "bad")

@@ -1,0 +1,1 @@
+"""How far: errors on runs held out of every fit, shrinkage, detectable sizes."""

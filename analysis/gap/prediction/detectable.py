@@ -1,0 +1,165 @@
+"""The smallest size of each effect that this series would have shown: the acceptance rules turned round.
+
+Two things decide it: what the noise of these data lets stand out (``noise_limit``: the significance asked for, times
+the Fisher information's standard deviation), and what is worth a name at all (calibration, placement of markers, lens).
+``size`` is the larger. Beside them stands what was measured of each effect that was not named, with its sd of the noise
+alone: often surely there, and too small to matter.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.parameters import INDEX
+from analysis.gap import thresholds as rules
+from analysis.gap.ladder import Ladder
+from analysis.gap.measurement.two_views import LENS_TILTS
+from analysis.gap.selection.flight_candidates import Gain
+from analysis.gap.selection.flight_terms import NEGLIGIBLE_M_PER_S2
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
+from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
+from analysis.gap.thresholds import SIGNIFICANCE
+
+_MEASURED = {
+    "camera_clock_offset": "offset_s",
+    "sensor_window_offset": "u_px",
+    "length_scale_error": "scale",
+    "frame_rate_error": "ratio",
+    "plane_tilt": "x_rad",
+    "trigger_jitter": "sd_s",
+}
+Entry = dict[str, Any]
+
+
+def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
+    """``{effect: {"parameter", "size", "noise_limit", "limited_by", "measured", "measured_sd"}}``.
+
+    Sizes of a ratio are its distance from 1.  ``measured`` is None for what is in the final model (see ``parameters``)
+    and for what these data do not tell."""
+    out: dict[str, Entry] = {}
+    for effect, parameter in _MEASURED.items():
+        finding = steps.measurement.findings.get(effect)
+        if finding is not None:
+            sd = max(s for _, s in finding.parameters.values())
+            by_lens = steps.measurement.lens_residual_found and effect in ("plane_tilt", "sensor_window_offset")
+            out[effect] = _entry(
+                parameter,
+                MEASUREMENT_NEGLIGIBLE[effect],
+                (LENS_TILTS if by_lens else SIGNIFICANCE) * sd,
+                (finding.size, sd),
+            )
+    left = {g.term.name: g for g in steps.flight_left}
+    for gain in steps.flight_gains:
+        if len(gain.sd):
+            out |= _of_flight(gain, left[gain.term.name], steps)
+    if steps.impacts is not None:
+        out |= _of_impacts(steps.impacts, steps.impact_left)
+        out |= _of_wall(steps.impacts, steps.impact_left, steps.measurement.lens_residual_found)
+    for offset in steps.centres:
+        size, sd = float(np.linalg.norm([v for v, _ in offset.parameters.values()])), offset.parameters["x_m"][1]
+        out[offset.effect] = _entry(
+            "x_m",
+            {"mass_centre_offset": rules.MASS_CENTRE_NEGLIGIBLE_M}.get(offset.effect, rules.CENTRE_NEGLIGIBLE_M),
+            None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
+            (size, sd),
+        )
+    out.setdefault("centre_marker_offset", _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, None))
+    for cause in steps.causes:
+        if cause.effect in out:
+            out[cause.effect] |= {"measured": None, "measured_sd": None}
+    return {k: v for k, v in out.items() if np.isfinite(v["size"])}
+
+
+def _entry(
+    parameter: str, negligible: float, noise: float | None, measured: tuple[float, float] | None = None
+) -> Entry:
+    size = max(negligible, noise or 0.0)
+    return {
+        "parameter": parameter,
+        "size": float(size),
+        "noise_limit": None if noise is None or not np.isfinite(noise) else float(noise),
+        "limited_by": "noise" if noise is not None and noise >= negligible else "what counts as negligible",
+        "measured": None if measured is None else float(measured[0]),
+        "measured_sd": None if measured is None else float(measured[1]),
+    }
+
+
+def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
+    noise = rules.SIGNIFICANCE * float(gain.sd[0])
+    name = gain.term.name
+    known = len(left.sd) > 0 and bool(np.isfinite(left.sd).all())
+    told = (
+        (float(np.linalg.norm(left.estimate[:2] if name == "table_tilt" else left.estimate[:1])), float(left.sd[0]))
+        if known
+        else None
+    )
+    if name == "table_tilt":
+        return {
+            name: _entry(
+                "tilt_rad",
+                NEGLIGIBLE_M_PER_S2 / GRAVITY_M_PER_S2,
+                noise / GRAVITY_M_PER_S2,
+                told and (told[0] / GRAVITY_M_PER_S2, told[1] / GRAVITY_M_PER_S2),
+            )
+        }
+    if name == "vertical_motion":
+        friction = max(float(steps.flight.model.parameters[INDEX["friction"]]), 1e-3)
+        omega = float(np.median([r.data.host.omega_rad_per_s for r in steps.series.runs]))
+        if omega == 0:
+            return {}
+        # The rms of mu z'' equals the negligible acceleration; the load's column is per unit of the measured z'', so
+        # its sd is no length.
+        return {name: _entry("amplitude_m", float(np.sqrt(2) * NEGLIGIBLE_M_PER_S2 / (friction * omega**2)), None)}
+    parameter = {"viscous_drag": "rate_per_s", "air_drag": "rate_per_m", "friction_drift": "relative_per_s"}[name]
+    return {name: _entry(parameter, NEGLIGIBLE_M_PER_S2 / gain.term.scale[0], noise, told)}
+
+
+def _of_impacts(impacts: ImpactFit, left: dict[str, ImpactGain]) -> dict[str, Entry]:
+    """Restitution's effects.  An amplitude a of a cosine over K impacts has sd scatter sqrt(2/K); its rms is
+    a/sqrt 2.
+    """
+    data, law = impacts.data, impacts.law
+    sd = np.sqrt(2 / max(len(data), 1)) * max(law.scatter, float(np.median(data.normal_sd / data.before)))
+    spread = float(np.std(np.exp(-data.before / 1.2))) or 1.0
+    worth = IMPACT_NEGLIGIBLE["restitution"]
+    return {
+        "direction_dependent_restitution": _entry(
+            "amplitude",
+            float(np.sqrt(2) * worth),
+            rules.SIGNIFICANCE * sd,
+            _told(left.get("direction_dependent_restitution")),
+        ),
+        "speed_dependent_restitution": _entry(
+            "restitution_fast",
+            worth / spread,
+            rules.SIGNIFICANCE * sd / np.sqrt(2) / spread,
+            _told(left.get("speed_dependent_restitution")),
+        ),
+    }
+
+
+def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
+    return None if gain is None else (float(np.linalg.norm(gain.estimate[:2])), float(gain.sd[0]))
+
+
+def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_found: bool) -> dict[str, Entry]:
+    """Shape of the wall and lasting contact, from the contact distance."""
+    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.contact_radius_m
+    noise_m = rules.SIGNIFICANCE * scatter * np.sqrt(2 / max(int(impacts.wall.used.sum()), 1))
+    speed = impacts.data.before
+    per_slope = (1 + impacts.law.restitution) / max(impacts.law.restitution, 0.05)
+    ellipse = rules.ELLIPTICITY_UNDER_LENS if lens_residual_found else rules.ELLIPTICITY_NEGLIGIBLE
+    finite = left.get("finite_contact_time")
+    return {
+        "finite_contact_time": _entry(
+            "duration_s",
+            rules.CONTACT_TIME_NEGLIGIBLE_S,
+            noise_m / np.sqrt(2) / max(float(np.std(speed)), 1e-6) * per_slope,
+            None if finite is None else (float(finite.estimate[-1]) * per_slope, float(finite.sd[-1]) * per_slope),
+        ),
+        "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"))),
+    }

@@ -1,0 +1,91 @@
+"""How far: errors of the four steps and the predictions behind them, all on runs held out of the fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.flights.runs import Run
+from analysis.gap.cause import Cause
+from analysis.gap.ladder import Ladder
+from analysis.gap.prediction import predict
+from analysis.gap.prediction.one_impact_ahead import through_impacts
+from analysis.gap.selection.flight_candidates import FlightFit, FlightModel
+from analysis.gap.selection.impact_floor import impact_floor
+from ovines.recording_schema import Nominal
+
+Array = NDArray[np.float64]
+Errors4 = dict[str, predict.Errors | None]
+Hit = tuple[Array, Array, NDArray[np.int64]]
+STEPS = ("as_given", "recalibrated", "with_effect", "noise_floor")
+
+
+def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4, pd.DataFrame]:
+    """Errors of the four steps (None where the model as given says too little) and the table ``predictions``."""
+    runs = ladder.series.runs
+    model = ladder.series.recordings[0].model
+    given = predict.given_model(list(model.effects), model.floor_friction) if model else None
+    nominal = _paths(runs, ladder.nominal)
+    paths: dict[str, list[Array] | None] = {
+        "as_given": _given_paths(runs, given, ladder) if given is not None else None,
+        "recalibrated": nominal,
+        "with_effect": _paths(runs, ladder.flight) if ladder.flight is not ladder.nominal else nominal,
+        "noise_floor": [predict.free_paths(run) for run in runs],
+    }
+    hits = _hits(ladder, model) if ladder.impacts is not None else {}
+    errors: Errors4 = {}
+    for name in STEPS:
+        path, hit = paths[name], hits.get(name)
+        errors[name] = None if path is None else predict.errors_of(runs, path, *(hit or (None, None, None)))
+    del paths["noise_floor"]
+    if (
+        causes
+        and causes[0].stage in ("impact", "geometry")
+        and ladder.impacts is not None
+        and causes[0].effect != "centre_marker_offset"
+    ):
+        before, after = ladder.both_impacts()
+        paths = {
+            "as_given": None,
+            "recalibrated": through_impacts(runs, ladder.flight.fits, before, (), finite=False),
+            "with_effect": through_impacts(
+                runs, ladder.flight.fits, after, ladder.restitution_terms, finite=ladder.finite
+            ),
+        }
+    return errors, predict.table(runs, paths, ladder.series.frame)
+
+
+def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
+    """Errors one impact ahead of each step, with the run of each impact."""
+    before, after = ladder.both_impacts()
+    out = {
+        "recalibrated": (*predict.predicted_impacts(before, ()), before.data.run),
+        "with_effect": (*predict.predicted_impacts(after, ladder.restitution_terms), after.data.run),
+        "noise_floor": (*impact_floor(after, ladder.restitution_terms), after.data.run),
+    }
+    if (
+        model
+        and model.restitution is not None
+        and model.wall_friction is not None
+        and model.tangential_restitution is not None
+    ):
+        law = (model.wall_friction, model.tangential_restitution)
+        out["as_given"] = (*predict.predicted_impacts(before, (), np.array([model.restitution]), law), before.data.run)
+    return out
+
+
+def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
+    models = predict.held_out_models(fitted, len(runs))
+    return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, models), strict=True)]
+
+
+def _given_paths(runs: Sequence[Run], given: FlightModel, ladder: Ladder) -> list[Array]:
+    model = replace(given, origin_m=ladder.nominal.model.origin_m)
+    return [
+        predict.flight_paths(run, fits)
+        for run, fits in zip(runs, predict.flights_of(runs, [model] * len(runs)), strict=True)
+    ]

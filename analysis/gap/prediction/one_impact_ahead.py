@@ -1,0 +1,132 @@
+"""One flight ahead through an impact: a flight's path, carried through wall and law of other runs, into the next
+flight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.impacts import Junctions, measure
+from analysis.contact.law import Law, fit_restitution
+from analysis.contact.wall import Wall
+from analysis.contact.wall_fit import fit_wall
+from analysis.flights.fit import FlightFits
+from analysis.flights.runs import Run
+from analysis.gap.selection.impact_candidates import ImpactFit, best_speed_scale, law_of, restitution_columns
+
+Array = NDArray[np.float64]
+
+
+def subset(junctions: Junctions, keep: NDArray[np.bool_]) -> Junctions:
+    """The junctions that ``keep`` (K,) selects."""
+    return replace(
+        junctions, **{f.name: getattr(junctions, f.name)[keep] for f in fields(junctions) if f.name != "radius_m"}
+    )
+
+
+def through_impacts(
+    runs: Sequence[Run],
+    fits: Sequence[FlightFits],
+    impacts: ImpactFit,
+    restitution_terms: Sequence[str],
+    *,
+    finite: bool,
+) -> list[Array]:
+    """Predicted x, y, angle (N, 3) per run: each flight that follows an impact, from the flight before; NaN elsewhere.
+
+    Wall and law come from the other runs (``finite``, ``restitution_terms``: what the model holds).
+    """
+    paths = [np.full((len(run.data.time_s), 3), np.nan) for run in runs]
+    junctions = impacts.junctions
+    terms = impacts.wall.terms
+    for number in range(len(runs)):
+        here = junctions.run == number
+        if not here.any():
+            continue
+        rest = ~here if len(runs) > 1 and np.count_nonzero(~here) >= 8 else np.ones(len(here), bool)
+        wall, law, slope, coefficients, scale = _learn(
+            subset(junctions, rest), impacts, terms, restitution_terms, finite
+        )
+        for one in np.flatnonzero(here):
+            path = _carry(
+                subset(junctions, np.arange(len(junctions)) == one),
+                runs[number],
+                fits[number],
+                wall,
+                law,
+                slope,
+                coefficients,
+                scale,
+                restitution_terms,
+            )
+            if path is not None:
+                index, states = path
+                paths[number][index] = states
+    return paths
+
+
+def _learn(
+    junctions: Junctions, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str], finite: bool
+) -> tuple[Wall, Law, float, Array, float]:
+    extra = None
+    if finite:
+        first = fit_wall(junctions, impacts.wall.wall, terms, rounds=2)
+        extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
+    fitted = fit_wall(junctions, Wall(impacts.wall.wall.contact_radius_m), terms, extra=extra)
+    data = law_of(fitted, impacts)
+    scale = best_speed_scale(data)
+    coefficients = fit_restitution(data, restitution_columns(data.before, data.azimuth_rad, restitution_terms, scale))[
+        0
+    ]
+    return fitted.wall, impacts.law, float(fitted.estimate[-1]) if finite else 0.0, coefficients, scale
+
+
+def _carry(
+    one: Junctions,
+    run: Run,
+    fits: FlightFits,
+    wall: Wall,
+    law: Law,
+    slope: float,
+    coefficients: Array,
+    scale: float,
+    restitution_terms: Sequence[str],
+) -> tuple[NDArray[np.int64], Array] | None:
+    impact = measure(one, wall)
+    before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
+    if before < 0.05:
+        return None
+    azimuth = impact.azimuth_rad
+    after = float(
+        (restitution_columns(np.array([before]), azimuth, restitution_terms, scale) @ coefficients)[0] * before
+    )
+    q, radius = run.data.inertia_factor, one.radius_m
+    stick = (1 + law.tangential_restitution) * abs(slip) / (1 + 1 / q)
+    impulse = -np.sign(slip) * min(stick, law.wall_friction * (before + after))
+    normal = float(azimuth[0] + wall.normal_turn(azimuth)[0])
+    er = np.array([np.cos(normal), np.sin(normal)])
+    et = np.array([-er[1], er[0]])
+    start = one.state[0, :6].copy()
+    # The path reaches the predicted wall a little before or after the place where the flights really met.
+    late = (float(wall.distance(azimuth)[0]) + slope * before - float(impact.of("radius")[0])) / before
+    late = float(np.clip(late, -3e-3, 3e-3))
+    start[:2] += start[3:5] * late
+    start[2] += start[5] * late
+    start[3:5] += -(before + after) * er + impulse * et
+    start[5] += impulse / (q * radius)
+    k = int(one.flight[0]) + 1
+    flight = fits.flights[k]
+    index = np.arange(flight.first, flight.last + 1)
+    moved = replace(
+        fits,
+        states=np.where(np.arange(len(fits.states))[:, None] == k, start, fits.states),
+        reference_s=np.where(np.arange(len(fits.reference_s)) == k, one.time_s[0] + late, fits.reference_s),
+    )
+    states, _ = moved.propagate(k, run.data.time_s[index])
+    c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+    ox, oy = fits.shared[:2]
+    return index, np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])

@@ -1,0 +1,70 @@
+"""Wall centre, mass centre and centre marker: placement up to 0.1 mm is the nominal model's, beyond it an effect."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.gap.cause import Cause
+from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.series import Series
+from analysis.gap.thresholds import CENTRE_NEGLIGIBLE_M, MASS_CENTRE_NEGLIGIBLE_M, SIGNIFICANCE
+from ovines.recording import Recording
+
+
+def is_effect(offset: Cause) -> bool:
+    """More than placement, and surely there."""
+    return offset.strength > 1 and offset.gain > SIGNIFICANCE**2
+
+
+def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> list[Cause]:
+    """Wall centre, mass centre and centre marker as measured, ``gain`` being the square of the size in its sd of the
+    fit alone.
+    """
+    out = []
+    if impacts is not None:
+        wall, terms = impacts.wall.wall, list(impacts.wall.terms)
+        sd = np.sqrt(np.diag(impacts.wall.covariance))
+        lens = float(np.hypot(2e-6, impacts.wall.scatter_m / 3))
+        for effect, vector, names, limit in (
+            ("wall_centre_offset", wall.centre_m, ("centre_x", "centre_y"), CENTRE_NEGLIGIBLE_M),
+            ("mass_centre_offset", -wall.disk_m, ("disk_x", "disk_y"), MASS_CENTRE_NEGLIGIBLE_M),
+        ):
+            error = [
+                float(np.hypot(sd[terms.index(n)], lens if effect == "mass_centre_offset" else 2.5e-5)) for n in names
+            ]
+            size = float(np.hypot(*vector))
+            parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
+            gain = (size / max(float(sd[terms.index(names[0])]), 1e-12)) ** 2
+            out.append(Cause(effect, "geometry", parameters, size / limit, gain, "radius", "impact"))
+    marker = _centre_marker(
+        series, flight, impacts, any(c.effect == "mass_centre_offset" and is_effect(c) for c in out)
+    )
+    return out + ([marker] if marker else [])
+
+
+def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None, off_centre: bool) -> Cause | None:
+    """Centre marker against the disk's geometric centre: its place in the layout plus the layout's origin against the
+    centre of mass, which the flights know; and where the two centres differ, what the impacts say of the geometric one.
+    """
+    recording: Recording = series.recordings[0]
+    nes = recording.bodies.get("nes")
+    marker = getattr(nes, "centre_marker", None)
+    if series.layouts is None or nes is None or marker is None or nes.layout_m is None or marker not in nes.markers:
+        return None
+    at = list(nes.markers).index(marker)
+    design = np.asarray(nes.layout_m, float)[at, :2]
+    offset = series.layouts["nes"][at, :2] + flight.model.origin_m - design
+    if off_centre and impacts is not None:
+        offset = offset - impacts.wall.wall.disk_m
+    size = float(np.hypot(*offset))
+    sd = 5e-6
+    return Cause(
+        "centre_marker_offset",
+        "geometry",
+        {"x_m": (float(offset[0]), sd), "y_m": (float(offset[1]), sd)},
+        size / CENTRE_NEGLIGIBLE_M,
+        (size / sd) ** 2,
+        "x",
+        "all",
+    )

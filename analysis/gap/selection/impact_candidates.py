@@ -1,0 +1,421 @@
+"""The impacts' side of the ladder: contact distance, restitution, tangential and angular law; named effects and probes.
+
+Every statement is a regression of one residual per impact on something it may go with.  Restitution scatters from
+impact to impact, which is a nuisance in every model; structure in that scatter is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from analysis.contact.impacts import Junctions, intersect
+from analysis.contact.law import (
+    Law,
+    LawData,
+    fit_law,
+    fit_restitution,
+    law_data,
+    outlier_count,
+    predicted_tangential,
+    sticks,
+)
+from analysis.contact.wall import WALL_TERMS, Wall
+from analysis.contact.wall_fit import WallFit, fit_wall
+from analysis.flights.fit import FlightFits
+from analysis.gap.selection.robust_regression import regress
+
+Array = NDArray[np.float64]
+
+# Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
+# model.
+NOMINAL_WALL = WALL_TERMS[:5]
+#: what a term must explain to be more than negligible, in the units of its residual
+NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "distance": 2.5e-5, "angular": 5e-3}
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactGain:
+    """What one term explains: fall of -2 log L, the rms of what it adds (units of the residual), coefficients and
+    sd.
+    """
+
+    name: str
+    residual: str
+    gain: float
+    size: float
+    estimate: Array
+    sd: Array
+    named: bool
+    significance: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactFit:
+    """Junctions of a series' flights, the wall and the law fitted to them, and which terms the model holds."""
+
+    junctions: Junctions
+    wall: WallFit
+    data: LawData
+    law: Law
+    contact_slope_s: float
+    contact_slope_sd_s: float
+    restitution_terms: tuple[str, ...]
+
+
+def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bool = False) -> ImpactFit:
+    """Wall (centre, radius, disk centre; ``ellipse`` and the slope of a ``finite`` contact on demand) and nominal
+    law.
+    """
+    junctions = intersect(fits)
+    run = fits[0].run
+    terms = WALL_TERMS if ellipse else NOMINAL_WALL
+    extra = None
+    if finite and len(junctions):
+        first = fit_wall(junctions, Wall(run.contact_radius_m), terms)
+        extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
+    # Beside a real error of scale or centre a tight prior would bend the others: only the disk's own centre is held.
+    wall = fit_wall(junctions, Wall(run.contact_radius_m), terms, extra=extra)
+    data = _with_structure(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor))
+    law = fit_law(data) if len(data) >= 4 else NO_LAW
+    slope, slope_sd = (
+        (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
+    )
+    return ImpactFit(junctions, wall, data, law, slope, slope_sd, ())
+
+
+#: effects of the library that act on the restitution
+RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
+# Strays of restitution that are still chance: so many, and this share (1 % is expected).
+MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
+#: law of a series with too few impacts to fit one
+NO_LAW = Law(*[float("nan")] * 7)
+
+
+def covariates(data: LawData) -> dict[str, Array]:
+    """What a residual of an impact may go with, each centred and of unit spread unless it is an angle's cosine or
+    sine.
+    """
+    seen = data.azimuth_rad - data.host_angle_rad
+    plain = {
+        "slip speed": np.abs(data.slip),
+        "slip direction": np.sign(data.slip),
+        "spin": np.abs(data.spin) / 100,
+        "sense of spin": data.spin / 100,
+        "time in the run": data.time_s,
+        "run": data.run.astype(float),
+        "memory of the impact before": np.exp(-since_before(data) / MEMORY_S),
+    }
+    out = {name: _standardised(values) for name, values in plain.items()}
+    # Seconds of the recording at the drive's frequency: what another machine in step with the drive would follow.
+    clock = data.drive_rad - data.drive_start_rad
+    out.update({"cos clock": np.cos(clock), "sin clock": np.sin(clock)})
+    out.update(
+        {
+            "cos drive phase": np.cos(data.drive_rad),
+            "sin drive phase": np.sin(data.drive_rad),
+            "cos 2 azimuth": np.cos(2 * seen),
+            "sin 2 azimuth": np.sin(2 * seen),
+            "cos 3 azimuth": np.cos(3 * seen),
+            "sin 3 azimuth": np.sin(3 * seen),
+        }
+    )
+    return out
+
+
+def since_before(data: LawData) -> Array:
+    """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
+    order = np.lexsort((data.time_s, data.run))
+    since = np.full(len(data), np.inf)
+    same = data.run[order][1:] == data.run[order][:-1]
+    since[order[1:][same]] = np.diff(data.time_s[order])[same]
+    return since
+
+
+def _standardised(values: Array) -> Array:
+    spread = np.std(values)
+    return (values - values.mean()) / spread if spread > 1e-12 else np.zeros_like(values)
+
+
+#: how long a wall may remember the impact before, for the probe that asks
+MEMORY_S = 0.03
+#: probes as groups of covariates that belong together
+PROBES = {
+    "the time since the impact before": ("memory of the impact before",),
+    "the slip speed": ("slip speed",),
+    "the direction of slip": ("slip direction",),
+    "the spin": ("spin",),
+    "the sense of spin": ("sense of spin",),
+    "the time in the run": ("time in the run",),
+    "the run": ("run",),
+    "the drive's phase": ("cos drive phase", "sin drive phase"),
+    "the recording's time at the drive's frequency": ("cos clock", "sin clock"),
+    "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"),
+    "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
+}
+#: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
+SPOTS_BY_CHANCE = 8.0
+SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
+
+
+def restitution_design(data: LawData, names: Sequence[str]) -> Array:
+    """Columns of restitution for a model with the effects ``names``: constant, falling with speed, with direction."""
+    scale = best_speed_scale(data) if "speed_dependent_restitution" in names else 1.0
+    return restitution_columns(data.before, data.azimuth_rad, names, scale)
+
+
+def restitution_columns(before: Array, azimuth: Array, names: Sequence[str], scale: float) -> Array:
+    """As :func:`restitution_design`, at given approach speeds (K,), azimuths (K,) and speed scale (m/s)."""
+    columns = [np.ones(len(before))]
+    if "speed_dependent_restitution" in names:
+        columns.append(np.exp(-before / scale))
+    if "direction_dependent_restitution" in names:
+        columns += [np.cos(azimuth), np.sin(azimuth)]
+    return np.column_stack(columns)
+
+
+def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
+    """The contact law's view of a wall fit, with disk and inertia of ``impacts``."""
+    return _with_structure(law_data(wall.impacts, wall.used, impacts.junctions.radius_m, impacts.data.inertia_factor))
+
+
+def _with_structure(data: LawData) -> LawData:
+    """Impacts off the law are outliers only as long as they are few: more, and they are structure (a soft spot), which
+    a fit must not leave out.
+    """
+    if len(data) < FEWEST_FOR_STRUCTURE:
+        return data
+    few = max(MANY_OUTLIERS, MANY_OUTLIERS_SHARE * len(data))
+    return (
+        data
+        if outlier_count(data, restitution_design(data, RESTITUTION_EFFECTS)) <= few
+        else replace(data, outliers=0.0)
+    )
+
+
+def best_speed_scale(data: LawData) -> float:
+    """Speed scale (m/s) of an exponential fall of restitution, by likelihood: a grid, then a bounded search about its
+    best.
+    """
+    grid = [_scale_misfit(data, s) for s in SPEED_SCALES_M_PER_S]
+    at = int(np.argmin(grid))
+    low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
+    found = minimize_scalar(
+        lambda u: _scale_misfit(data, np.exp(u)),
+        bounds=(np.log(low), np.log(high)),
+        method="bounded",
+        options={"xatol": 1e-3},
+    )
+    return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
+
+
+def _scale_misfit(data: LawData, scale: float) -> float:
+    return fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / scale)]))[3]
+
+
+def speed_scale_sd(data: LawData, scale: float) -> float:
+    """Standard deviation (m/s) of the speed scale from the curvature of its profile likelihood."""
+    h = 0.05
+    curvature = (
+        _scale_misfit(data, scale * np.exp(h))
+        + _scale_misfit(data, scale * np.exp(-h))
+        - 2 * _scale_misfit(data, scale)
+    ) / h**2
+    return float(scale * np.sqrt(2 / curvature)) if curvature > 1e-9 else scale
+
+
+def restitution_gains(data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset()) -> list[ImpactGain]:
+    """Named effects and probes in the restitution, on top of a model with the effects ``base``; ``withheld`` ones are
+    probes.
+    """
+    design = restitution_design(data, base)
+    _, _, _, value = fit_restitution(data, design)
+    k = design.shape[1]
+    out = []
+    groups = [(name, columns, named, 0.0) for name, columns, named in restitution_groups(data, base, withheld)]
+    spot = best_spot(data, design, value)
+    if spot is not None:
+        groups.append((f"a place on the wall at azimuth {spot[0]:.1f} rad", spot[1][:, None], False, SPOTS_BY_CHANCE))
+    for name, columns, named, penalty in groups:
+        c, covariance, _, new = fit_restitution(data, np.column_stack([design, columns]))
+        sd = np.sqrt(np.diag(covariance))[k:]
+        significance = float(
+            np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0))
+        )
+        out.append(
+            ImpactGain(
+                name,
+                "restitution",
+                value - new - penalty,
+                float(np.std(columns @ c[k:])),
+                c[k:],
+                sd,
+                named,
+                significance,
+            )
+        )
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def restitution_groups(
+    data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset()
+) -> list[tuple[str, Array, bool]]:
+    """What the restitution may follow beyond ``base``: name, columns (K, .), and whether it is an effect of the
+    library.
+    """
+    speeds, directions = (
+        _columns(_standardised(data.before), _standardised(data.before**2)),
+        _columns(np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)),
+    )
+    out: list[tuple[str, Array, bool]] = []
+    if "speed_dependent_restitution" in withheld:
+        out.append(("the approach speed", speeds, False))
+    elif "speed_dependent_restitution" not in base:
+        out.append(("speed_dependent_restitution", _columns(np.exp(-data.before / best_speed_scale(data))), True))
+    else:
+        out.append(("the approach speed in another way", speeds, False))
+    if "direction_dependent_restitution" in withheld:
+        out.append(("the azimuth", directions, False))
+    elif "direction_dependent_restitution" not in base:
+        out.append(("direction_dependent_restitution", directions, True))
+    table = covariates(data)
+    return out + [(name, _columns(*(table[p] for p in parts)), False) for name, parts in PROBES.items()]
+
+
+def _columns(*columns: Array) -> Array:
+    return np.column_stack(columns)
+
+
+def spots(data: LawData) -> list[tuple[float, Array]]:
+    """Bumps (K,) at places of the wall, with their azimuth (rad, Host's frame): twenty places, two widths, where
+    impacts are.
+    """
+    seen = data.azimuth_rad - data.host_angle_rad
+    out = []
+    for width in (0.25, 0.5):
+        for centre in np.arange(-np.pi, np.pi, np.pi / 10):
+            bump = np.exp(-0.5 * (np.angle(np.exp(1j * (seen - centre))) / width) ** 2)
+            if np.count_nonzero(bump > 0.5) >= 4:
+                out.append((float(centre), bump))
+    return out
+
+
+def best_spot(data: LawData, design: Array, value: float) -> tuple[float, Array] | None:
+    """Bump of restitution at one place of the wall: the best of a scan over azimuth (Host's frame) and width."""
+    best, found = 0.0, None
+    for spot in spots(data):
+        gain = value - fit_restitution(data, np.column_stack([design, spot[1]]))[3]
+        if gain > best:
+            best, found = gain, spot
+    return found
+
+
+def distance_gains(
+    fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str] = frozenset()
+) -> list[ImpactGain]:
+    """Ellipticity, finite contact and probes in the contact distance."""
+    used, wall = base.wall.used, base.wall
+    speed = np.maximum(wall.impacts.of("normal_before"), 0)
+    out = []
+    scatter = _scatter(wall, used)
+
+    def add(name: str, trial: WallFit, k: int, size: float, named: bool) -> None:
+        other = _scatter(trial, used)
+        n = int(used.sum())
+        gain = n * 2 * np.log(scatter / other) if other > 0 else 0.0
+        sd = np.sqrt(np.diag(trial.covariance))[-k:]
+        out.append(
+            ImpactGain(
+                name,
+                "distance",
+                float(gain),
+                size,
+                trial.estimate[-k:],
+                sd,
+                named,
+                float(np.linalg.norm(np.divide(trial.estimate[-k:], sd, out=np.zeros(k), where=sd > 0))),
+            )
+        )
+
+    held = speed[:, None] if finite else None
+    terms = WALL_TERMS if ellipse else NOMINAL_WALL
+    if not ellipse and "wall_ellipticity" not in withheld:
+        trial = fit_wall(base.junctions, wall.wall, WALL_TERMS, extra=held)
+        add(
+            "wall_ellipticity",
+            trial,
+            2 + (1 if finite else 0),
+            float(np.hypot(*trial.wall.ellipse) * trial.wall.contact_radius_m / np.sqrt(2)),
+            True,
+        )
+    if not finite and "finite_contact_time" not in withheld:
+        trial = fit_wall(base.junctions, wall.wall, terms, extra=speed[:, None])
+        add("finite_contact_time", trial, 1, float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
+    table = {**covariates(base.data), "approach speed": _standardised(base.data.before)}
+    probes = {k: v for k, v in PROBES.items() if k != "twice the azimuth" or "wall_ellipticity" in withheld}
+    if "finite_contact_time" in withheld:
+        probes["the approach speed"] = ("approach speed",)
+    for name, parts in probes.items():
+        full = np.zeros((len(base.junctions), len(parts)))
+        full[base.data.index] = np.column_stack([table[p] for p in parts])
+        trial = fit_wall(
+            base.junctions, wall.wall, terms, extra=full if held is None else np.column_stack([full, held]), rounds=3
+        )
+        k = len(parts)
+        estimate = trial.estimate[len(terms) : len(terms) + k]
+        add(name, trial, k, float(np.std(full[used] @ estimate)), False)
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:
+    """Robust rms (m) of the contact distance's residual, outliers clipped."""
+    r = np.abs(wall.residual_m[used])
+    if len(r) == 0:
+        return float("nan")
+    limit = 4 * max(1.4826 * float(np.median(r)), 1e-6)
+    return float(np.sqrt(np.mean(np.minimum(r, limit) ** 2)))
+
+
+def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
+    """Probes in the tangential law (wall friction that follows something) and in the angular law."""
+    table = covariates(data)
+    seen = data.azimuth_rad - data.host_angle_rad
+    table = {
+        **table,
+        "cos azimuth": np.cos(seen),
+        "sin azimuth": np.sin(seen),
+        "approach speed": _standardised(data.before),
+    }
+    groups = {**PROBES, "the azimuth": ("cos azimuth", "sin azimuth"), "the approach speed": ("approach speed",)}
+    sliding = ~sticks(data, law.wall_friction, law.tangential_restitution)
+    predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
+    out = []
+    for residual, part in (("sliding", sliding), ("sticking", ~sliding)):
+        # Relative to the impulse the law predicts; a percent of model error keeps the noise-free ones from ruling
+        # alone.
+        size = np.abs(predicted)
+        strong = part & (size > 0.02)
+        if np.count_nonzero(strong) < 15:
+            continue
+        y = (np.abs(data.tangential_impulse) - size)[strong] / size[strong]
+        error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + 0.01**2)
+        out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
+    angular_sd = np.sqrt(data.angular_sd**2 + (0.002 * data.normal_impulse) ** 2)
+    out += _regressions("angular", groups, table, data.angular, angular_sd)
+    return sorted(out, key=lambda g: -g.gain)
+
+
+def _regressions(
+    residual: str, groups: dict[str, tuple[str, ...]], table: dict[str, Array], y: Array, sd: Array
+) -> list[ImpactGain]:
+    out = []
+    for name, parts in groups.items():
+        gain, estimate, e, size, significance = regress(
+            np.column_stack([np.ones(len(y)), *[table[p] for p in parts]]), y, sd
+        )
+        out.append(ImpactGain(name, residual, gain, size, estimate, e, False, significance))
+    return out

@@ -1,0 +1,281 @@
+"""The impacts' step: shape of the wall, restitution's effects by forward selection, probes in every law of the
+contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import fit_restitution
+from analysis.gap.cause import Cause, Structure
+from analysis.gap.selection import impact_candidates
+from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, fit_impacts
+from analysis.gap.selection.null_distribution import impact_null_distribution, threshold
+from analysis.gap.thresholds import (
+    CONTACT_TIME_NEGLIGIBLE_S,
+    ELLIPTICITY_NEGLIGIBLE,
+    ELLIPTICITY_SD_UNDER_LENS,
+    ELLIPTICITY_UNDER_LENS,
+    EQUIVALENT,
+    IMPACT_GAIN,
+    LEFT_OVER,
+    OVERRIDES,
+    SIGNIFICANCE,
+)
+
+Array = NDArray[np.float64]
+# Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
+# cause.
+USUAL_SCATTER, USUAL_DISTANCE_M = 0.03, 4e-5
+LEAST_IMPACTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactSteps:
+    """Recalibrated and final fit of wall and law, the terms in use, what was accepted, and the probes after;
+    ``left`` the named effects' gains on the final fit, ``null_distribution`` the best gain in each of the series
+    without effect that were drawn."""
+
+    nominal: ImpactFit | None = None
+    fitted: ImpactFit | None = None
+    gains: tuple[ImpactGain, ...] = ()
+    probes: tuple[ImpactGain, ...] = ()
+    restitution_terms: tuple[str, ...] = ()
+    ellipse: bool = False
+    finite: bool = False
+    causes: tuple[Cause, ...] = ()
+    structure: tuple[Structure, ...] = ()
+    left: tuple[ImpactGain, ...] = ()
+    null_distribution: Array = field(default_factory=lambda: np.zeros(0))
+
+
+def select_impact_effects(
+    flight: FlightFit,
+    effects: Sequence[str],
+    withheld: frozenset[str],
+    lens_residual_found: bool,
+    rng: np.random.Generator,
+) -> ImpactSteps:
+    """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8
+    impacts.
+    """
+    terms: Sequence[str] = [e for e in effects if e in impact_candidates.RESTITUTION_EFFECTS]
+    ellipse, finite = "wall_ellipticity" in effects, "finite_contact_time" in effects
+    nominal = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
+    if len(nominal.data) < LEAST_IMPACTS:
+        return ImpactSteps(restitution_terms=tuple(terms), ellipse=ellipse, finite=finite)
+    ellipse, finite, shape, fitted, shape_gains, shape_left = _shape(
+        flight, nominal, ellipse, finite, withheld, lens_residual_found
+    )
+    null_distribution = impact_null_distribution(fitted.data, terms, rng)
+    laws, terms, law_gains, law_left, probes, structure = _laws(
+        fitted, terms, finite, withheld, threshold(null_distribution, IMPACT_GAIN)
+    )
+    distance_probes = [
+        g for g in impact_candidates.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named
+    ]
+    structure = [*structure, *_distance_structure(distance_probes, shape)]
+    return ImpactSteps(
+        nominal,
+        fitted,
+        (*shape_gains, *law_gains),
+        (*probes, *distance_probes),
+        tuple(terms),
+        ellipse,
+        finite,
+        (*shape, *laws),
+        tuple(structure),
+        (*shape_left, *law_left),
+        null_distribution,
+    )
+
+
+def _shape(
+    flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_residual_found: bool
+) -> tuple[bool, bool, list[Cause], ImpactFit, list[ImpactGain], list[ImpactGain]]:
+    """Ellipticity and finite contact, whichever explains more first; then the other on top."""
+    causes: list[Cause] = []
+    first: list[ImpactGain] = []
+    found: list[ImpactGain] = []
+    for _ in range(2):
+        found = [g for g in impact_candidates.distance_gains(flight.fits, base, ellipse, finite, withheld) if g.named]
+        first = first or found
+        accepted = [g for g in found if _shape_accepted(g, base, lens_residual_found)]
+        if not accepted:
+            break
+        best = max(accepted, key=lambda g: g.gain)
+        ellipse, finite = ellipse or best.name == "wall_ellipticity", finite or best.name == "finite_contact_time"
+        base = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
+        causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=_rivals(best, found)))
+    return ellipse, finite, causes, base, first, [g for g in found if g.name not in {c.effect for c in causes}]
+
+
+def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:
+    """Named effects that explain the same residual as well."""
+    return tuple(g.name for g in candidates if g.named and g.name != best.name and best.gain - g.gain < EQUIVALENT)
+
+
+def _contact_time(slope_s: float, restitution: float) -> float:
+    """Duration of a contact from the slope of the contact distance in the approach speed: paths meet eps T/(1 + eps) v
+    further out.
+    """
+    return slope_s * (1 + restitution) / max(restitution, 0.05)
+
+
+def _shape_accepted(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -> bool:
+    if gain.gain < IMPACT_GAIN or gain.significance < SIGNIFICANCE:
+        return False
+    if gain.name == "finite_contact_time":
+        return _contact_time(float(gain.estimate[-1]), base.law.restitution) > CONTACT_TIME_NEGLIGIBLE_S
+    e = gain.estimate[:2]
+    return float(np.hypot(*e)) > (ELLIPTICITY_UNDER_LENS if lens_residual_found else ELLIPTICITY_NEGLIGIBLE)
+
+
+def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -> Cause:
+    if gain.name == "finite_contact_time":
+        factor = _contact_time(1.0, base.law.restitution)
+        duration = base.contact_slope_s * factor
+        parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + 0.03 * duration)}
+        return Cause(
+            gain.name, "impact", parameters, duration / CONTACT_TIME_NEGLIGIBLE_S, gain.gain, "normal", "impact"
+        )
+    c, s = base.wall.wall.ellipse
+    at = [list(base.wall.terms).index(t) for t in ("ellipse_c", "ellipse_s")]
+    lens = ELLIPTICITY_SD_UNDER_LENS if lens_residual_found else 0.0
+    sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
+    e = float(np.hypot(c, s))
+    parameters = {"ellipticity": (e, sd), "direction_rad": (float(0.5 * np.arctan2(s, c)), 0.5 * sd / max(e, 1e-9))}
+    return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
+
+
+def _laws(
+    base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], least: float
+) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
+    """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
+    names = list(held)
+    causes: list[Cause] = []
+    structure: list[Structure] = []
+    first: list[ImpactGain] = []
+    found: list[ImpactGain] = []
+    for _ in range(3):
+        found = impact_candidates.restitution_gains(base.data, names, withheld)
+        first = first or [g for g in found if g.named]
+        named = [g for g in found if g.named and _law_accepted(g, least)]
+        probes = [g for g in found if not g.named and _law_accepted(g, least)]
+        best = max(named, key=lambda g: g.gain, default=None)
+        rival = max(probes, key=lambda g: g.gain, default=None)
+        if best is None or (rival is not None and rival.gain > best.gain + OVERRIDES) or len(causes) >= 2:
+            break
+        names.append(best.name)
+        causes.append(replace(_restitution_cause(best, base, names), rivals=_rivals(best, found)))
+    strongest = max((c.strength for c in causes), default=0.0)
+    # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove
+    # nothing.
+    tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
+    probes = [g for g in (*found, *tangential) if not g.named]
+    for probe in probes:
+        strength = probe.size / impact_candidates.NEGLIGIBLE[probe.residual]
+        if _law_accepted(probe, least) and strength > LEFT_OVER * strongest:
+            coordinate = {
+                "restitution": "normal",
+                "sliding": "tangential",
+                "sticking": "tangential",
+                "angular": "spin",
+            }[probe.residual]
+            structure.append(Structure("impact", "impact", coordinate, probe.name, strength, probe.gain))
+    return causes, names, first, [g for g in found if g.named], probes, structure
+
+
+def _law_accepted(gain: ImpactGain, least: float) -> bool:
+    """``least``: gain that chance does not reach."""
+    return (
+        gain.gain > least
+        and gain.significance > SIGNIFICANCE - 1
+        and gain.size > impact_candidates.NEGLIGIBLE[gain.residual]
+    )
+
+
+def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) -> Cause:
+    data = base.data
+    design = impact_candidates.restitution_design(data, names)
+    c, covariance, _, _ = fit_restitution(data, design)
+    sd = np.sqrt(np.diag(covariance))
+    strength = gain.size / impact_candidates.NEGLIGIBLE["restitution"]
+    if gain.name == "speed_dependent_restitution":
+        scale = impact_candidates.best_speed_scale(data)
+        scale_sd = impact_candidates.speed_scale_sd(data, scale)
+        # The fast limit moves with the scale: both ends of the scale's interval are tried.
+        ends = [
+            fit_restitution(data, impact_candidates.restitution_columns(data.before, data.azimuth_rad, names, s))[0][0]
+            for s in (max(scale - scale_sd, 0.05), scale + scale_sd)
+        ]
+        fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
+        parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
+    else:
+        a, b = c[-2:]
+        size = float(np.hypot(a, b))
+        parameters = {
+            "amplitude": (size, float(np.hypot(a * sd[-2], b * sd[-1]) / max(size, 1e-9))),
+            "direction_rad": (float(np.arctan2(b, a)), float(np.mean(sd[-2:]) / max(size, 1e-9))),
+        }
+    return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
+
+
+def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -> list[Structure]:
+    strongest = max((c.strength for c in causes), default=0.0)
+    # A contact distance that goes with the azimuth is the wall's shape; with the speed of approach it is the contact's
+    # doing.
+    return [
+        Structure(
+            "impact" if p.name == "the approach speed" else "geometry",
+            "impact",
+            "radius",
+            p.name,
+            p.size / impact_candidates.NEGLIGIBLE["distance"],
+            p.gain,
+        )
+        for p in probes
+        if p.gain > 2 * IMPACT_GAIN
+        and p.significance > SIGNIFICANCE
+        and p.size > impact_candidates.NEGLIGIBLE["distance"]
+        and p.size / impact_candidates.NEGLIGIBLE["distance"] > LEFT_OVER * strongest
+    ]
+
+
+def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[Structure]:
+    """Scatter of the impacts beyond what is usual, where no covariate explains it."""
+    base = step.fitted
+    if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
+        return []
+    out = []
+    scatter = float(
+        fit_restitution(base.data, impact_candidates.restitution_design(base.data, step.restitution_terms))[2]
+    )
+    if scatter > 1.35 * USUAL_SCATTER:
+        out.append(
+            Structure(
+                "impact",
+                "impact",
+                "normal",
+                "none of the covariates tested (scatter from impact to impact)",
+                scatter / USUAL_SCATTER,
+                0.0,
+            )
+        )
+    if base.wall.scatter_m > USUAL_DISTANCE_M:
+        out.append(
+            Structure(
+                "geometry",
+                "impact",
+                "radius",
+                "none of the covariates tested (scatter of the contact distance)",
+                base.wall.scatter_m / USUAL_DISTANCE_M,
+                0.0,
+            )
+        )
+    return out

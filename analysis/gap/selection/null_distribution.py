@@ -1,0 +1,97 @@
+"""What chance alone gains: series without any effect, drawn with these runs' lengths, gaps and noise.
+
+A parametric bootstrap.  Of the flights the scores are drawn with the covariance that their information gives, of the
+impacts the whitened residuals; every candidate and probe is then fitted and held out as in the ladder, and the best of
+them noted.  What the best reaches once in a hundred such series is the least a candidate must reach to be accepted.
+What noise does not make (a lens residual, markers a little off) is not in it: that is what the fixed thresholds of
+:mod:`analysis.gap.cause` are for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import LawData, fit_restitution
+from analysis.flights.evidence import covariance_of
+from analysis.gap.selection.flight_candidates import FlightFit, information_of, prior_of
+from analysis.gap.selection.flight_terms import FlightTerm
+from analysis.gap.selection.impact_candidates import (
+    SPEED_SCALES_M_PER_S,
+    SPOTS_BY_CHANCE,
+    restitution_design,
+    restitution_groups,
+    spots,
+)
+
+Array = NDArray[np.float64]
+DRAWS, LEVEL = 400, 0.99
+
+
+def flight_null_distribution(
+    base: FlightFit, terms: Sequence[FlightTerm], rng: np.random.Generator, draws: int = DRAWS
+) -> Array:
+    """Best held-out gain (fall of -2 log L) over ``terms`` in each of ``draws`` series in which ``base`` is the truth:
+    (draws,).
+
+    The scores' variance is inflated by the misfit that ``base`` leaves, as far as it is above that of white noise.
+    """
+    without = list(base.columns)
+    told = [
+        t for t in terms if set(t.columns) - set(without) and information_of(base.evidence[0], t.columns) is not None
+    ]
+    names = list(dict.fromkeys([*without, *(c for t in told for c in t.columns)]))
+    forms = [f for f in (information_of(e, names) for e in base.evidence) if f is not None]
+    if not told or not forms:
+        return np.zeros(draws)
+    excess = max(base.misfit / max(base.count, 1), 1.0)
+    scores = [_root(excess * form) @ rng.standard_normal((len(names), draws)) for form in forms]
+    total, score, prior = np.sum(forms, 0), np.sum(scores, 0), np.diag(prior_of(names))
+    nested = [
+        [names.index(n) for n in dict.fromkeys([*without, *columns])] for columns in [(), *(t.columns for t in told)]
+    ]
+    held_out = np.zeros((len(nested), draws))
+    for form, own in zip(forms, scores, strict=True):
+        # A single recording has nothing to hold out: its own fit stands in, as in the ladder.
+        rest, rest_score = (total - form, score - own) if len(forms) > 1 else (total, score)
+        for k, at in enumerate(nested):
+            block = np.ix_(at, at)
+            estimate = covariance_of(rest[block] + prior[block]) @ rest_score[at]
+            held_out[k] += np.einsum("ad,ad->d", estimate, form[block] @ estimate - 2 * own[at])
+    return np.max(held_out[0] - held_out[1:], 0)
+
+
+def _root(information: Array) -> Array:
+    values, vectors = np.linalg.eigh(information)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def impact_null_distribution(data: LawData, base: Sequence[str], rng: np.random.Generator, draws: int = DRAWS) -> Array:
+    """Best gain over all effects and probes of the restitution in each of ``draws`` series without any of them:
+    (draws,).
+    """
+    design = restitution_design(data, base)
+    groups = [(columns, 0.0) for _, columns, _ in restitution_groups(data, base)]
+    groups += [(np.exp(-data.before / scale)[:, None], 0.0) for scale in SPEED_SCALES_M_PER_S]
+    groups += [(bump[:, None], SPOTS_BY_CHANCE) for _, bump in spots(data)]
+    scatter = fit_restitution(data, design)[2]
+    sd = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)
+    noise = rng.standard_normal((len(data), draws))
+    held, _ = np.linalg.qr(design * (data.before / sd)[:, None])
+    noise = noise - held @ (held.T @ noise)
+    best = np.zeros(draws)
+    for columns, penalty in groups:
+        extra = columns * (data.before / sd)[:, None]
+        extra = extra - held @ (held.T @ extra)
+        u, size, _ = np.linalg.svd(extra, full_matrices=False)
+        told = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+        best = np.maximum(best, np.sum((u[:, told].T @ noise) ** 2, 0) - penalty)
+    return best
+
+
+def threshold(null_distribution: Array, fixed: float) -> float:
+    """The least gain that is accepted: ``fixed``, or what chance reaches once in a hundred series if that is more
+    (``null_distribution`` may be empty: nothing was fitted)."""
+    return max(fixed, float(np.quantile(null_distribution, LEVEL))) if len(null_distribution) else fixed

@@ -1,0 +1,54 @@
+"""What is said of each effect: the test by hand that would show it apart from everything else."""
+
+from __future__ import annotations
+
+NEXT_TEST: dict[str, str] = {
+    "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
+    "stopping distance gives mu_s alone.",
+    "spin_coupling": "Flick the disk once without spin and once with a fast one: with coupling the spinning disk "
+    "slides further.",
+    "viscous_drag": "Let the disk coast over twice the distance at 2 m/s and at 0.5 m/s: drag proportional to v keeps "
+    "the relative loss equal.",
+    "air_drag": "Let the disk coast at 2 m/s and at 0.5 m/s, and once with a card of twice its area on it: quadratic "
+    "drag grows with both.",
+    "table_tilt": "Turn the Host by 90 degrees on the shaker and repeat: a tilted table stays in the room, a force of "
+    "the Host turns with it.",
+    "vertical_motion": "Run once at half the level: z'' and the share of the load that follows it halve, a plain "
+    "change of friction does not.",
+    "friction_drift": "Repeat the first run at the end of the series and clean the floor before one in the middle: "
+    "wear stays, dust goes.",
+    "speed_dependent_restitution": "Drop the disk against the wall at 0.3, 1 and 3 m/s by hand launches: restitution "
+    "against speed alone.",
+    "direction_dependent_restitution": "Turn the ring by 90 degrees in its mount: a stiffness of the ring turns with "
+    "it, one of the mount does not.",
+    "finite_contact_time": "Film one impact at ten times the frame rate: the disk's centre goes past the contact "
+    "radius by about v T / pi.",
+    "wall_ellipticity": "Measure the ring's diameter along and across with calipers, and turn the ring by 45 degrees "
+    "for one run.",
+    "wall_centre_offset": "Fit the wall's edge in the images (or touch it with a marked disk at four places) and "
+    "compare with the markers' circle.",
+    "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "
+    "centre at the spin's rate.",
+    "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
+    "radius.",
+    "camera_clock_offset": "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
+    "sensor_window_offset": "Record the extrinsic board once in the recording's window and once on the full sensor.",
+    "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",
+    "frame_rate_error": "Record the trigger on the acquisition card and give it as trigger.csv.",
+    "plane_tilt": "Lay the board flat on the sliding floor for the extrinsic view.",
+    "trigger_jitter": "Record the trigger on the acquisition card and give it as trigger.csv.",
+}
+NONE_TEST = (
+    "Nothing to separate. To see smaller effects: longer runs, a higher level (faster impacts), or launches with "
+    "spin; the table of "
+    "detectable sizes says what would have been seen."
+)
+
+
+def unknown_test(stage: str, goes_with: str) -> str:
+    """The next test where structure has no name: change what it goes with, keep the rest."""
+    return (
+        f"The structure lies in the {stage} and goes with {goes_with}. Change that alone in two recordings (twice as "
+        f"much, half as much; or turn "
+        "Host, ring or disk by 90 degrees) and repeat the diagnosis: what follows the change is its cause."
+    )

@@ -1,0 +1,29 @@
+"""Sizes and significances that decide the diagnosis, in one place, each with its reason."""
+
+# Acceptance, set on series of analysis.blind and of the practice set (results tuned there are called that): a term must
+# hold in most runs and stand clear of the scatter between them, not only of the noise.
+SIGNIFICANCE, IMPROVED, GAIN = 5.0, 0.7, 50.0
+IMPACT_GAIN = 25.0
+# A probe overrides a named effect of the same residual when it explains more by this much (fall of -2 log L).
+OVERRIDES = 10.0
+# ... and structure left over beside an accepted effect makes the answer "unknown" when it is this share of the effect's
+# own size.
+LEFT_OVER = 0.25
+# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
+EQUIVALENT = 10.0
+CENTRE_NEGLIGIBLE_M = 1.0e-4
+MASS_CENTRE_NEGLIGIBLE_M = 5e-5
+CONTACT_TIME_NEGLIGIBLE_S = 6e-5
+# Ellipticity; where a lens residual is seen, what the like of it leaves in 50 series (0.7e-3 at most) is no finding.
+ELLIPTICITY_NEGLIGIBLE, ELLIPTICITY_UNDER_LENS = 5e-4, 1.1e-3
+ELLIPTICITY_SD_UNDER_LENS = 2.5e-4
+
+#: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig
+NEGLIGIBLE = {
+    "camera_clock_offset": 3e-5,
+    "sensor_window_offset": 0.35,
+    "length_scale_error": 1.6e-3,
+    "frame_rate_error": 2.5e-4,
+    "plane_tilt": 1.7e-3,
+    "trigger_jitter": 7e-6,
+}

@@ -1,0 +1,273 @@
+"""Runs of one rig to one set of parameters: floor, flights, wall and contact law, each fitted on what the one before
+explains.
+
+Shared unknowns of the flights (floor friction and the terms that ``[model]`` names) are found first, on all flights of
+all runs; the impacts are where neighbouring flights meet; the wall is the circle on which they meet; the law is fitted
+to what happens there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from analysis.contact.impacts import intersect, measure
+from analysis.contact.law import (
+    Law,
+    LawData,
+    SpinBalance,
+    fit_restitution,
+    fit_tangential,
+    follows,
+    law_data,
+    spin_balance,
+)
+from analysis.contact.wall import WALL_TERMS, Wall
+from analysis.contact.wall_fit import WallFit, fit_wall, usable
+from analysis.flights.fit import NO_ANGLE_SD_RAD
+from analysis.flights.runs import Run, cut_again
+from analysis.flights.segments import SMOOTH_M_PER_S2
+from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, choose_floor, prior_sd
+from analysis.identification.intervals import best_tangential
+from analysis.identification.lens_residual import LensResidual, lens_residual
+
+DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
+# How far the wall may be from the design before the impacts themselves must say so: gluing and turning tolerances,
+# generously.
+WALL_PRIOR_SD_M = {"radius": 3e-4, "centre_x": 2e-4, "centre_y": 2e-4, "disk_x": 2e-4, "disk_y": 2e-4}
+# An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts, and
+# chance would not (F test of its two terms: of a dozen impacts seven parameters always explain much).
+FEWEST_FOR_ELLIPSE = 12
+ELLIPSE_SHARE = 2.0
+ELLIPSE_CHANCE = 1e-4
+ELLIPSE_WORDS = "The impacts show a wall that is no circle, which [model] effects does not name; an ellipse was fitted."
+# An ellipse smaller than this share of the lens residual may be spurious, caused by it (two sds of such ones,
+# LENS_SHARE).
+SPURIOUS_SHARE = 2.6
+SPURIOUS_WORDS = (
+    "The contact distances follow an ellipse of {:.2g} of the radius. A lens residual as large as the flights show may "
+    "cause it: the ellipse was fitted, but the wall may be round."
+)
+# Spin and impulse may differ by this share, and by five sd, before radius or inertia are doubted.
+BALANCE_SHARE = 2e-3
+BALANCE_SD = 5.0
+# An inertia factor is positive, whatever the impacts ask for.
+LEAST_INERTIA = 0.01
+# Lengths may be off by this many times the imbalance that nothing explains: it goes with (k - 1) / (1 + 1/q), q = 0.5.
+DOUBT_PER_IMBALANCE = 3.0
+# A contact lasts where the contact distances grow with the approach speed by this much (s), ten sd beyond doubt: an
+# instant one gives 0 to 3e-6, one of half a millisecond 1.6e-4.
+LASTING_S = 2e-5
+LASTING_SD = 10.0
+# What a contact that lasts leaves open of a speed: the Host's acceleration (9 g) meanwhile.
+HOST_ACCELERATION_M_PER_S2 = 90.0
+LASTING_WORDS = (
+    "The disk goes on for {:.3f} ms past the wall at impacts: the contact lasts (finite_contact_time), which an "
+    "instant law does not describe. "
+    "Times are those of the first touch; restitution and the tangential values are those of the whole contact taken "
+    "as an instant, the "
+    "Host's motion meanwhile included; chatter is followed with such a contact."
+)
+# An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
+OFF_THE_LAW_SD = 5.0
+# The disk's fastest spin, single wrong angles left out.
+FASTEST_SHARE = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class RigFit:
+    """Everything fitted to one or more runs; ``law`` is None without an impact, ``angle`` False where no run shows the
+    disk's angle.
+
+    ``lens`` the lens residual that the flights show, ``balance`` of spin and impulse as given, ``length_doubt`` the
+    relative error of lengths that an imbalance leaves open, ``left_out`` impacts that do not follow the law."""
+
+    runs: tuple[Run, ...]
+    floor: FloorFit
+    wall: WallFit
+    data: LawData
+    law: Law | None
+    angle: bool
+    notes: tuple[str, ...]
+    lens: LensResidual
+    balance: SpinBalance
+    length_doubt: float = 0.0
+    left_out: int = 0
+
+
+def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None) -> RigFit:
+    """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default.
+
+    Where spins and impulses do not balance, the disk's radius and its inertia factor are each tried with what they
+    need, and the one taken with which the impacts follow the law better; the notes say so.
+    """
+    named = DEFAULT_EFFECTS if effects is None else tuple(effects)
+    rig = _fit(runs, named)
+    if _swings(rig):
+        runs = cut_again(runs, rig.floor.fits[0].shared[:2])
+        rig = _fit(runs, named)
+    off = rig.balance.ratio - 1
+    limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
+    if not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
+        return rig
+    tried = {
+        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named)
+        for name in ("radius_m", "inertia_factor")
+    }
+    best = min(tried, key=lambda name: _misfit(tried[name]))
+    words = (
+        f"Spins and tangential impulses of the impacts disagree by {100 * off:+.2f} % (sd "
+        f"{100 * rig.balance.ratio_sd:.2f} %): the length "
+        "scale of the calibration, radius_m or inertia_factor of the NES is off."
+    )
+    if _misfit(tried[best]) >= _misfit(rig):
+        return replace(rig, notes=(*rig.notes, words), length_doubt=DOUBT_PER_IMBALANCE * abs(off))
+    data = tried[best].runs[0].data
+    value = data.radius_m if best == "radius_m" else data.inertia_factor
+    more = (
+        f"The law was fitted with {best} = {value:.5g}, which the impacts follow; floor friction and lengths are "
+        f"uncertain by as much."
+    )
+    doubt = abs(value / runs[0].data.radius_m - 1) if best == "radius_m" else 0.0
+    return replace(tried[best], notes=(*tried[best].notes, words, more), length_doubt=doubt)
+
+
+def _swings(rig: RigFit) -> bool:
+    """Whether the markers' origin swings about the mass centre, as the flights show it, so fast that it looks like
+    impacts.
+    """
+    spins = [np.abs(np.diff(run.data.angle_rad) / np.diff(run.data.time_s)) for run in rig.runs]
+    fastest = max((float(np.quantile(spin, FASTEST_SHARE)) for spin in spins if len(spin)), default=0.0)
+    return rig.angle and float(np.hypot(*rig.floor.fits[0].shared[:2])) * fastest**2 > SMOOTH_M_PER_S2
+
+
+def _misfit(rig: RigFit) -> float:
+    return rig.law.tangential_misfit if rig.law is not None else np.inf
+
+
+def _scaled(run: Run, name: str, ratio: float) -> Run:
+    """``run`` with the disk's radius or inertia factor such that impulse over spin comes out as ``ratio``.
+
+    The impulse is (dv + R d(omega)) / (1 + 1/q), its spin q R d(omega): lengths k times too long make the ratio 1 + (k
+    - 1) / (1 + 1/q), an inertia factor q' for q makes it (1 + q') / (1 + q)."""
+    data, q = run.data, run.data.inertia_factor
+    if name == "radius_m":
+        return replace(run, data=replace(data, radius_m=data.radius_m * (1 + (1 + 1 / q) * (ratio - 1))))
+    return replace(run, data=replace(data, inertia_factor=max(ratio * (1 + q) - 1, LEAST_INERTIA)))
+
+
+def _fit(runs: Sequence[Run], named: Sequence[str]) -> RigFit:
+    angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
+    runs, floor, notes = choose_floor(runs, named, angle)
+    wall, more = _wall(floor, named, angle)
+    first = runs[0].data
+    lens = lens_residual(
+        floor.lens_sd_m if floor.lens_sd_m > HELD_M else 0.0,
+        floor.evidence,
+        floor.names,
+        prior_sd(floor.lens_sd_m),
+        WEAK_SD,
+        first.contact_radius_m,
+    )
+    size = float(np.hypot(*wall.wall.ellipse))
+    if 0 < size < SPURIOUS_SHARE * lens.relative:
+        more = [SPURIOUS_WORDS.format(size) if note == ELLIPSE_WORDS else note for note in more]
+    balance = spin_balance(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
+    data = law_data(wall.impacts, wall.used, first.radius_m, first.inertia_factor, balance.speed_floor_m_per_s)
+    return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more), lens, balance)
+
+
+def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit, list[str]]:
+    """The wall as a circle; as an ellipse where ``[model]`` says so or the impacts leave no doubt; with a lasting
+    contact where it shows.
+    """
+    terms = [term for term in WALL_TERMS if not term.startswith("ellipse") and (angle or not term.startswith("disk"))]
+    junctions, start = intersect(floor.fits), Wall(floor.fits[0].run.contact_radius_m)
+    seen = measure(junctions, start)
+    near = usable(seen)
+    if near.any():
+        # The impacts' own distance, not the design: a scale that is off by 4 % would leave every impact a millimetre
+        # from the wall.
+        start = Wall(float(np.median(seen.of("radius")[near])))
+    ellipse = fit_wall(
+        junctions, start, [*terms, *(term for term in WALL_TERMS if term.startswith("ellipse"))], WALL_PRIOR_SD_M
+    )
+    circle = fit_wall(junctions, start, terms, WALL_PRIOR_SD_M)
+    count = int(circle.used.sum())
+    if count >= FEWEST_FOR_ELLIPSE:
+        lasting = fit_wall(junctions, start, terms, WALL_PRIOR_SD_M, circle.impacts.of("normal_before")[:, None])
+        delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))
+        if delay > max(LASTING_S, LASTING_SD * sd) and lasting.scatter_m < circle.scatter_m:
+            return (
+                replace(
+                    lasting, delay_s=delay, estimate=lasting.estimate[:-1], covariance=lasting.covariance[:-1, :-1]
+                ),
+                [LASTING_WORDS.format(1e3 * delay)],
+            )
+    if "wall_ellipticity" in effects:
+        return ellipse, []
+    if (
+        count < FEWEST_FOR_ELLIPSE
+        or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m
+        or not _surely_better(circle, ellipse)
+    ):
+        return circle, []
+    return ellipse, [ELLIPSE_WORDS]
+
+
+def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:
+    """Whether the ellipse's two terms explain more of the contact distances than chance would."""
+    free = int(ellipse.used.sum()) - len(ellipse.terms)
+    if free < 1:
+        return False
+    per_freedom = max(ellipse.chi_square / free, 1.0)
+    return bool(f_distribution.sf((circle.chi_square - ellipse.chi_square) / 2 / per_freedom, 2, free) < ELLIPSE_CHANCE)
+
+
+def fit_contact_law(data: LawData, angle: bool) -> Law | None:
+    """Restitution, and where the angle is known wall friction and tangential restitution; None without an impact."""
+    if len(data) == 0:
+        return None
+    (restitution,), _, scatter, normal = fit_restitution(data)
+    if not angle:
+        return Law(float(restitution), scatter, np.nan, np.nan, normal, np.nan, np.nan)
+    (friction,), beta, tangential_scatter, _ = fit_tangential(data)
+    friction, beta, tangential = best_tangential(data, float(friction), beta)
+    return Law(
+        float(restitution),
+        scatter,
+        float(friction),
+        float(np.clip(beta, -1, 1)),
+        normal,
+        tangential,
+        tangential_scatter,
+    )
+
+
+def refit_law(rig: RigFit, junctions: NDArray[np.bool_]) -> RigFit:
+    """The contact law once more, on those of the usable impacts that are true for ``junctions`` (K,) and follow it."""
+    used = rig.wall.used & junctions
+    first = rig.runs[0].data
+    fitted, chosen = rig, used
+    for _ in range(3):
+        if not np.array_equal(chosen, rig.wall.used):
+            data = law_data(
+                rig.wall.impacts, chosen, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s
+            )
+            fitted = replace(rig, data=data, law=fit_contact_law(data, rig.angle))
+        if fitted.law is None:
+            break
+        law, everyone = (
+            fitted.law,
+            law_data(rig.wall.impacts, used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s),
+        )
+        still = used.copy()
+        still[everyone.index[~follows(everyone, law, OFF_THE_LAW_SD)]] = False
+        if np.array_equal(still, chosen):
+            break
+        chosen = still
+    return replace(fitted, left_out=int(np.count_nonzero(used & ~chosen)))

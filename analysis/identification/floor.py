@@ -1,0 +1,342 @@
+"""Floor and flights of the runs of one rig: what all flights share, fitted on all of them, and which terms they
+need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.flights.evidence import (
+    Evidence,
+    RunRows,
+    columns_of,
+    gather,
+    linearised,
+    usable_flights,
+    weighed,
+)
+from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, fit_flights
+from analysis.flights.frame_assignment import settled
+from analysis.flights.noise import PLAIN, FlightNoise, at_least, frame_noise
+from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.flights.runs import FINEST_SD_M, Run
+from analysis.flights.unknown_force import (
+    Prior,
+    best_model,
+    force_evidence,
+    tried_forces,
+    tried_nearby,
+    tried_spins,
+)
+
+Array = NDArray[np.float64]
+
+# Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
+TERMS_OF = {
+    "viscous_drag": ("viscous",),
+    "air_drag": ("air",),
+    "table_tilt": ("tilt_x", "tilt_y"),
+    "friction_drift": ("drift",),
+}
+# Lens residual per polynomial term before the flights tell its size (rig units: 0.03 mm of a 40 mm rig), markers'
+# origin within 1 mm.
+LENS_SD_M = 3e-5
+# Prior sd of what is not there, and the sizes that are tried: more than 0.15 % of the contact radius no calibration
+# leaves.
+HELD_M = 1e-9
+LENS_SDS_M = (HELD_M, *np.geomspace(5e-7, 6e-5, 8).tolist())
+ORIGIN_SD_M = 1e-3
+# Fall of -2 log L from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600
+# series.
+ANOTHER_LAW = 25.0
+# The same for further terms, each model with the unknown force that it leaves: six candidates of up to two parameters
+# give 25 by chance once in thirty thousand series.
+ANOTHER_TERM = 40.0
+MOST_ADDED = 3
+# Parameters that no flight informs keep this sd, and are then reported as not determined.
+WEAK_SD = 1e2
+# Terms linear in the place are held: they look like an error of length and attitude, and the Host does not share them.
+NONLINEAR = tuple(name for name in LENS_TERMS if int(name[-2]) + int(name[-1]) > 1)
+# What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
+CANDIDATES: dict[str, tuple[str, ...]] = {
+    "table_tilt": ("tilt_x", "tilt_y"),
+    "vertical_motion": ("load",),
+    "viscous_drag": ("viscous",),
+    "air_drag": ("air",),
+    "friction_drift": ("drift",),
+    "a force towards the Host's centre": ("centre_host",),
+}
+START_FRICTION = 0.25
+# Rounds until the shared parameters rest (a step within this share of their sds): with the stated noise, then with that
+# found.
+FIRST_ROUNDS, ROUNDS, RESTS_SD = 3, 5, 0.05
+# An unknown force is found where the first fit stands, which a wrong law leads astray: it is found again until it rests
+# (logarithm), so often at most.
+MOST_STAGES, FORCE_RESTS = 4, 0.2
+# Fewer runs, or flights, do not show how much they scatter.
+FEWEST_RUNS, FEWEST_FLIGHTS = 5, 10
+
+
+@dataclass(frozen=True, eq=False)
+class FloorFit:
+    """Flights fitted with the best shared parameters: ``names`` of those estimated, ``estimate`` and ``covariance`` of
+    them;
+    ``noise`` of the frames and what no law explains, ``coupling`` of sliding and spinning friction, ``lens_sd_m`` prior
+    of the lens residual's terms (none where the flights show none)."""
+
+    fits: tuple[FlightFits, ...]
+    evidence: tuple[Evidence, ...]
+    names: tuple[str, ...]
+    estimate: Array
+    covariance: Array
+    noise: FlightNoise
+    coupling: float
+    lens_sd_m: float
+
+
+def choose_floor(runs: Sequence[Run], effects: Sequence[str], angle: bool) -> tuple[list[Run], FloorFit, list[str]]:
+    """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling,
+    further terms.
+
+    A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
+    Returns the runs too: without the frames that no flight explains.
+    """
+    names = [term for effect in effects for term in TERMS_OF.get(effect, ())]
+    load = 1.0 if "vertical_motion" in effects else 0.0
+    friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
+    if friction:
+        names = ["friction", *names]
+    floor, notes = fit_floor(runs, names, 1.0 if coupled else 0.0, load), []
+    if not friction or (angle and not coupled):
+        names = ["friction", *(n for n in names if n != "friction")]
+        richer = fit_floor(runs, names, 1.0 if angle else 0.0, load)
+        if _cost(floor, richer) - _cost(richer, richer) > ANOTHER_LAW:
+            what = "the coupling of sliding and spinning friction" if friction else "floor friction"
+            floor, notes = (
+                richer,
+                [f"The flights need {what}, which [model] effects does not name; it was fitted along."],
+            )
+    found = [settled(run, fits) for run, fits in zip(runs, floor.fits, strict=True)]
+    if any(run is not None for run in found):
+        runs = [new or run for new, run in zip(found, runs, strict=True)]
+        floor = fit_floor(runs, floor.names, floor.coupling, load, floor)
+    for _ in range(MOST_ADDED):
+        added = _needed_term(floor)
+        if added is None:
+            break
+        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], floor.coupling, load, floor)
+        if not _confirmed(richer, CANDIDATES[added]):
+            break
+        floor = richer
+        notes.append(f"The flights need {added}, which [model] effects does not name; it was fitted along.")
+    return list(runs), floor, notes
+
+
+def _cost(floor: FloorFit, judge: FloorFit) -> float:
+    """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
+    are held against each other on the same frames."""
+    columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
+    rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
+    noise = _without_force(judge.noise)
+    prior = _prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
+    return best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])[2]
+
+
+def _needed_term(floor: FloorFit) -> str | None:
+    """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
+
+    Each candidate is held against the model without it, both with the unknown force that they leave."""
+    candidates = {name: terms for name, terms in CANDIDATES.items() if not set(terms) & set(floor.names)}
+    if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
+        del candidates["vertical_motion"]
+    if not candidates:
+        return None
+    columns = columns_of([*floor.names, *(t for terms in candidates.values() for t in terms), *ORIGIN, *LENS_TERMS])
+    rows = [linearised(fit, columns) for fit in floor.fits]
+    evidence = force_evidence(rows, tried_forces(rows, floor.noise, floor.fits[0].run.radius_m))
+    costs = {}
+    for name, terms in {"": (), **candidates}.items():
+        chosen = columns_of([*floor.names, *ORIGIN, *LENS_TERMS, *terms])
+        costs[name] = best_model(evidence, [_prior_in(columns, chosen, floor.fits[0].shared, floor.lens_sd_m)])[2]
+    best = min(candidates, key=lambda name: costs[name])
+    return best if costs[""] - costs[best] > ANOTHER_TERM else None
+
+
+def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
+    """Whether fitted ``terms`` stand out of their covariance, in which the runs' disagreement is: what the model misses
+    pulls each run its own way."""
+    at = [floor.names.index(term) for term in terms]
+    value = floor.estimate[at]
+    return bool(value @ np.linalg.solve(floor.covariance[np.ix_(at, at)], value) > ANOTHER_LAW)
+
+
+def fit_floor(
+    runs: Sequence[Run], names: Sequence[str], coupling: float, load: float = 0.0, start: FloorFit | None = None
+) -> FloorFit:
+    """Shared parameters ``names`` of the flight model on all flights of all runs, relinearised until they rest.
+
+    First as if frames were independent, which tells how they are not; then weighed by that.  ``start``: a fit with
+    fewer of them, from which to go on."""
+    parameters = np.zeros(len(PARAMETERS))
+    parameters[INDEX["coupling"]], parameters[INDEX["load"]] = coupling, load
+    if "friction" in names:
+        parameters[INDEX["friction"]] = START_FRICTION
+    shared = np.zeros(2 + len(LENS_TERMS))
+    fits: list[FlightFits] = []
+    if start is not None:
+        parameters, shared, fits = start.fits[0].parameters.copy(), start.fits[0].shared.copy(), list(start.fits)
+    columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
+    at = [columns.index(SHARED.index(n)) for n in names]
+    offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
+    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (_without_force(start.noise), LENS_SD_M)
+    for stage in range(1 + MOST_STAGES):
+        for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
+            fits = [
+                fit_flights(run.data, run.flights, parameters, shared, fits[k] if fits else None, noise)
+                for k, run in enumerate(runs)
+            ]
+            rows = [linearised(fit, columns) for fit in fits]
+            evidence = [weighed(one, noise) for one in rows]
+            prior, pull = _prior(columns, shared, lens_sd)
+            step, covariance = _step(evidence, columns, prior, pull)
+            if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
+                break
+            parameters = parameters.copy()
+            for name, k in zip(names, at, strict=True):
+                parameters[INDEX[name]] += step[k]
+            parameters[INDEX["friction"]] = max(parameters[INDEX["friction"]], 0.0)
+            shared = shared + step[offsets]
+        if stage == 0 or (noise.forced and stage < MOST_STAGES):
+            # Noise is estimated on fits without a force, which would follow it.
+            frames = _noise(fits) if stage == 0 else _without_force(noise)
+            before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
+            if (
+                stage > 0
+                and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
+                < FORCE_RESTS
+            ):
+                break
+            if lens_sd == HELD_M:
+                shared = np.concatenate([shared[:2], np.zeros(len(LENS_TERMS))])
+        else:
+            break
+    if fits[0].parameters is not parameters:
+        fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)]
+        evidence = [gather(fit, columns, noise) for fit in fits]
+        prior, pull = _prior(columns, shared, lens_sd)
+        step, covariance = _step(evidence, columns, prior, pull)
+    estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
+    wider = disagreement(evidence, step, covariance)[at]
+    return FloorFit(
+        tuple(fits),
+        tuple(evidence),
+        tuple(names),
+        estimate,
+        covariance[np.ix_(at, at)] * np.outer(wider, wider),
+        noise,
+        coupling,
+        lens_sd,
+    )
+
+
+def _without_force(noise: FlightNoise) -> FlightNoise:
+    return replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0, sure=0.0)
+
+
+def _noise(fits: Sequence[FlightFits]) -> FlightNoise:
+    """Noise of the frames from what no law of flight can touch; the stated one without a flight."""
+    if not any(fit.flights for fit in fits):
+        return PLAIN
+    first = fits[0].run
+    angle = any(np.any(fit.run.angle_sd_rad < NO_ANGLE_SD_RAD) for fit in fits)
+    noise = frame_noise(
+        [fit.standard_residuals(k) for fit in fits for k in range(len(fit.flights)) if not fit.rests(k)],
+        first.period_s,
+        angle,
+    )
+    sds = np.concatenate([fit.run.xy_sd_m for fit in fits]), np.concatenate([fit.run.angle_sd_rad for fit in fits])
+    return at_least(
+        noise, FINEST_SD_M / float(np.median(sds[0])), FINEST_SD_M / first.radius_m / float(np.median(sds[1]))
+    )
+
+
+def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNoise) -> tuple[FlightNoise, float]:
+    """``noise`` with what the flights leave beyond it as an unknown force, and the size of the lens residual's terms:
+    found together, for either may pass for the other."""
+    first = fits[0].run
+    if not any(row.flights for row in rows):
+        return noise, HELD_M
+    columns = rows[0].columns
+    priors = [_prior_in(columns, columns, fits[0].shared, lens_sd) for lens_sd in LENS_SDS_M]
+    best, number, _ = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
+    for finer in (tried_nearby, tried_spins):
+        if best.forced:
+            best, _, _ = best_model(force_evidence(rows, finer(best)), priors[number : number + 1])
+    return best, LENS_SDS_M[number]
+
+
+def prior_sd(lens_sd_m: float) -> dict[str, float]:
+    """Prior sds of the origin and of the lens residual's terms, the linear ones held."""
+    return {
+        **dict.fromkeys(LENS_TERMS, HELD_M),
+        **dict.fromkeys(NONLINEAR, lens_sd_m),
+        **dict.fromkeys(ORIGIN, ORIGIN_SD_M),
+    }
+
+
+def _prior(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Array, Array]:
+    """Prior's 1/variance of the columns, and how it pulls offsets to zero from where they stand (``shared``)."""
+    sds = prior_sd(lens_sd_m)
+    prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
+    pull = np.zeros(len(columns))
+    for offset, name in enumerate((*ORIGIN, *LENS_TERMS)):
+        if SHARED.index(name) in columns:
+            k = list(columns).index(SHARED.index(name))
+            pull[k] = -prior[k] * shared[offset]
+    return prior, pull
+
+
+def _prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
+    """The prior of the ``chosen`` of the evidence's ``columns``, the lens residual's terms integrated out."""
+    lens = {SHARED.index(name) for name in LENS_TERMS}
+    return Prior(
+        tuple(list(columns).index(c) for c in chosen),
+        *_prior(chosen, shared, lens_sd_m),
+        np.array([c in lens for c in chosen], bool),
+    )
+
+
+def disagreement(evidence: Sequence[Evidence], step: Array, covariance: Array) -> Array:
+    """Factor (P,) >= 1 on the sds by which flights, and runs, disagree more than their noise lets them.
+
+    Flights of a run share nothing but the law; runs are independent whatever goes on within one.  The sum of their
+    scores' squares is the sandwich estimator clustered by either (Liang and Zeger 1986); the larger counts.  1 with
+    fewer than :data:`FEWEST_FLIGHTS` or :data:`FEWEST_RUNS`."""
+    informed = [e for e in evidence if e.count > 0]
+    clusters = [
+        ([part for e in informed for part in e.parts], FEWEST_FLIGHTS),
+        ([(e.information, e.score) for e in informed], FEWEST_RUNS),
+    ]
+    factor = np.ones(len(step))
+    for parts, fewest in clusters:
+        if len(parts) >= fewest:
+            residual = np.array([score - information @ step for information, score in parts])
+            spread = covariance @ (residual.T @ residual) @ covariance * len(parts) / (len(parts) - 1)
+            factor = np.maximum(factor, np.sqrt(np.diag(spread) / np.diag(covariance)))
+    return factor
+
+
+def _step(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array, pull: Array) -> tuple[Array, Array]:
+    """Step of the shared unknowns and their covariance; the prior draws offsets to zero, not to where they stand."""
+    information, score = np.diag(prior), pull.copy()
+    for e in evidence:
+        a, b = e.take(columns)
+        information, score = information + a, score + b
+    # Unit diagonal first: friction, metres and rates differ by ten orders of magnitude.
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
+    return covariance @ score, covariance

@@ -1,0 +1,316 @@
+"""90 % intervals of the contact law by profile likelihood; a bound where the likelihood never comes down on one side.
+
+``min(beta_0, beta_1)``: an impact that sticks says nothing of wall friction but that it is larger than it needed; one
+that slides says the same of tangential restitution.  The profile of each parameter over the other (and over the
+scatter) shows it: it stays flat to the end of the range, and the answer is a bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.stats import t as student
+
+from analysis.compiled import compiled
+from analysis.contact.law import (
+    FEWEST_FOR_OUTLIERS,
+    FRICTIONS,
+    LEAST_SCATTER,
+    OUTLIER_SHARE,
+    OUTLIER_SPREAD,
+    TANGENTIAL_RESTITUTIONS,
+    LawData,
+    outlier_share,
+    predicted_tangential,
+    sticks,
+)
+
+Array = NDArray[np.float64]
+LEVEL = 0.90
+NORMAL_90 = 1.6449
+# Ranges of the two parameters: friction of steel on plastic is far below 2; -1 is smooth, 1 full reversal.
+FRICTION_RANGE = (0.0, 2.0)
+TANGENTIAL_RANGE = (-1.0, 1.0)
+# Restitutions lie between 0 and 1: they scatter by no more.
+MOST_SCATTER = 0.5
+# Golden section.
+GOLDEN = 0.6180339887498949
+# A crossing is looked for in steps that grow by this, then halved so often or to this share of the first step, which is
+# a fraction of an sd.
+LONGER, BISECTIONS, CROSSED_SHARE = 1.7, 24, 1e-3
+
+
+@dataclass(frozen=True)
+class Interval:
+    """``value`` NaN where the data give a bound only; ``low`` or ``high`` NaN on a side that they leave open."""
+
+    value: float
+    sd: float
+    low: float
+    high: float
+
+
+def threshold(count: int, unknowns: int) -> float:
+    """Rise of -2 log L that bounds a 90 % interval, of ``count`` impacts with the scatter unknown too.
+
+    n log(1 + t^2/(n - p)), exact for a normal error of unknown variance; chi-square's 2.71 for many impacts."""
+    free = max(count - unknowns, 1)
+    return float(count * np.log1p(student.ppf(0.5 + LEVEL / 2, free) ** 2 / free))
+
+
+@compiled
+def _deviance(scatter: float, residual: Array, variance: Array, size: Array, share: float) -> float:
+    """-2 log L of residuals of variance + (scatter size)^2, of which ``share`` are outliers (as
+    :func:`analysis.contact.law.fit_restitution`).
+    """
+    total = 0.0
+    for i in range(len(residual)):
+        v, r2 = variance[i] + (scatter * size[i]) ** 2, residual[i] ** 2
+        follow = np.log1p(-share) - 0.5 * (r2 / v + np.log(v))
+        if share > 0.0:
+            broad = v + (OUTLIER_SPREAD * size[i]) ** 2
+            outlier = np.log(share) - 0.5 * (r2 / broad + np.log(broad))
+            high, low = max(follow, outlier), min(follow, outlier)
+            follow = high + np.log1p(np.exp(low - high))
+        total -= 2 * follow
+    return total
+
+
+@compiled
+def _best_scatter(residual: Array, variance: Array, size: Array, share: float) -> float:
+    """Least -2 log L over the scatter: a coarse scan of its logarithm, then golden section."""
+
+    def value(s: float) -> float:
+        return _deviance(s, residual, variance, size, share)
+
+    best, at = np.inf, 0
+    grid = np.empty(18)
+    for k in range(18):
+        grid[k] = np.log(LEAST_SCATTER) + k * (np.log(MOST_SCATTER) - np.log(LEAST_SCATTER)) / 17
+        f = value(np.exp(grid[k]))
+        if f < best:
+            best, at = f, k
+    low, high = grid[max(at - 1, 0)], grid[min(at + 1, 17)]
+    g = GOLDEN
+    a, b = high - g * (high - low), low + g * (high - low)
+    fa, fb = value(np.exp(a)), value(np.exp(b))
+    for _ in range(12):
+        if fa < fb:
+            high, b, fb = b, a, fa
+            a = high - g * (high - low)
+            fa = value(np.exp(a))
+        else:
+            low, a, fa = a, b, fb
+            b = low + g * (high - low)
+            fb = value(np.exp(b))
+    return min(best, fa, fb)
+
+
+@compiled
+def _tangential(
+    slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, mu: float, beta: float
+) -> float:
+    """-2 log L of the tangential impulses; those that slide scatter with the wall friction, those that stick with the
+    tangential restitution.
+
+    Each regime has a scatter and outliers of its own: that many impacts stick as the law has it says nothing of those
+    that slide.
+    """
+    n = len(slip)
+    residual, size = np.empty(n), np.empty(n)
+    slides = np.zeros(n, np.bool_)
+    for i in range(n):
+        stick, slide = (1 + beta) * abs(slip[i]) / share, mu * normal_impulse[i]
+        slides[i] = slide < stick
+        residual[i] = impulse[i] + np.sign(slip[i]) * min(stick, slide)
+        size[i] = normal_impulse[i] if slides[i] else abs(slip[i]) / share
+    total = 0.0
+    for regime in range(2):
+        at = slides == (regime == 0)
+        count = np.count_nonzero(at)
+        if count:
+            outliers = OUTLIER_SHARE if count >= FEWEST_FOR_OUTLIERS else 0.0
+            total += _best_scatter(residual[at], variance[at], size[at], outliers)
+    return total
+
+
+def restitution_deviance(data: LawData) -> Callable[[float], float]:
+    """-2 log L of a restitution, the scatter chosen best."""
+    variance, outliers = data.normal_sd**2, outlier_share(len(data))
+    return lambda eps: float(_best_scatter(data.after - eps * data.before, variance, data.before, outliers))
+
+
+def tangential_deviance(data: LawData) -> Callable[[float, float], float]:
+    """-2 log L of (wall friction, tangential restitution), the scatters of both chosen best."""
+    share, variance = 1 + 1 / data.inertia_factor, data.tangential_sd**2
+    return lambda mu, beta: float(
+        _tangential(data.slip, data.normal_impulse, data.tangential_impulse, variance, share, float(mu), float(beta))
+    )
+
+
+def best_tangential(data: LawData, friction: float, beta: float) -> tuple[float, float, float]:
+    """Wall friction, tangential restitution and -2 log L where :func:`tangential_deviance` is least.
+
+    From a first guess and a grid of others, for ``min(beta_0, beta_1)`` has local minima.
+    """
+    cost = tangential_deviance(data)
+    starts = sorted([(friction, beta), *product(FRICTIONS, TANGENTIAL_RESTITUTIONS)], key=lambda one: cost(*one))[:3]
+    tried = []
+    for mu, b in starts:
+        simplex = np.array([[mu, b], [1.1 * mu + 1e-3, b], [mu, b + 0.1]])
+        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-4, "maxiter": 400}
+        tried.append(minimize(lambda x: cost(*x), simplex[0], method="Nelder-Mead", options=options))
+    best = min(tried, key=lambda one: one.fun)
+    return float(best.x[0]), float(best.x[1]), float(best.fun)
+
+
+def minimum(
+    cost: Callable[[float], float], low: float, high: float, points: int, rounds: int = 3
+) -> tuple[float, float]:
+    """Least value on a grid that is refined around its best point (``cost`` may have several minima)."""
+    for _ in range(rounds):
+        grid = np.linspace(low, high, points)
+        values = [cost(float(x)) for x in grid]
+        k = int(np.argmin(values))
+        best = float(grid[k]), float(values[k])
+        low, high = float(grid[max(k - 1, 0)]), float(grid[min(k + 1, points - 1)])
+    return best
+
+
+def crossing(profile: Callable[[float], float], inside: float, limit: float, level: float, first_step: float) -> float:
+    """Where ``profile`` rises above ``level`` going from ``inside`` towards ``limit``; NaN when it never does."""
+    step, here = first_step, inside
+    direction = np.sign(limit - inside)
+    if direction == 0:
+        return float("nan")
+    while True:
+        further = here + direction * step
+        if (limit - further) * direction <= 0:
+            further = limit
+        if profile(float(further)) > level:
+            break
+        if further == limit:
+            return float("nan")
+        here, step = further, step * LONGER
+    outside = float(further)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (here + outside)
+        if profile(middle) > level:
+            outside = middle
+        else:
+            here = middle
+        if abs(outside - here) < CROSSED_SHARE * first_step:
+            break
+    return 0.5 * (here + outside)
+
+
+def restitution_interval(data: LawData, value: float, sd: float) -> Interval:
+    """Restitution with its 90 % interval, and the sd that goes with it (its width over 3.29); with one impact the
+    measured sd alone bounds it."""
+    if len(data) < 2:
+        half = NORMAL_90 * sd
+        return Interval(value, sd, value - half, value + half)
+    profile = restitution_deviance(data)
+    best, least = minimum(profile, value - 5 * sd, value + 5 * sd, 11)
+    level = least + threshold(len(data), 1)
+    low, high = (crossing(profile, best, best + side * 50 * sd, level, 0.5 * sd) for side in (-1, 1))
+    return Interval(value, (high - low) / (2 * NORMAL_90), low, high)
+
+
+def scatter_interval(data: LawData, restitution: float) -> Interval:
+    """Impact-to-impact scatter of the restitution; ``low`` 0 where none explains the impacts as well.
+
+    By the likelihood restricted to what the restitution's own estimate leaves (Patterson and Thompson 1971): three
+    impacts show two scatters."""
+    residual, variance, size, outliers = (
+        data.after - restitution * data.before,
+        data.normal_sd**2,
+        data.before,
+        outlier_share(len(data)),
+    )
+
+    def deviance(scatter: float) -> float:
+        restricted = np.log(np.sum(size**2 / (variance + (scatter * size) ** 2)))
+        return float(_deviance(scatter, residual, variance, size, outliers) + restricted)
+
+    best, least = minimum(lambda x: deviance(float(np.exp(x))), np.log(LEAST_SCATTER), np.log(MOST_SCATTER), 41)
+    value, level = float(np.exp(best)), least + threshold(len(data), 1)
+    high = crossing(deviance, value, 1.0, level, 0.1 * value)
+    low = 0.0 if deviance(0.0) <= level else crossing(deviance, value, 0.0, level, 0.1 * value)
+    return Interval(value, (high - low) / (2 * NORMAL_90), low, high)
+
+
+def widened(interval: Interval, sd: float) -> Interval:
+    """``interval`` with a further, independent error ``sd``; bounds stay bounds."""
+    if not np.isfinite(interval.value) or not np.isfinite(interval.sd) or not sd > 0:
+        return interval
+    low, high = (
+        interval.value + side * np.hypot(end - interval.value, NORMAL_90 * sd)
+        for side, end in ((-1, interval.low), (1, interval.high))
+    )
+    return Interval(interval.value, float(np.hypot(interval.sd, sd)), float(low), float(high))
+
+
+def normal_interval(value: float, sd: float) -> Interval:
+    """The interval of a normal error."""
+    return Interval(float(value), float(sd), float(value - NORMAL_90 * sd), float(value + NORMAL_90 * sd))
+
+
+def _tangential_threshold(data: LawData, friction: float, beta: float, sliding: bool) -> float:
+    """:func:`threshold` as far as the errors' size is read off the impacts that slide (or stick); 2.71 as far as it is
+    the measurement's, which is known.
+    """
+    own = sticks(data, friction, beta) != sliding
+    if not np.any(own):
+        return float(NORMAL_90**2)
+    residual = (data.tangential_impulse - predicted_tangential(data, friction, beta))[own]
+    size = data.normal_impulse[own] if sliding else np.abs(data.slip[own]) / (1 + 1 / data.inertia_factor)
+    variance, outliers = data.tangential_sd[own] ** 2, outlier_share(len(residual))
+    scatters = np.concatenate([[0.0], np.geomspace(LEAST_SCATTER, MOST_SCATTER, 40)])
+    scatter = scatters[int(np.argmin([_deviance(float(s), residual, variance, size, outliers) for s in scatters]))]
+    scattered = (scatter * size) ** 2
+    unknown = float(np.mean(scattered / (variance + scattered)))
+    return unknown * threshold(len(residual), 1) + (1 - unknown) * NORMAL_90**2
+
+
+def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[Interval, Interval]:
+    """Wall friction and tangential restitution, each profiled over the other.
+
+    A side on which the profile never rises is left open (NaN), and then there is no value: the data do not determine
+    the parameter. The sd is that of the interval (its width over 3.29).
+    """
+    cost = tangential_deviance(data)
+    least = cost(friction, beta)
+    level, level_beta = (least + _tangential_threshold(data, friction, beta, sliding) for sliding in (True, False))
+    width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
+    share = 1 + 1 / data.inertia_factor
+    width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.slip**2), 1e-9)) + 5e-4
+
+    def over_beta(mu: float) -> float:
+        near = minimum(
+            lambda b: cost(mu, b), max(beta - 12 * width_beta, -1.0), min(beta + 12 * width_beta, 1.0), 9, 2
+        )[1]
+        return near if near <= level else min(near, minimum(lambda b: cost(mu, b), *TANGENTIAL_RANGE, 25, 2)[1])
+
+    def over_friction(b: float) -> float:
+        near = minimum(lambda m: cost(m, b), max(friction - 12 * width, 0.0), friction + 12 * width, 9, 2)[1]
+        return near if near <= level_beta else min(near, minimum(lambda m: cost(m, b), *FRICTION_RANGE, 41, 2)[1])
+
+    first = _interval(over_beta, friction, FRICTION_RANGE, level, width)
+    second = _interval(over_friction, beta, TANGENTIAL_RANGE, level_beta, width_beta)
+    return first, second
+
+
+def _interval(
+    profile: Callable[[float], float], value: float, limits: tuple[float, float], level: float, step: float
+) -> Interval:
+    inside = float(np.clip(value, *limits))
+    low = crossing(profile, inside, limits[0], level, step)
+    high = crossing(profile, inside, limits[1], level, step)
+    closed = np.isfinite(low) and np.isfinite(high)
+    return Interval(value if closed else np.nan, (high - low) / (2 * NORMAL_90) if closed else np.nan, low, high)

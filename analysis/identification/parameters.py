@@ -1,0 +1,232 @@
+"""Table ``identification``: the parameters with their intervals, what all measurements of a series share included."""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from analysis.contact.law import fit_restitution, restitution_gain
+from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
+from analysis.identification.intervals import (
+    LEVEL,
+    NORMAL_90,
+    Interval,
+    normal_interval,
+    restitution_interval,
+    scatter_interval,
+    tangential_intervals,
+    widened,
+)
+from analysis.identification.lens_speeds import restitution_sd
+from analysis.motion.rig_frame import RigFrame
+
+Array = NDArray[np.float64]
+Row = tuple[str, Interval, int | None]
+UNKNOWN = Interval(np.nan, np.nan, np.nan, np.nan)
+# Errors of the parameters over the lens residual's relative size (LensResidual.relative): rms over 28 blind series with
+# one. The wall friction compares speeds along the wall with speeds towards it, the tangential restitution speeds with
+# the spin's.
+LENS_SHARE = {
+    "wall_friction": 3.5,
+    "tangential_restitution": 2.5,
+    "floor_friction": 0.6,
+    "contact_radius": 1.6,
+    "ellipse": 1.3,
+    "scatter": 1.0,
+    "slope": 0.3,
+    "wall_centre": 0.95,
+}
+# What adapting the disk's radius to lengths that are off leaves of that error in the law.
+ADAPTED_SHARE = 0.03
+# Relative error of fast impacts' speeds that no covariance holds: blind series without any scatter showed 1e-4 to 7e-4
+# of it.
+SPEED_SHARE = 3.5e-4
+UNDETERMINED_FRICTION = 0.3
+# What integrating the law of friction otherwise changes: flights of 800 frames determine friction to 4e-5 of itself and
+# were 1e-4 off.
+FRICTION_MODEL_SHARE = 7.5e-5
+FEWEST_FOR_SLOPE = 5
+# Contact distances show a residual beyond their noise: five unknowns of the wall and one more.
+FEWEST_FOR_RESIDUAL = 6
+# Neighbouring frames' errors more correlated than this are drift.
+MOST_CORRELATION = 0.9
+FLOOR_NAMES = {
+    "friction": "floor_friction",
+    "viscous": "viscous_drag_per_s",
+    "air": "air_drag_per_m",
+    "tilt_x": "table_tilt_x_m_per_s2",
+    "tilt_y": "table_tilt_y_m_per_s2",
+    "drift": "friction_drift_per_s",
+    "load": "vertical_motion_share",
+    "centre_host": "centre_force_per_s2",
+}
+
+
+WALL_NAMES = {
+    "radius": "contact_radius_m",
+    "centre_x": "wall_centre_x_m",
+    "centre_y": "wall_centre_y_m",
+    "disk_x": "disk_centre_x_m",
+    "disk_y": "disk_centre_y_m",
+    "ellipse_c": "wall_ellipticity_cos",
+    "ellipse_s": "wall_ellipticity_sin",
+}
+
+
+def law_intervals(rig: RigFit) -> dict[str, Interval]:
+    """Intervals of the contact law's parameters and of the restitution's scatter and slope; all NaN without an impact.
+
+    The profile likelihoods' intervals, widened by what all impacts share: errors of length (:func:`length_residual`, a
+    lens residual)."""
+    result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), UNKNOWN)
+    if rig.law is None:
+        return result
+    (value,), covariance, _, _ = fit_restitution(rig.data)
+    result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    if rig.angle:
+        result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
+            rig.data, rig.law.wall_friction, rig.law.tangential_restitution
+        )
+    shared = np.hypot(length_residual(rig), ADAPTED_SHARE * rig.length_doubt)
+    if rig.wall.delay_s > 0:
+        shared = np.hypot(shared, rig.wall.delay_s * HOST_ACCELERATION_M_PER_S2 / float(np.median(rig.data.before)))
+    lens = {name: LENS_SHARE[name] * rig.lens.relative for name in result if name in LENS_SHARE}
+    lens["restitution"] = restitution_sd(
+        rig.lens, rig.wall.impacts, rig.data, rig.law, rig.wall.wall.contact_radius_m
+    ) / abs(value)
+    # (1 + beta_0) goes with the ratio of two speeds, the others with one.
+    return {
+        name: widened(i, np.hypot(shared, lens[name]) * (abs(i.value) + (name == "tangential_restitution")))
+        for name, i in result.items()
+    }
+
+
+def length_residual(rig: RigFit) -> float:
+    """Relative error of lengths that the contact distances show beyond their noise: a lens residual, a wall not quite
+    round.
+
+    Speeds share it within a region of the image, so that it does not average out over the impacts."""
+    used, impacts = rig.wall.used, rig.wall.impacts
+    if np.count_nonzero(used) < FEWEST_FOR_RESIDUAL:
+        return 0.0
+    excess = rig.wall.scatter_m**2 - float(np.median(impacts.sd("radius")[used] ** 2))
+    return float(np.sqrt(max(excess, 0.0))) / rig.wall.wall.contact_radius_m
+
+
+def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> pd.DataFrame:
+    """Table ``identification``: one row per parameter; a bound has no value, what is open on both sides has nothing.
+
+    Fitted in the rig's ``frame``, given in the world's."""
+    n = len(rig.data)
+    rows: list[Row] = [(name, law[name], n) for name in ("restitution", "wall_friction", "tangential_restitution")]
+    if rig.law is not None and n > 2:
+        rows.append(("restitution_scatter", _scatter(rig), n))
+    if rig.law is not None and n >= FEWEST_FOR_SLOPE:
+        _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
+        few = np.sqrt(n / (n - 2)) * student.ppf(0.5 + LEVEL / 2, n - 2) / NORMAL_90
+        rows.append(
+            (
+                "restitution_speed_slope_s_per_m",
+                normal_interval(slope, np.hypot(few * sd, LENS_SHARE["slope"] * rig.lens.relative)),
+                n,
+            )
+        )
+    rows += [(name, interval, None) for name, interval in _floor_rows(rig, frame)]
+    rows += [(name, interval, int(rig.wall.used.sum())) for name, interval in _wall_rows(rig, frame)]
+    rows += [(name, interval, None) for name, interval in _drive_rows(rig)]
+    table = pd.DataFrame(
+        [(name, i.value, i.sd, i.low, i.high) for name, i, _ in rows],
+        columns=["parameter", "value", "sd", "low", "high"],
+    )
+    columns = ["value", "sd", "low", "high"]
+    table[columns] = table[columns].mul([frame.factor(name) for name in table["parameter"]], axis=0)
+    table["n_impacts"] = pd.array([count for _, _, count in rows], dtype="Int64")
+    return table
+
+
+def _scatter(rig: RigFit) -> Interval:
+    """The restitution's scatter; what the measurement scatters from place to place is no lower bound of it."""
+    assert rig.law is not None
+    found = scatter_interval(rig.data, rig.law.restitution)
+    lens = np.hypot(LENS_SHARE["scatter"] * rig.lens.relative, SPEED_SHARE)
+    low = float(np.sqrt(max(found.low**2 - (NORMAL_90 * lens) ** 2, 0.0)))
+    return Interval(found.value, max(found.sd, lens if low == 0.0 else 0.0), low, found.high)
+
+
+def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
+    rows = []
+    estimate, covariance = frame.turned(
+        rig.floor.names, rig.floor.estimate, rig.floor.covariance, [("tilt_x", "tilt_y", 1)]
+    )
+    for k, name in enumerate(rig.floor.names):
+        interval = normal_interval(estimate[k], np.sqrt(covariance[k, k]))
+        if name == "friction":
+            if interval.sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
+                interval = UNKNOWN
+            shared = np.hypot(
+                np.hypot(LENS_SHARE["floor_friction"] * rig.lens.relative, rig.length_doubt), FRICTION_MODEL_SHARE
+            )
+            interval = widened(interval, shared * abs(interval.value))
+            interval = Interval(*(max(v, 0.0) if k != 1 else v for k, v in enumerate(astuple(interval))))
+        rows.append((FLOOR_NAMES[name], interval))
+    if "friction" not in rig.floor.names:
+        rows.append(("floor_friction", UNKNOWN))
+    return rows
+
+
+def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
+    wall, lens = rig.wall, rig.lens
+    if not wall.used.any():
+        return []
+    radius = wall.wall.contact_radius_m
+    shared = {
+        "radius": np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * radius,
+        **dict.fromkeys(("ellipse_c", "ellipse_s"), LENS_SHARE["ellipse"] * lens.relative),
+        # The Host's markers and the disk are seen through other regions of the lenses.
+        **dict.fromkeys(("centre_x", "centre_y"), LENS_SHARE["wall_centre"] * lens.amplitude_m),
+    }
+    value, covariance = frame.turned(
+        wall.terms, wall.estimate, wall.covariance + np.diag(lens.wall_sd(wall) ** 2), [("ellipse_c", "ellipse_s", 2)]
+    )
+    sd = np.sqrt(np.diag(covariance))
+    return [
+        (WALL_NAMES[term], normal_interval(value[k], np.hypot(sd[k], shared.get(term, 0.0))))
+        for k, term in enumerate(wall.terms)
+    ]
+
+
+def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:
+    """Drive frequency, weighted mean over the runs; nothing for a Host that stands still."""
+    found = [
+        (
+            run.data.host.frequency_hz,
+            run.data.host.omega_sd_rad_per_s * _correlated(run.data.host.residual) / (2 * np.pi),
+        )
+        for run in rig.runs
+        if run.data.host.omega_rad_per_s > 0 and np.isfinite(run.data.host.omega_sd_rad_per_s)
+    ]
+    if not found:
+        return []
+    value, sd = (np.array(c) for c in zip(*found, strict=True))
+    weight = np.maximum(sd, 1e-9) ** -2.0
+    mean = float(np.average(value, weights=weight))
+    # Runs that scatter more than their sds let them widen the mean's (Birge's ratio).
+    birge = np.sqrt(np.sum(weight * (value - mean) ** 2) / max(len(value) - 1, 1))
+    return [("drive_frequency_hz", normal_interval(mean, max(float(birge), 1.0) * weight.sum() ** -0.5))]
+
+
+def _correlated(residual: Array) -> float:
+    """Factor by which neighbouring frames' correlated errors (AR(1), from the Host's residual along its axes) widen an
+    sd.
+    """
+    x = residual[:, :2]
+    with np.errstate(invalid="ignore"):
+        products, squares = x[1:] * x[:-1], x**2
+    if not np.isfinite(products).any():
+        return 1.0
+    rho = float(np.clip(np.nansum(products) / np.nansum(squares), 0.0, MOST_CORRELATION))
+    return float(np.sqrt((1 + rho) / (1 - rho)))

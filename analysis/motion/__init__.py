@@ -1,0 +1,1 @@
+"""Points to the motion of Host and NES, in the rig's own frame."""

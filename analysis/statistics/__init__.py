@@ -1,0 +1,1 @@
+"""Estimates that a few wrong values do not move."""

@@ -1,0 +1,1 @@
+"""The thesis' own method, kept beside ours for comparison."""

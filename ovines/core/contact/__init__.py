@@ -1,0 +1,1 @@
+"""The disk at the wall: the next collision, and motion along the wall."""

@@ -1,0 +1,199 @@
+"""Resolve a contact: an impact in an instant, a contact of finite duration, or the end of a chatter."""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.system import parameters as P
+from ovines.core.system.dynamics import contact_bias, free_accelerations, push
+from ovines.core.system.impact import effective_restitution, impulses
+from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
+
+REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
+
+
+@compiled
+def strike(y: Floats, at: Floats, nx: float, ny: float, p_n: float, p_t: float, p: Floats, k: Ints) -> None:
+    """Apply an impulse on the NES (normal towards the wall, tangent) and its reaction on the Host to ``y``."""
+    px, py = p_n * nx - p_t * ny, p_n * ny + p_t * nx
+    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    y[2] += px / p[P.MASS]
+    y[3] += py / p[P.MASS]
+    y[5] += (nes_n * p_t - nes_t * p_n) / p[P.INERTIA]
+    size = k[P.STATE_SIZE]
+    if size > P.HOST:
+        y[P.HOST + 2] -= px * p[P.INVERSE_HOST_MASS]
+        y[P.HOST + 3] -= py * p[P.INVERSE_HOST_MASS]
+        y[P.HOST + 5] -= (host_n * p_t - host_t * p_n) * p[P.INVERSE_HOST_INERTIA]
+    elif size > 6:
+        y[P.WORK] += px * at[7] + py * at[8] + at[9] * (host_n * p_t - host_t * p_n)
+
+
+@compiled
+def onto_wall(y: Floats, at: Floats, wall: int, p: Floats, k: Ints, polygon: Floats) -> None:
+    """Shift the NES by rounding so that it stands on the wall, never outside it."""
+    nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
+    shift = gap - 2e-16 * p[P.LENGTH]
+    y[0] += shift * nx
+    y[1] += shift * ny
+
+
+@compiled
+def pull_to_wall(
+    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats
+) -> float:
+    """Acceleration towards the wall that free motion would have here (m/s^2), path curvature included."""
+    scratch, at, dy = work[13], work[14], work[15]
+    place(t, y, p, k, drive, table, scratch, at)
+    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
+    nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
+    return contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
+
+
+@compiled
+def resolve(
+    t: float,
+    y: Floats,
+    wall: int,
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    work: Floats,
+    record: Floats,
+) -> tuple[int, float, bool]:
+    """Resolve a contact with ``wall`` at ``t``, in place: (mode after, duration, whether it was an impact).
+
+    Approaches so slow that the bounce would stay below REST_HEIGHT are no impact: the disk then slides or
+    rolls on if something pulls it to the wall (chatter completed), or flies on.  ``record`` gets the impact.
+    """
+    scratch, at = work[13], work[14]
+    place(t, y, p, k, drive, table, scratch, at)
+    nx, ny, _gap, _curvature = normal_here(wall, at, p, k, polygon)
+    onto_wall(y, at, wall, p, k, polygon)
+    place(t, y, p, k, drive, table, scratch, at)
+    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
+    normal, tangential = contact_velocity(nx, ny, y[5], at, p)
+    pull = pull_to_wall(t, y, wall, p, k, drive, table, polygon, work)
+    slow = math.sqrt(2.0 * REST_HEIGHT * p[P.LENGTH] * abs(pull))
+    if normal <= slow:
+        strike(y, at, nx, ny, -normal / k_nn, 0.0, p, k)
+        return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
+    azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * ny, at[0] - at[4] + p[P.RADIUS] * nx)
+    restitution = effective_restitution(normal, azimuth, p)
+    friction, reversal = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION]
+    record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
+    record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
+    duration = 0.0
+    lost = y[P.LOST_FRICTION] if k[P.STATE_SIZE] > 6 else 0.0
+    if p[P.CONTACT_DURATION] > 0.0:
+        duration, stuck = press(
+            t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work
+        )  # fmt: skip
+        place(t + duration, y, p, k, drive, table, scratch, at)
+        nx, ny, _gap, _curvature = normal_here(wall, at, p, k, polygon)
+        onto_wall(y, at, wall, p, k, polygon)
+        after_n, after_t = contact_velocity(nx, ny, y[5], at, p)
+    else:
+        p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
+        strike(y, at, nx, ny, p_n, p_t, p, k)
+        after_n = normal + k_nn * p_n + k_nt * p_t
+        after_t = tangential + k_nt * p_n + k_tt * p_t
+        if k[P.STATE_SIZE] > 6:
+            y[P.LOST_FRICTION] -= 0.5 * (p_n * (normal + after_n) + p_t * (tangential + after_t))
+    record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[5]
+    record[P.STUCK] = 1.0 if stuck else 0.0
+    record[P.LOST] = (y[P.LOST_FRICTION] - lost) if k[P.STATE_SIZE] > 6 else math.nan
+    pull = pull_to_wall(t + duration, y, wall, p, k, drive, table, polygon, work)
+    if pull > 0.0 and after_n * after_n < 2.0 * pull * REST_HEIGHT * p[P.LENGTH]:
+        place(t + duration, y, p, k, drive, table, scratch, at)
+        strike(y, at, nx, ny, -after_n / k_nn, 0.0, p, k)
+        return P.SLIDE, duration, True
+    return P.FLIGHT, duration, True
+
+
+@compiled
+def press(
+    t: float,
+    y: Floats,
+    wall: int,
+    restitution: float,
+    k_nn: float,
+    k_tt: float,
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    work: Floats,
+) -> tuple[float, bool]:
+    """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
+
+    Spring and damper are those of a half period T with the given restitution (d = -ln(eps)/T); the tangential
+    spring would give beta_0 (cos(w s) = -beta_0) at the time s after which the damper pulls instead of pushing, and
+    is cut at the Coulomb limit.  Ends when the disk leaves the wall.
+    """
+    span = p[P.CONTACT_DURATION]
+    rate = -math.log(max(restitution, 1e-6)) / span
+    stiffness = ((math.pi / span) ** 2 + rate * rate) / k_nn
+    damping = 2.0 * rate / k_nn
+    omega = math.pi / span
+    pushing = (math.pi - math.atan2(2.0 * rate * omega, omega * omega - rate * rate)) / omega
+    tangent = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / pushing) ** 2 / k_tt
+    n = k[P.STATE_SIZE]
+    h = span / 250.0
+    stretch, stuck, passed = 0.0, True, 0.0
+    end = p[P.DURATION] - t
+    trial, slopes = work[12], work
+    while passed < end:
+        base_stretch = stretch
+        for stage in range(4):
+            part = (0.0, 0.5, 0.5, 1.0)[stage]
+            for j in range(n):
+                trial[j] = y[j] + (part * h * slopes[stage - 1, j] if stage > 0 else 0.0)
+            if stage > 0:
+                stretch = base_stretch + part * h * work[4 + stage - 1, 0]
+            work[4 + stage, 0] = press_slopes(
+                t + passed + part * h, trial, wall, stretch, stiffness, damping, tangent,
+                p, k, drive, table, polygon, work, slopes[stage],
+            )  # fmt: skip
+        for j in range(n):
+            y[j] += h / 6.0 * (slopes[0, j] + 2.0 * slopes[1, j] + 2.0 * slopes[2, j] + slopes[3, j])
+        stretch = base_stretch + h / 6.0 * (work[4, 0] + 2.0 * work[5, 0] + 2.0 * work[6, 0] + work[7, 0])
+        passed += h
+        scratch, at = work[13], work[14]
+        place(t + passed, y, p, k, drive, table, scratch, at)
+        nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
+        normal = contact_velocity(nx, ny, y[5], at, p)[0]
+        limit = p[P.WALL_FRICTION] * max(-stiffness * gap + damping * normal, 0.0) / tangent
+        if abs(stretch) > limit:
+            stretch = math.copysign(limit, stretch)
+            if gap < 0.0:
+                stuck = False
+        if normal < 0.0 and gap - normal * 1e-3 * h >= 0.0:
+            return passed, stuck
+        if normal < 0.0:  # shorten the last step to leave at the wall
+            h = min(span / 250.0, max(-gap / -normal, 1e-3 * span / 250.0))
+    return passed, stuck
+
+
+@compiled
+def press_slopes(
+    t: float, y: Floats, wall: int, stretch: float, stiffness: float, damping: float, tangent: float, p: Floats,
+    k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats, dy: Floats
+) -> float:  # fmt: skip
+    """Derivative of the state while pressed into the wall; returns the rate of the tangential stretch."""
+    scratch, at = work[13], work[14]
+    place(t, y, p, k, drive, table, scratch, at)
+    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
+    nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
+    normal, slip = contact_velocity(nx, ny, y[5], at, p)
+    squeeze = -stiffness * gap + damping * normal
+    limit = p[P.WALL_FRICTION] * max(squeeze, 0.0)
+    force_t = -min(max(tangent * stretch, -limit), limit)
+    push(y, at, nx, ny, -squeeze, force_t, p, k, dy)
+    if k[P.STATE_SIZE] > 6:
+        dy[P.LOST_FRICTION] += squeeze * normal - force_t * slip
+    return slip

@@ -1,0 +1,1 @@
+"""Moving between contacts: closed forms, the stepper, sums in double-double."""

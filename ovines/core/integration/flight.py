@@ -1,0 +1,263 @@
+"""Free flight: the next contact, by closed form where there is one and by the integrator elsewhere."""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.integration.disk_step import flight_step
+from ovines.core.system import parameters as P
+from ovines.core.system.host import ROTATION, host_after, sprung_response
+from ovines.core.system.kinematics import in_host, place
+from ovines.core.system.walls import gap_measure, safe_time
+
+ROUNDING = 4e-16  # of a length: gaps below this are contact
+
+
+@compiled
+def glide(
+    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, out: Floats
+) -> None:
+    """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
+    host_after(t0, s, y0, p, k, drive, table, scratch)
+    gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
+    out[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
+    out[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
+    out[2] = y0[2] + s * gx
+    out[3] = y0[3] + s * gy
+    out[4] = y0[4] + s * y0[5]
+    out[5] = y0[5]
+    for i in range(6, min(9, k[P.STATE_SIZE])):
+        out[i] = y0[i]
+    if k[P.STATE_SIZE] > P.HOST:
+        out[P.HOST], out[P.HOST + 1], out[P.HOST + 4] = scratch[0], scratch[1], scratch[2]
+        out[P.HOST + 2], out[P.HOST + 3], out[P.HOST + 5] = scratch[3], scratch[4], scratch[5]
+
+
+@compiled
+def glide_in_host(
+    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, at: Floats
+) -> tuple[float, float, float, float]:
+    """The same, only the centre in the Host's frame."""
+    host_after(t0, s, y0, p, k, drive, table, scratch)
+    gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
+    at[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
+    at[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
+    at[2] = y0[2] + s * gx
+    at[3] = y0[3] + s * gy
+    at[4], at[5], at[6] = scratch[0], scratch[1], scratch[2]
+    at[7], at[8], at[9] = scratch[3], scratch[4], scratch[5]
+    return in_host(at, k)
+
+
+@compiled
+def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats) -> float:
+    """Bound on the relative acceleration in the Host's frame during a closed-form flight (m/s^2)."""
+    bound = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + p[P.HOST_ACCELERATION]
+    spin, spin_rate = p[P.HOST_SPIN], p[P.HOST_SPIN_RATE]
+    if k[P.HOST_KIND] == P.FREE:
+        spin = abs(y0[P.HOST + 5])
+    elif k[P.HOST_KIND] == P.SPRUNG:
+        for axis in range(3):
+            at = P.HOST + (4 if axis == ROTATION else axis)
+            rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
+            inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+            stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
+            q, rate = sprung_response(t0, axis, p, drive)
+            # energy of the free part only falls, so v <= top, omega q <= top
+            top = math.sqrt((y0[rate_at] - rate) ** 2 + stiffness * (y0[at] - q) ** 2)
+            if axis == ROTATION:
+                spin += top
+                spin_rate += (damping + math.sqrt(stiffness)) * top
+            else:
+                bound += (damping + math.sqrt(stiffness)) * top
+    if k[P.WALL_TURNS]:
+        reach = 2.0 * p[P.LENGTH]
+        fast = math.hypot(y0[2], y0[3]) + p[P.SPEED] + spin * reach
+        bound += 2.0 * spin * fast + (spin_rate + spin * spin) * reach
+    return bound
+
+
+@compiled
+def glide_to_contact(
+    t: float,
+    y: Floats,
+    end: float,
+    grace: float,
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    work: Floats,
+) -> tuple[float, int]:
+    """Duration of a closed-form flight until the next wall, and that wall (-1: ``end`` comes first).
+
+    ``grace``: time at the start in which contact is not looked for (just released from a wall).
+    """
+    bend = acceleration_bound(t, y, p, k, drive)
+    remaining = end - t
+    s = min(grace, remaining)
+    tiny = ROUNDING * p[P.LENGTH]
+    scratch, at = work[13], work[14]
+    horizon = remaining
+    while s < remaining:
+        x, yy, vx, vy = glide_in_host(t, s, y, p, k, drive, table, scratch, at)
+        if bend > 0.0:
+            speed = math.hypot(vx, vy)
+            horizon = 0.25 * (speed + math.sqrt(speed * speed + 8.0 * bend * p[P.LENGTH])) / bend
+            if speed * horizon > 2.0 * p[P.LENGTH]:
+                horizon = 2.0 * p[P.LENGTH] / speed
+        advance = min(remaining - s, horizon)
+        for wall in range(k[P.N_WALLS]):
+            if not wall_stands(wall, p, k):
+                continue
+            f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
+            if f <= tiny and rate < 0.0:
+                return s, wall
+            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, p, polygon))
+        s += max(advance, 1e-16 * (t + s))
+    return remaining, -1
+
+
+@compiled
+def wall_stands(wall: int, p: Floats, k: Ints) -> bool:
+    """Whether this wall exists: round or polygon, obstacle if any."""
+    if wall == P.ROUND:
+        return k[P.N_WALLS] <= P.EDGES
+    if wall == P.OBSTACLE:
+        return p[P.OBSTACLE_RADIUS] > 0.0
+    return True
+
+
+@compiled
+def relative(
+    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, dy: Floats, out: Floats
+) -> None:
+    """Centre in the Host's frame with rates: position, velocity, acceleration (6 numbers) from state and derivative."""
+    scratch, at = work[13], work[14]
+    place(t, y, p, k, drive, table, scratch, at)
+    out[0], out[1], out[2], out[3] = in_host(at, k)
+    ax, ay = dy[2], dy[3]
+    if k[P.OFF_CENTRE]:
+        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
+        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
+    turn = 0.0
+    if k[P.HOST_KIND] == P.DRIVEN:
+        ax -= scratch[6]
+        ay -= scratch[7]
+        turn = scratch[8]
+    elif k[P.HOST_KIND] != P.FIXED:
+        ax -= dy[P.HOST + 2]
+        ay -= dy[P.HOST + 3]
+        turn = dy[P.HOST + 5]
+    if k[P.WALL_TURNS]:
+        spin = at[9]
+        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        ax, ay = cosine * ax + sine * ay, cosine * ay - sine * ax
+        ax += turn * out[1] + spin * spin * out[0] + 2.0 * spin * out[3]
+        ay += -turn * out[0] + spin * spin * out[1] - 2.0 * spin * out[2]
+    out[4], out[5] = ax, ay
+
+
+@compiled
+def quintic(a: Floats, b: Floats, h: float, axis: int, c: Floats) -> None:
+    """Coefficients (in s/h) of the fifth-degree path through two ends' position, velocity, acceleration."""
+    p0, v0, a0 = a[axis], a[2 + axis] * h, a[4 + axis] * h * h
+    p1, v1, a1 = b[axis], b[2 + axis] * h, b[4 + axis] * h * h
+    gap, rise, turn = p1 - p0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+    c[0], c[1], c[2] = p0, v0, 0.5 * a0
+    c[3] = 10.0 * gap - 4.0 * rise + 0.5 * turn
+    c[4] = -15.0 * gap + 7.0 * rise - turn
+    c[5] = 6.0 * gap - 3.0 * rise + 0.5 * turn
+
+
+@inlined
+def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
+    """Whether a path between two ends in a round Host surely keeps off the wall, and there is nothing else to hit.
+
+    ``bend`` bounds its second derivative over the unit interval, so that it leaves the chord by bend/8 at most.
+    """
+    if k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0:
+        return False
+    room = p[P.CONTACT_RADIUS] * (1.0 - abs(p[P.ELLIPTICITY])) - 0.125 * bend
+    ax, ay, bx, by = a[0] - p[P.WALL_X], a[1] - p[P.WALL_Y], b[0] - p[P.WALL_X], b[1] - p[P.WALL_Y]
+    return room > 0.0 and max(ax * ax + ay * ay, bx * bx + by * by) < room * room
+
+
+@compiled
+def first_crossing(
+    a: Floats, b: Floats, h: float, start: float, p: Floats, k: Ints, polygon: Floats, cx: Floats, cy: Floats
+) -> tuple[float, int]:
+    """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
+    quintic(a, b, h, 0, cx)
+    quintic(a, b, h, 1, cy)
+    bend = 0.0
+    for m in range(2, 6):
+        bend += m * (m - 1) * math.sqrt(cx[m] * cx[m] + cy[m] * cy[m])
+    if stays_clear(a, b, bend, p, k):
+        return h, -1
+    bend /= h * h
+    tiny = ROUNDING * p[P.LENGTH]
+    s = start
+    while s < h:
+        u = s / h
+        x = cx[0] + u * (cx[1] + u * (cx[2] + u * (cx[3] + u * (cx[4] + u * cx[5]))))
+        yy = cy[0] + u * (cy[1] + u * (cy[2] + u * (cy[3] + u * (cy[4] + u * cy[5]))))
+        vx = (cx[1] + u * (2.0 * cx[2] + u * (3.0 * cx[3] + u * (4.0 * cx[4] + u * 5.0 * cx[5])))) / h
+        vy = (cy[1] + u * (2.0 * cy[2] + u * (3.0 * cy[3] + u * (4.0 * cy[4] + u * 5.0 * cy[5])))) / h
+        advance = h - s
+        for wall in range(k[P.N_WALLS]):
+            if not wall_stands(wall, p, k):
+                continue
+            f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
+            if f <= tiny and rate < 0.0:
+                return s, wall
+            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, p, polygon))
+        s += max(advance, 1e-16 * h)
+    return h, -1
+
+
+@compiled
+def land(
+    t: float,
+    y: Floats,
+    guess: float,
+    h: float,
+    wall: int,
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    work: Floats,
+    out: Floats,
+) -> tuple[float, bool]:
+    """Refine a contact by stepping to it from the step's start: (duration, whether it is a contact).
+
+    Newton on the integrator itself, so the contact has the integrator's accuracy, not the interpolant's.
+    ``out`` is the state there: the last instant inside, to rounding.
+    """
+    tiny = ROUNDING * p[P.LENGTH]
+    s = guess
+    for _ in range(12):
+        flight_step(t, y, s, p, k, drive, table, polygon, work, out)
+        place(t + s, out, p, k, drive, table, work[13], work[14])
+        x, yy, vx, vy = in_host(work[14], k)
+        f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
+        if abs(f) <= 4.0 * tiny and rate < 0.0:
+            return s, True
+        if rate >= 0.0:
+            break
+        change = -f / rate
+        if abs(change) <= 2e-16 * (t + s):
+            return s, True
+        s = min(max(s + change, 0.25 * s), h)
+    return s, f <= 4.0 * tiny and rate < 0.0
+
+
+@compiled
+def rest_speed(y: Floats, p: Floats) -> float:
+    """Speed that decides whether the disk rests: sliding, and the rim where the floor brakes it too."""
+    sliding = math.hypot(y[2], y[3])
+    return math.hypot(sliding, p[P.RADIUS] * y[5]) if p[P.COUPLING] > 0.0 else sliding

@@ -1,0 +1,1 @@
+"""The mechanical system: scenario, parameters, Host, walls, friction, equations of motion."""

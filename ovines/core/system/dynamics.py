@@ -1,0 +1,229 @@
+"""Forces and accelerations: the right-hand side of motion in flight, along a wall, and pressed into it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.system import parameters as P
+from ovines.core.system.friction import floor_friction
+from ovines.core.system.host import ROTATION, base_motion, vertical_acceleration
+from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
+
+# what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
+PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force to roll, slip velocity
+
+
+@inlined
+def free_accelerations(
+    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, dy: Floats
+) -> None:
+    """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
+    for i in range(k[P.STATE_SIZE]):
+        dy[i] = 0.0
+    mass = p[P.MASS]
+    dy[0], dy[1], dy[4] = y[2], y[3], y[5]
+    dy[2], dy[3] = p[P.GRAVITY_X], p[P.GRAVITY_Y]
+    kind = k[P.HOST_KIND]
+    moving = kind == P.FREE or kind == P.SPRUNG
+    if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
+        speed = math.hypot(y[2], y[3])
+        rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
+        dy[2] -= rate * y[2]
+        dy[3] -= rate * y[3]
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_DRAG] = mass * rate * speed * speed
+    if kind == P.SPRUNG:
+        springs(t, y, p, k, drive, table, scratch, dy)
+    if moving:
+        dy[P.HOST], dy[P.HOST + 1], dy[P.HOST + 4] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
+    if p[P.FLOOR_FRICTION] > 0.0:
+        floor(t, y, at, p, k, drive, table, moving, dy)
+
+
+@inlined
+def floor(
+    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, moving: bool, dy: Floats
+) -> None:
+    """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
+    mass = p[P.MASS]
+    load = p[P.FLOOR_LOAD]
+    vx, vy, spin = at[2], at[3], y[5]
+    floor_vx, floor_vy, floor_spin = 0.0, 0.0, 0.0
+    if not k[P.ON_GROUND]:
+        floor_vx = at[7] - at[9] * (at[1] - at[5])
+        floor_vy = at[8] + at[9] * (at[0] - at[4])
+        floor_spin = at[9]
+        load = max(load + vertical_acceleration(t, k, drive, table), 0.0)
+    strength = max(p[P.FLOOR_FRICTION] * (1.0 + p[P.DRIFT_PER_S] * t), 0.0) * load
+    ax, ay, torque = floor_friction(
+        vx - floor_vx, vy - floor_vy, spin - floor_spin, p[P.RADIUS], strength, p[P.REGULARISATION], p[P.COUPLING]
+    )
+    dy[2] += ax
+    dy[3] += ay
+    dy[5] += (torque - at[10] * ay + at[11] * ax) * mass / p[P.INERTIA]
+    size = k[P.STATE_SIZE]
+    if size > 6:
+        rubbing = ax * (vx - floor_vx) + ay * (vy - floor_vy) + torque * (spin - floor_spin)
+        dy[P.LOST_FRICTION] -= mass * rubbing
+        if not moving:
+            dy[P.WORK] += mass * (ax * floor_vx + ay * floor_vy + torque * floor_spin)
+    if moving and not k[P.ON_GROUND]:
+        dy[P.HOST + 2] -= ax * mass * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 3] -= ay * mass * p[P.INVERSE_HOST_MASS]
+        arm = (at[0] - at[4]) * ay - (at[1] - at[5]) * ax
+        dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
+
+
+@compiled
+def springs(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, dy: Floats) -> None:
+    """Suspension of a sprung Host on the moving ground, with the powers of dampers and ground."""
+    base_motion(t, k, drive, table, scratch)
+    for axis in range(3):
+        at = P.HOST + (4 if axis == ROTATION else axis)
+        rate = P.HOST + (5 if axis == ROTATION else 2 + axis)
+        stiffness, damping = p[P.STIFFNESS_X + axis], p[P.DAMPING_X + axis]
+        stretch, stretching = y[at] - scratch[axis], y[rate] - scratch[3 + axis]
+        inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+        force = -stiffness * stretch - damping * stretching
+        dy[rate] += force * inverse
+        dy[P.LOST_DRAG] += damping * stretching * stretching
+        dy[P.WORK] += force * scratch[3 + axis]
+
+
+@compiled
+def contact_bias(
+    y: Floats, at: Floats, nx: float, ny: float, curvature: float, dy: Floats, p: Floats, k: Ints, scratch: Floats
+) -> tuple[float, float]:
+    """Relative acceleration of the contact without wall force: towards the wall along it, and of the slip.
+
+    The first is the second derivative of the penetration seen by the Host, so that it is what a wall force must
+    cancel; the path's curvature is in it.  Follows from differentiating the gap twice in the Host's frame.
+    """
+    x, yy = at[0] - at[4], at[1] - at[5]
+    ax, ay = dy[2], dy[3]
+    if k[P.OFF_CENTRE]:
+        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
+        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
+    turn = 0.0
+    if k[P.HOST_KIND] == P.DRIVEN:
+        ax -= scratch[6]
+        ay -= scratch[7]
+        turn = scratch[8]
+    elif k[P.HOST_KIND] != P.FIXED:
+        ax -= dy[P.HOST + 2]
+        ay -= dy[P.HOST + 3]
+        turn = dy[P.HOST + 5]
+    spin = at[9]
+    slip_acceleration = (
+        ay * nx - ax * ny + p[P.RADIUS] * (dy[5] - turn) - turn * (x * nx + yy * ny)
+        + spin * spin * (yy * nx - x * ny)
+    )  # fmt: skip
+    vx, vy = at[2] - at[7] + spin * yy, at[3] - at[8] - spin * x
+    ax += turn * yy + spin * spin * x + 2.0 * spin * vy
+    ay += -turn * x + spin * spin * yy - 2.0 * spin * vx
+    along = vy * nx - vx * ny
+    return ax * nx + ay * ny + curvature * along * along, slip_acceleration
+
+
+@compiled
+def push(
+    y: Floats, at: Floats, nx: float, ny: float, force_n: float, force_t: float, p: Floats, k: Ints, dy: Floats
+) -> None:
+    """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
+    fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
+    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    dy[2] += fx / p[P.MASS]
+    dy[3] += fy / p[P.MASS]
+    dy[5] += (nes_n * force_t - nes_t * force_n) / p[P.INERTIA]
+    size = k[P.STATE_SIZE]
+    if size > P.HOST:
+        dy[P.HOST + 2] -= fx * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 3] -= fy * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + 5] -= (host_n * force_t - host_t * force_n) * p[P.INVERSE_HOST_INERTIA]
+    elif size > 6:  # the driver's work: force on the NES times the wall's velocity there
+        dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
+
+
+@compiled
+def corner_forces(
+    y: Floats, pair: int, side: float, p: Floats, k: Ints, polygon: Floats, scratch: Floats, at: Floats, dy: Floats
+) -> None:
+    """Add the forces of two walls at once: both normal accelerations vanish, both contacts slip to ``side``.
+
+    The 2 x 2 system is built by trying a unit force at each wall, so it holds for every kind of Host.
+    """
+    walls = (pair % P.PAIR, pair // P.PAIR)
+    tried = dy.copy()
+    friction = p[P.WALL_FRICTION] * side
+    system, bias = np.zeros((2, 2)), np.zeros(2)
+    for j in range(2):
+        nx, ny, _gap, curvature = normal_here(walls[j], at, p, k, polygon)
+        bias[j] = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
+    for j in range(2):
+        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
+        tried[:] = dy
+        push(y, at, nx, ny, -1.0, -friction, p, k, tried)
+        for i in range(2):
+            mx, my, _gap, curvature = normal_here(walls[i], at, p, k, polygon)
+            system[i, j] = contact_bias(y, at, mx, my, curvature, tried, p, k, scratch)[0] - bias[i]
+    determinant = system[0, 0] * system[1, 1] - system[0, 1] * system[1, 0]
+    first = (-bias[0] * system[1, 1] + bias[1] * system[0, 1]) / determinant
+    second = (-bias[1] * system[0, 0] + bias[0] * system[1, 0]) / determinant
+    slip = 0.0
+    for j in range(2):
+        force = first if j == 0 else second
+        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
+        slip = contact_velocity(nx, ny, y[5], at, p)[1]
+        push(y, at, nx, ny, -force, -friction * force, p, k, dy)
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_FRICTION] += friction * force * slip
+    scratch[PUSH], scratch[RUB], scratch[SLIP] = min(first, second), 0.0, slip
+    scratch[NEED] = walls[0] if first > second else walls[1]  # the wall that holds longer
+
+
+def _derivatives(
+    t: float,
+    y: Floats,
+    mode: int,
+    wall: int,
+    side: float,
+    p: Floats,
+    k: Ints,
+    drive: Floats,
+    table: Floats,
+    polygon: Floats,
+    scratch: Floats,
+    at: Floats,
+    dy: Floats,
+) -> None:
+    """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
+    place(t, y, p, k, drive, table, scratch, at)
+    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
+    if mode == P.FLIGHT:
+        return
+    if mode == P.CORNER:
+        corner_forces(y, wall, side, p, k, polygon, scratch, at, dy)
+        return
+    nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
+    bias_n, bias_t = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)
+    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
+    slip = contact_velocity(nx, ny, y[5], at, p)[1]
+    determinant = k_nn * k_tt - k_nt * k_nt
+    force_n = -(k_tt * bias_n - k_nt * bias_t) / determinant
+    force_t = -(k_nn * bias_t - k_nt * bias_n) / determinant
+    need = force_t
+    if mode == P.SLIDE:
+        friction = p[P.WALL_FRICTION]
+        force_n = -bias_n / (k_nn + side * friction * k_nt)
+        force_t = side * friction * force_n
+        if k[P.STATE_SIZE] > 6:
+            dy[P.LOST_FRICTION] -= force_t * slip
+    push(y, at, nx, ny, force_n, force_t, p, k, dy)
+    scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
+
+
+derivatives = compiled(_derivatives)
+derivatives_inlined = inlined(_derivatives)  # for the stepper's inner loop only: each use costs seconds of compiling

@@ -1,0 +1,161 @@
+"""Motion of the Host (or of the ground under a sprung Host): harmonics, a measured table, closed-form springs."""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.system import parameters as P
+
+X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
+
+
+@inlined
+def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
+    """Driven motion at ``t``: ``out`` = x, y, angle, their rates, their second rates (9 values).
+
+    ``drive`` rows are axis, amplitude, angular frequency, phase of a sine.  ``table`` holds cubic pieces:
+    column 0 the knots, then four coefficients (highest power first) for x, y, angle and z.
+    """
+    for i in range(9):
+        out[i] = 0.0
+    for row in range(drive.shape[0]):
+        axis = int(drive[row, 0])
+        if axis == Z:
+            continue
+        amplitude, omega = drive[row, 1], drive[row, 2]
+        if omega == 0.0:  # a constant: its sine is in the amplitude already
+            out[axis] += amplitude
+            continue
+        argument = omega * t + drive[row, 3]
+        sine, cosine = math.sin(argument), math.cos(argument)
+        out[axis] += amplitude * sine
+        out[3 + axis] += amplitude * omega * cosine
+        out[6 + axis] -= amplitude * omega * omega * sine
+    if k[P.HAS_TABLE]:
+        i = table_piece(t, table)
+        s = t - table[i, 0]
+        for axis in range(3):
+            c3, c2 = table[i, 1 + 4 * axis], table[i, 2 + 4 * axis]
+            c1, c0 = table[i, 3 + 4 * axis], table[i, 4 + 4 * axis]
+            out[axis] += c0 + s * (c1 + s * (c2 + s * c3))
+            out[3 + axis] += c1 + s * (2.0 * c2 + 3.0 * s * c3)
+            out[6 + axis] += 2.0 * c2 + 6.0 * s * c3
+
+
+@compiled
+def table_piece(t: float, table: Floats) -> int:
+    """Index of the cubic piece that holds ``t`` (the first or last one beyond the ends)."""
+    low, high = 0, table.shape[0] - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if table[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@inlined
+def vertical_acceleration(t: float, k: Ints, drive: Floats, table: Floats) -> float:
+    """Host's acceleration along z (m/s^2); it modulates the load on the Host's floor."""
+    total = 0.0
+    for row in range(drive.shape[0]):
+        if int(drive[row, 0]) == Z:
+            omega = drive[row, 2]
+            total -= drive[row, 1] * omega * omega * math.sin(omega * t + drive[row, 3])
+    if k[P.HAS_TABLE]:
+        i = table_piece(t, table)
+        total += 2.0 * table[i, 14] + 6.0 * (t - table[i, 0]) * table[i, 13]
+    return total
+
+
+@compiled
+def vertical_motion(t: float, k: Ints, drive: Floats, table: Floats) -> tuple[float, float]:
+    """Host's z and its rate (m, m/s)."""
+    z, rate = 0.0, 0.0
+    for row in range(drive.shape[0]):
+        if int(drive[row, 0]) == Z:
+            argument = drive[row, 2] * t + drive[row, 3] if drive[row, 2] > 0.0 else 0.5 * math.pi
+            z += drive[row, 1] * math.sin(argument)
+            rate += drive[row, 1] * drive[row, 2] * math.cos(argument)
+    if k[P.HAS_TABLE]:
+        i = table_piece(t, table)
+        s = t - table[i, 0]
+        z += table[i, 16] + s * (table[i, 15] + s * (table[i, 14] + s * table[i, 13]))
+        rate += table[i, 15] + s * (2.0 * table[i, 14] + 3.0 * s * table[i, 13])
+    return z, rate
+
+
+@compiled
+def decay(stiffness: float, damping: float, s: float) -> tuple[float, float]:
+    """Free solutions S, C of q'' + damping q' + stiffness q = 0 after ``s`` seconds (both per unit mass).
+
+    q = q0 (C + a S) + v0 S and q' = -stiffness q0 S + v0 (C - a S) with a = damping/2; right for weak,
+    critical and strong damping and for no spring at all.
+    """
+    a = 0.5 * damping
+    square = stiffness - a * a
+    if square > 0.0:
+        root = math.sqrt(square)
+        envelope = math.exp(-a * s)
+        return envelope * math.sin(root * s) / root, envelope * math.cos(root * s)
+    root = math.sqrt(-square)
+    slow, fast = math.exp((root - a) * s), math.exp(-(root + a) * s)
+    if root * s < 1e-6:
+        return math.exp(-a * s) * s, 0.5 * (slow + fast)
+    return 0.5 * (slow - fast) / root, 0.5 * (slow + fast)
+
+
+@compiled
+def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[float, float]:
+    """Steady response of a sprung Host's axis to the ground's harmonics: displacement and rate."""
+    inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+    stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
+    q, rate = 0.0, 0.0
+    for row in range(drive.shape[0]):
+        if int(drive[row, 0]) != axis:
+            continue
+        omega = drive[row, 2]
+        # (k + i c w) / (k - w^2 + i c w), both per unit mass
+        real, imaginary = stiffness - omega * omega, damping * omega
+        size = real * real + imaginary * imaginary
+        gain = (stiffness * real + imaginary * imaginary) / size
+        lag = imaginary * (real - stiffness) / size
+        argument = omega * t + drive[row, 3] if omega > 0.0 else 0.5 * math.pi
+        sine, cosine = math.sin(argument), math.cos(argument)
+        q += drive[row, 1] * (gain * sine + lag * cosine)
+        rate += drive[row, 1] * omega * (gain * cosine - lag * sine)
+    return q, rate
+
+
+@compiled
+def host_after(t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
+    """Host state (x, y, angle and rates: first six of ``out``) ``s`` seconds after state ``y0`` at ``t0``, no contact.
+
+    Closed form for a fixed, free, driven and sprung Host; ``out`` has 9 places, the last three are
+    second rates for a driven Host and scratch otherwise.
+    """
+    kind = k[P.HOST_KIND]
+    if kind == P.DRIVEN:
+        base_motion(t0 + s, k, drive, table, out)
+    elif kind == P.FIXED:
+        for i in range(9):
+            out[i] = 0.0
+    elif kind == P.FREE:
+        out[0] = y0[P.HOST] + s * y0[P.HOST + 2]
+        out[1] = y0[P.HOST + 1] + s * y0[P.HOST + 3]
+        out[2] = y0[P.HOST + 4] + s * y0[P.HOST + 5]
+        out[3], out[4], out[5] = y0[P.HOST + 2], y0[P.HOST + 3], y0[P.HOST + 5]
+    else:
+        for axis in range(3):
+            at = P.HOST + (4 if axis == ROTATION else axis)
+            rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
+            inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+            stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
+            q, rate = sprung_response(t0, axis, p, drive)
+            q0, v0 = y0[at] - q, y0[rate_at] - rate
+            sine, cosine = decay(stiffness, damping, s)
+            q, rate = sprung_response(t0 + s, axis, p, drive)
+            out[axis] = q + q0 * (cosine + 0.5 * damping * sine) + v0 * sine
+            out[3 + axis] = rate - stiffness * q0 * sine + v0 * (cosine - 0.5 * damping * sine)

@@ -1,0 +1,108 @@
+"""Where the disk is and how its contact moves: places, normals, lever arms, the contact's velocity and inverse mass."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.system import parameters as P
+from ovines.core.system.host import base_motion
+from ovines.core.system.walls import contact_frame
+
+N_SCRATCH = 13  # base motion (9 values), then what `dynamics.derivatives` leaves
+
+
+@inlined
+def place(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, out: Floats) -> None:
+    """Disk's geometric centre and the Host in the world at state ``y``.
+
+    ``out``: 0-3 centre's position and velocity, 4-9 Host x, y, angle and rates, 10-11 mass offset (world).
+    A driven Host's motion is left in ``scratch[0:9]``.
+    """
+    kind = k[P.HOST_KIND]
+    if kind == P.DRIVEN:
+        base_motion(t, k, drive, table, scratch)
+        for i in range(6):
+            out[4 + i] = scratch[i]
+    elif kind == P.FIXED:
+        for i in range(4, 10):
+            out[i] = 0.0
+    else:
+        out[4], out[5], out[6] = y[P.HOST], y[P.HOST + 1], y[P.HOST + 4]
+        out[7], out[8], out[9] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
+    out[0], out[1], out[2], out[3] = y[0], y[1], y[2], y[3]
+    out[10], out[11] = 0.0, 0.0
+    if k[P.OFF_CENTRE]:
+        cosine, sine = math.cos(y[4]), math.sin(y[4])
+        dx = cosine * p[P.MASS_X] - sine * p[P.MASS_Y]
+        dy = sine * p[P.MASS_X] + cosine * p[P.MASS_Y]
+        out[0] -= dx
+        out[1] -= dy
+        out[2] += y[5] * dy
+        out[3] -= y[5] * dx
+        out[10], out[11] = dx, dy
+
+
+@inlined
+def in_host(at: Floats, k: Ints) -> tuple[float, float, float, float]:
+    """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    vx, vy = at[2] - at[7], at[3] - at[8]
+    if k[P.WALL_TURNS]:
+        vx += at[9] * y
+        vy -= at[9] * x
+        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        return cosine * x + sine * y, cosine * y - sine * x, cosine * vx + sine * vy, cosine * vy - sine * vx
+    return x, y, vx, vy
+
+
+@compiled
+def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> tuple[float, float, float, float]:
+    """World normal towards the wall, gap and curvature at a placed state."""
+    x, y, _vx, _vy = in_host(at, k)
+    nx, ny, gap, curvature = contact_frame(wall, x, y, p, polygon)
+    if k[P.WALL_TURNS]:
+        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        return cosine * nx - sine * ny, sine * nx + cosine * ny, gap, curvature
+    return nx, ny, gap, curvature
+
+
+@compiled
+def levers(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float, float]:
+    """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
+    radius = p[P.RADIUS]
+    host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
+    host_t = -(at[0] - at[4]) * ny + (at[1] - at[5]) * nx
+    if (
+        abs(host_t) < 1e-15 * host_n
+    ):  # a round wall's normal goes through the Host's centre: no torque, not a rounded one
+        host_t = 0.0
+    return radius - at[10] * nx - at[11] * ny, at[10] * ny - at[11] * nx, host_n, host_t
+
+
+@compiled
+def inverse_mass(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float]:
+    """Contact's inverse mass matrix (k_nn, k_nt, k_tt; 1/kg): what an impulse does to the contact's velocity."""
+    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    mass = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
+    nes, host = 1.0 / p[P.INERTIA], p[P.INVERSE_HOST_INERTIA]
+    return (
+        mass + nes_t * nes_t * nes + host_t * host_t * host,
+        -(nes_n * nes_t * nes + host_n * host_t * host),
+        mass + nes_n * nes_n * nes + host_n * host_n * host,
+    )
+
+
+@compiled
+def contact_velocity(nx: float, ny: float, spin: float, at: Floats, p: Floats) -> tuple[float, float]:
+    """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    vx, vy = at[2] - at[7] + at[9] * y, at[3] - at[8] - at[9] * x
+    return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
+
+
+def empty_scratch() -> tuple[np.ndarray, np.ndarray]:
+    """Scratch and place vectors of the right sizes."""
+    return np.zeros(N_SCRATCH), np.zeros(12)

@@ -1,0 +1,81 @@
+"""docs/reference from the code: ``python -m ovines.documentation.reference_pages`` writes commands and effects."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import ovines
+from ovines.core.effects import EFFECTS
+from ovines.io.atomic_write import write_text_whole
+
+FOLDER = Path(ovines.__file__).resolve().parent.parent / "docs" / "reference"
+MADE = "Made by `python -m ovines.documentation.reference_pages` from the code; a test compares."
+
+
+def commands_page() -> str:
+    """Every command with its arguments."""
+    from ovines.__main__ import command, command_names
+
+    lines = ["# Commands", "", MADE, "", "Exit status: 0 done, 2 the input or the command line is wrong, 1 our bug."]
+    for name in command_names():
+        module = command(name)
+        parser = argparse.ArgumentParser(prog=f"ovines {name}")
+        module.add_arguments(parser)
+        lines += ["", f"## ovines {name}", "", module.HELP[:1].upper() + module.HELP[1:].rstrip(".") + "."]
+        lines += _arguments(parser, f"ovines {name}")
+    return "\n".join(lines) + "\n"
+
+
+def _arguments(parser: argparse.ArgumentParser, prog: str) -> list[str]:
+    lines, rows = [], []
+    for action in parser._actions:  # argparse has no public way to ask
+        if isinstance(action, argparse._SubParsersAction):
+            for name, inner in action.choices.items():
+                lines += ["", f"### {prog} {name}", *_arguments(inner, f"{prog} {name}")]
+        elif action.help != argparse.SUPPRESS and "--help" not in action.option_strings:
+            metavar = action.metavar or ("" if action.nargs == 0 else action.dest.upper())
+            value = " ".join(metavar) if isinstance(metavar, tuple) else str(metavar)
+            shown = " ".join(part for part in (", ".join(action.option_strings), value) if part)
+            rows.append(f"| `{shown}` | {(action.help or '').replace('|', '/').replace('%%', '%')} |")
+    if rows:
+        lines = ["", "| argument | meaning |", "|---|---|", *rows, *lines]
+    return lines
+
+
+def effects_page() -> str:
+    """Every effect with its physics, parameters and sizes, by stage."""
+    lines = ["# Effects", "", MADE, ""]
+    lines += [
+        "An effect is something that an experiment may have and a simulator may lack. *negligible* and *large* are "
+        "sizes on the thesis' rig;",
+        "the blind trial uses them. Add them to a scenario under `[effects]`, to the nominal model under `[model] "
+        "effects`.",
+    ]
+    stages = list(dict.fromkeys(effect.stage for effect in EFFECTS.values()))
+    for stage in stages:
+        lines += ["", f"## {stage.capitalize()}"]
+        for effect in EFFECTS.values():
+            if effect.stage != stage:
+                continue
+            lines += ["", f"### {effect.name}", "", " ".join(effect.meaning.split())]
+            if effect.parameters:
+                lines += [
+                    "",
+                    "| parameter | unit | bounds | negligible | large | default |",
+                    "|---|---|---|---|---|---|",
+                ]
+            for one in effect.parameters:
+                default = "must be given" if one.default is None else f"{one.default:g}"
+                lines.append(
+                    f"| `{one.name}` | {one.unit} | {one.low:g} ... {one.high:g} | {one.negligible:g} | {one.large:g} "
+                    f"| {default} |"
+                )
+    return "\n".join(lines) + "\n"
+
+
+PAGES = {"commands.md": commands_page, "effects.md": effects_page}
+
+if __name__ == "__main__":
+    for name, page in PAGES.items():
+        write_text_whole(page(), FOLDER / name)

@@ -1,0 +1,1 @@
+"""`ovines new`: a recording.toml from options or questions."""

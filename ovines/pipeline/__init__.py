@@ -1,0 +1,1 @@
+"""The stages declared, their functions, and how recordings and series are run."""

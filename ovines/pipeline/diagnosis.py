@@ -1,0 +1,90 @@
+"""A series of recordings as the diagnosis takes it, whatever its recordings enter with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from ovines.camera import Camera
+from ovines.errors import InputError
+from ovines.pipeline.runner import run_stages
+from ovines.pipeline.stages import location
+from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.motion import refuse_uninformative
+from ovines.plausibility.recording import refuse_contradictions
+from ovines.recording import Recording
+from ovines.tables import read_table
+
+if TYPE_CHECKING:
+    from analysis.gap.series import Series
+
+ORDER = ("frames", "tracks", "points", "motion")
+
+
+def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dict[str, Path]]:
+    """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their
+    entries.
+    """
+    from analysis.gap.series import from_motions, from_points
+    from analysis.motion.bodies import motion_from_points
+
+    entries = [recording.entry() for recording in recordings]
+    entry = max(entries, key=ORDER.index)
+    cameras: list[Camera] | None = None
+    tracks: list[pd.DataFrame] = []
+    points: list[pd.DataFrame] = []
+    motions: list[pd.DataFrame] = []
+    sources: dict[str, Path] = {}
+    for recording, kind in zip(recordings, entries, strict=True):
+        folder = out / "recordings" / recording.folder.resolve().name
+        path = recording.folder / f"{kind}.parquet"
+        if kind == "frames":
+            run_stages(recording, folder, only="track")
+            path = folder / "tracks.parquet"
+        sources[f"{recording.folder.resolve().name}/{path.name}"] = path
+        table = read_table(path, path.stem)
+        refuse_contradictions(recording, table)
+        if kind in ("frames", "tracks"):
+            (found,) = location("calibration.json", recording, folder)[:1] or (_no_calibration(recording),)
+            cameras = calibrated(found, recording)
+            tracks.append(table)
+            table = triangulate_again(table, cameras, recording, (0.0, 0.0))
+            kind = "points"
+        points.append(table) if kind == "points" else motions.append(table)
+        if kind == "points" and entry == "motion":
+            motions.append(motion_from_points(table, recording))
+    if entry == "motion":
+        series = from_motions(recordings, motions)
+    else:
+        whole = len(tracks) == len(recordings)
+        series = from_points(
+            recordings, points, cameras if whole else None, tracks if whole else None, triangulate_again
+        )
+    refuse_uninformative(series.motions, recordings)
+    return series, sources
+
+
+def triangulate_again(
+    tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording, shift_px: tuple[float, float]
+) -> pd.DataFrame:
+    """Points of the tracks with the second camera's window moved by ``shift_px``: what the diagnosis calls after a
+    correction.
+    """
+    from vision.triangulate import triangulate
+
+    offsets: dict[str, list[float]] = {name: list(offset) for name, offset in recording.window_offset_px.items()}
+    second = cameras[1].name
+    if second in offsets:
+        offsets[second] = [offsets[second][0] + shift_px[0], offsets[second][1] + shift_px[1]]
+    return triangulate(tracks, cameras, offsets)
+
+
+def _no_calibration(recording: Recording) -> Path:
+    raise InputError(
+        f"{recording.folder}: no calibration for its tracks",
+        "calibration.json, or board images to solve it from",
+        "give [calibration] in recording.toml",
+    )

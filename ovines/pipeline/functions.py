@@ -1,0 +1,171 @@
+"""Each stage's function: files in, tables out, by way of `vision` and `analysis`.
+
+A stage function takes a `StageContext` and returns its results by file name; the chain writes them.  Imports stand
+inside the functions, so that a stage loads only what it needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ovines.errors import InputError
+from ovines.pipeline.context import StageContext
+from ovines.pipeline.stages import CALIBRATION_PAGE
+from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.frame_files import file_notes, refuse_strange_files
+from ovines.plausibility.motion import gaps, refuse_unseen, track_notes
+from ovines.plausibility.names import read_names
+from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
+from ovines.recording import Recording, read_trigger
+from ovines.tables import checked, read_table
+
+
+def calibrate(context: StageContext) -> dict[str, Any]:
+    """Board images to cameras with their uncertainty."""
+    from vision.calibrate import calibrate_recording
+    from vision.calibration.uncertainty import covariance_table
+
+    (context.out / CALIBRATION_PAGE).unlink(missing_ok=True)  # it would speak of the calibration before
+    result = calibrate_recording(context.recording, progress=context.progress)
+    context.notes.extend(result.advice)
+    return {
+        "calibration.json": result.cameras,
+        "calibration_views.parquet": result.views,
+        "calibration_parameters.parquet": result.parameters,
+        "calibration_covariance.parquet": covariance_table(result.covariance, result.labels),
+    }
+
+
+def track(context: StageContext) -> dict[str, Any]:
+    """Images to markers in pixels and walls, after what the calibration says against this recording."""
+    from vision.calibration_check import refuse_mistaken
+    from vision.track import track as track_markers
+
+    refuse_strange_files(context.recording)
+    context.notes.extend(file_notes(context.recording))
+    if "trigger.csv" in context.inputs:
+        read_trigger(context.path("trigger.csv"))  # a wrong one is refused before the images cost an hour
+    cameras = calibrated(context.path("calibration.json"), context.recording)
+    names = read_names(context.path("names.csv"), context.recording) if "names.csv" in context.inputs else None
+    refuse_mistaken(context.recording, cameras, names)
+    found = track_markers(context.recording, cameras, names, context.progress)
+    context.notes.extend(found.notes)
+    results = {"tracks.parquet": found.tracks}
+    if len(found.walls):
+        results["walls.parquet"] = found.walls
+    return results
+
+
+def triangulate(context: StageContext) -> dict[str, Any]:
+    """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
+    from vision.calibration.uncertainty import with_calibration_sd
+    from vision.calibration_check import length_notes, misfit_notes, refuse_foreign_tracks
+    from vision.triangulate import triangulate as triangulate_tracks
+
+    tracks = read_table(context.path("tracks.parquet"), "tracks")
+    refuse_contradictions(context.recording, tracks)
+    if context.recording.entry() == "tracks":
+        context.notes.extend(sd_doubts(tracks, context.recording))
+    cameras = calibrated(context.path("calibration.json"), context.recording)
+    points = triangulate_tracks(tracks, cameras, context.recording.window_offset_px)
+    refuse_foreign_tracks(tracks, points, cameras, context.recording.window_offset_px)
+    context.notes.extend(track_notes(tracks, points, context.recording))
+    context.notes.extend(misfit_notes(points))
+    context.notes.extend(length_notes(points, context.recording))
+    if "calibration_covariance.parquet" in context.inputs:
+        covariance = read_table(context.path("calibration_covariance.parquet"), "calibration_covariance")
+        points = with_calibration_sd(points, cameras, covariance)
+    return {"points.parquet": points}
+
+
+def analyse(context: StageContext) -> dict[str, Any]:
+    """Points to motion, the Host's circle, the angle from triplets, and the thesis' impacts."""
+    from analysis.motion.bodies import motion_from_points
+    from analysis.motion.host_circle import host_circle
+    from analysis.motion.rotation import rotation
+    from analysis.thesis.impacts import thesis_impacts
+
+    for body in ("host", "nes"):
+        if body not in context.recording.bodies:
+            raise InputError(
+                f"{context.recording.folder}/recording.toml: no [bodies.{body}]",
+                "the Host's wall (inner_radius_m or polygon_m) and the NES' radius_m",
+                "add the section",
+            )
+    path = context.path("points.parquet or motion.parquet")
+    results: dict[str, Any] = {}
+    if path.name == "motion.parquet":
+        motion = read_table(path, "motion")
+        refuse_contradictions(context.recording, motion)
+        context.notes.extend(sd_doubts(motion, context.recording))
+    else:
+        points = read_table(path, "points")
+        refuse_contradictions(context.recording, points)
+        if context.recording.entry() == "points":
+            context.notes.extend(sd_doubts(points, context.recording))
+        motion = checked(motion_from_points(points, context.recording), "motion")
+        if len(context.recording.bodies["host"].markers) >= 3:
+            results["host_circle.parquet"] = host_circle(points, context.recording)
+        if len(context.recording.bodies["nes"].markers) >= 3:
+            try:
+                results["rotation.parquet"] = rotation(points, motion, context.recording)
+            except InputError as error:  # fewer than three were seen: the angle of the rigid fit is there
+                context.notes.append(f"no rotation.parquet: {error.found}")
+    refuse_unseen(motion, context.recording)
+    context.notes.extend(gaps(motion, context.recording))
+    context.notes.extend(doubts(context.recording, motion) + drive_doubts(motion, context.recording))
+    results["motion.parquet"] = motion
+    results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)
+    return results
+
+
+def identify(context: StageContext) -> dict[str, Any]:
+    """Motion to impacts, flights, parameters, and the checks that say whether to use them."""
+    from analysis.checks.recording import check_run
+    from analysis.identify import identify as identify_parameters
+
+    motion = read_table(context.path("motion.parquet"), "motion")
+    found = identify_parameters(motion, context.recording)
+    context.notes.extend(found.notes)
+    peaks = (
+        read_table(context.path("thesis_impacts.parquet"), "thesis_impacts")
+        if "thesis_impacts.parquet" in context.inputs
+        else None
+    )
+    points = read_table(context.path("points.parquet"), "points") if "points.parquet" in context.inputs else None
+    checks = check_run(found.rig, 0, motion, context.recording, found.impacts, found.flights, peaks, points)
+    return {
+        "checks.parquet": checked(checks, "checks"),
+        "identification.parquet": found.identification,
+        "impacts.parquet": found.impacts,
+        "flights.parquet": found.flights,
+    }
+
+
+def report(context: StageContext) -> dict[str, Any]:
+    """Everything before on one page."""
+    from analysis.report import recording_page
+    from analysis.report.results import read_results
+
+    return {
+        "report.html": recording_page(
+            read_results(context.out, context.recording, first_frames(context.recording))
+        ).render()
+    }
+
+
+def first_frames(recording: Recording) -> dict[str, Any] | None:
+    """One grey image per camera to draw the tracks on, where the recording brings frames."""
+    if not any(recording.frame_files(camera.name) for camera in recording.cameras):
+        return None
+    from vision.frames.sources import open_sources, stream
+
+    sources, notes = open_sources(recording)
+    found: dict[str, Any] = {}
+    for _, images in stream(sources, notes):
+        for source, image in zip(sources, images, strict=True):
+            if image is not None:
+                found.setdefault(source.camera.name, image)
+        if len(found) == len(sources):
+            break
+    return found

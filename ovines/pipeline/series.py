@@ -1,0 +1,150 @@
+"""Many recordings: one after another or in parallel; one that fails does not cost the others."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from ovines.errors import InputError
+from ovines.io.lock import locked
+from ovines.pipeline.cluster import run_on_cluster
+from ovines.pipeline.one_recording import Outcome, no_room, run_one
+from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_theirs, write_source
+from ovines.pipeline.series_results import JOINT, PAGE, write_series_results
+from ovines.recording import ENTRY_TABLES, read_recording, series_folders
+from ovines.tables import table_rows
+from ovines.workers.budget import refuse_cost
+from ovines.workers.orphans import die_with
+
+
+def run_series(
+    folder: Path,
+    out: Path,
+    only: str | None = None,
+    force: bool = False,
+    jobs: int = 1,
+    bars: bool = True,
+    figures: bool = False,
+    cluster: str | None = None,
+    yes: bool = False,
+) -> list[Outcome]:
+    """Run the recording or every recording of the series ``folder``; results in ``out`` or its subfolders.
+
+    A recording's results go into ``out`` itself, those of a series into ``out / name of the recording's folder``,
+    with the joint identification and a page over all of them in ``out``.  With ``jobs`` > 1 recordings run in as
+    many processes, with ``cluster`` on the workers of that Dask scheduler; the results are the same bytes.
+    ``figures`` also writes every figure as SVG and PDF.
+    """
+    folders = series_folders(folder)
+    single = is_recording(folder)
+    tasks = [(one, out if single else out / one.name) for one in folders]
+    if not single:
+        refuse_folder(out)
+        refuse_other_source(out, folder)
+        refuse_theirs(out, [JOINT, PAGE], figures)  # before hours of work, not after
+    for one in folders:
+        refuse_large(one, yes)
+    if cluster is not None:
+        outcomes = run_on_cluster(tasks, only, force, figures, cluster, bars)
+    elif jobs == 1 or len(tasks) == 1:
+        outcomes = [run_one(one, target, only, force, bars, figures) for one, target in tasks]
+    else:
+        outcomes = _in_processes(tasks, only, force, jobs, bars, figures)
+    if not single and only in (None, "identify", "report"):
+        outcomes += _together(folder, out, outcomes, only, force, figures)
+    return outcomes
+
+
+BYTES_PER_ROW = 600.0  # measured: 1.4 GB for a tracks.parquet of 2.4 million rows
+
+
+def refuse_large(folder: Path, yes: bool) -> None:
+    """`InputError` where a recording's own tables need more memory than the budget; by their footers, before they are
+    read.
+    """
+    for name in ENTRY_TABLES:
+        try:
+            rows = table_rows(folder / f"{name}.parquet")
+        except (OSError, ValueError):
+            continue  # not there, or no table: whoever reads it says so
+        refuse_cost(f"{folder / name}.parquet: {rows} rows", 0.0, rows * BYTES_PER_ROW, yes)
+
+
+def is_recording(folder: Path) -> bool:
+    """Whether a path is a recording (a folder with recording.toml, or that file), not a series of them."""
+    return folder.is_file() or (folder / "recording.toml").is_file()
+
+
+def _in_processes(
+    tasks: list[tuple[Path, Path]], only: str | None, force: bool, jobs: int, bars: bool, figures: bool
+) -> list[Outcome]:
+    """Each recording in a process of its own; recordings whose process was killed are run once more, one by one."""
+    from joblib.externals.loky import ProcessPoolExecutor
+    from joblib.externals.loky.process_executor import BrokenProcessPool
+
+    outcomes: dict[Path, Outcome] = {}
+    parent = os.getpid()
+    workers = os.cpu_count() or 1 if jobs < 1 else jobs
+    with ProcessPoolExecutor(max_workers=min(workers, len(tasks))) as pool:
+        futures = {
+            one: pool.submit(_in_worker, parent, run_one, one, target, only, force, False, figures)
+            for one, target in tasks
+        }
+        for one, future in tqdm(futures.items(), desc="recordings", unit="", disable=None if bars else True):
+            with suppress(BrokenProcessPool):  # which recording brought its process down cannot be told: see below
+                outcomes[one] = future.result()
+    for one, target in tasks:
+        if one not in outcomes:
+            outcomes[one] = _alone(one, target, only, force, figures)
+    return [outcomes[one] for one, _ in tasks]
+
+
+def _in_worker(parent: int, work: Callable[..., Outcome], *arguments: Any) -> Outcome:
+    die_with(parent)
+    return work(*arguments)
+
+
+def _alone(folder: Path, out: Path, only: str | None, force: bool, figures: bool) -> Outcome:
+    from joblib.externals.loky import ProcessPoolExecutor
+    from joblib.externals.loky.process_executor import BrokenProcessPool
+
+    with ProcessPoolExecutor(max_workers=1) as pool:
+        try:
+            return pool.submit(_in_worker, os.getpid(), run_one, folder, out, only, force, False, figures).result()
+        except BrokenProcessPool:
+            return Outcome(folder, out, "failed", message=f"the process that worked on {folder} was killed (memory?)")
+
+
+def _together(
+    folder: Path, out: Path, outcomes: list[Outcome], only: str | None, force: bool, figures: bool
+) -> list[Outcome]:
+    """Joint identification and page of the whole series, from the recordings that came through."""
+    done = [read_recording(one.folder) for one in outcomes if one.status == "done"]
+    if not done:
+        return []
+    try:
+        with locked(out):
+            write_source(out, folder, "series")
+            stages, notes = write_series_results(out, done, folder.resolve().name, only, force, figures)
+    except InputError as error:
+        return [Outcome(folder, out, "refused", message=str(error), whole_series=True)]
+    except OSError as error:
+        return [replace(no_room(folder, out, error), whole_series=True)]
+    except Exception:
+        return [Outcome(folder, out, "failed", message=traceback.format_exc(), whole_series=True)]
+    verdict = _verdict(out, [one.folder.name for one in done]) if only in (None, "identify") else []
+    page = out / PAGE if "report" in stages else None
+    return [Outcome(folder, out, "done", stages, notes=notes, verdict=verdict, page=page, whole_series=True)]
+
+
+def _verdict(out: Path, names: list[str]) -> list[str]:
+    from analysis.report.terminal import series_in_words
+
+    return series_in_words(out, names)

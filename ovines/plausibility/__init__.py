@@ -1,0 +1,1 @@
+"""What of a recording cannot be, or is doubtful, told before it is processed."""

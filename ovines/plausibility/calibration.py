@@ -1,0 +1,49 @@
+"""A recording's cameras as calibrated, or why that calibration is not this recording's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ovines.camera import Camera, read_calibration
+from ovines.errors import InputError
+from ovines.recording import Recording
+
+
+def calibrated(path: Path, recording: Recording) -> list[Camera]:
+    """The cameras of ``path``; `InputError` where the recording has another camera, or one with another sensor."""
+    cameras = read_calibration(path)
+    by_name = {camera.name: camera for camera in cameras}
+    for camera in recording.cameras:
+        if camera.name not in by_name:
+            raise InputError(
+                f"no camera {camera.name} in {path}",
+                "every camera of the recording",
+                "give both files the same camera names",
+            )
+        size = tuple(by_name[camera.name].sensor_size_px)
+        if size != camera.sensor_size_px:
+            raise InputError(
+                f"sensor of {camera.name}: {size} px in the calibration, {camera.sensor_size_px} px in recording.toml",
+                "the same sensor",
+                "correct sensor_size_px, or calibrate with full-sensor images",
+            )
+    _refuse_one_place([by_name[camera.name] for camera in recording.cameras], path)
+    return cameras
+
+
+def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
+    """Two cameras at one place see no depth, and neither may lie in the plane that it looks at."""
+    for i, first in enumerate(cameras):
+        for second in cameras[i + 1 :]:
+            apart_m = float(((first.centre_m - second.centre_m) ** 2).sum() ** 0.5)
+            far_m = max(float((first.centre_m**2).sum() ** 0.5), float((second.centre_m**2).sum() ** 0.5))
+            if apart_m <= CLOSEST * far_m:
+                raise InputError(
+                    f"{path}: cameras {first.name} and {second.name} stand {apart_m:.3g} m apart, {far_m:.3g} m from "
+                    f"the world's origin",
+                    "two places, from which the same point is seen in two directions",
+                    "calibrate both cameras in one world",
+                )
+
+
+CLOSEST = 1e-3  # of their distance: nearer ones see depth a thousand times worse than the picture's directions

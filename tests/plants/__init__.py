@@ -1,0 +1,13 @@
+"""Rigs whose laws are not ours: a third simulator, apart from `ovines.core`, `analysis.flights.model` and
+`analysis.blind`.
+
+Shares no code with any of them.  ``draw_rig`` draws a rig of any size at any place under a law of flight
+(:data:`laws.LAWS`),
+``make_run`` one recording of it, ``make_recording`` both at once, ``write_series`` the folder that ``ovines`` reads.
+"""
+
+from tests.plants.laws import LAWS
+from tests.plants.recording import Run, make_recording, make_run, make_series, write_series
+from tests.plants.rig import Rig, Spec, draw_rig
+
+__all__ = ["LAWS", "Rig", "Run", "Spec", "draw_rig", "make_recording", "make_run", "make_series", "write_series"]

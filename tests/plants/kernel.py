@@ -1,0 +1,380 @@
+"""The plant's compiled motion: Runge-Kutta steps, each impact located by bisection of its step, sustained contact as a
+constraint.
+
+All in the rig's frame: origin at the Host's mean place, x along the drive.  Everything compiled stands in this one
+file, because numba's cache looks only at the file of the function that it compiled.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from scipy.special import ellipe, ellipk
+
+GRAVITY_M_PER_S2 = 9.81
+# Longest hop, in steps, that is no longer followed: the disk then stays at the wall until the wall lets go.
+SHORTEST_HOP = 4.0
+# Slip below which friction at the wall grows linearly, over that of the floor: both only have to be far below the slips
+# that count.
+WALL_SMOOTHING = 2.0
+BISECTIONS = 60
+
+
+class Physics(NamedTuple):
+    """What moves the disk, per unit mass.  A zero switches a term off."""
+
+    reach_m: float  # contact radius: Host's inner radius less the disk's
+    radius_m: float
+    inertia_factor: float  # about the centre of mass
+    restitution: float
+    restitution_scatter: float
+    restitution_fall_s_per_m: float  # restitution falls by this per m/s of approach
+    wall_friction: float
+    tangential_restitution: float
+    wall_roughness_rad: float  # scatter of the wall normal's direction from impact to impact
+    friction: float  # floor, Coulomb
+    coupling: float  # 1: sliding and spinning share the friction (Farkas); 0: plain sliding, no torque
+    smoothing_m_per_s: float
+    static_share: float  # Stribeck: friction at rest is larger by this share ...
+    static_m_per_s: float  # ... and falls off within this speed
+    patch_share: float  # friction larger by this share at a place of the floor
+    patch_x_m: float
+    patch_y_m: float
+    patch_width_m: float
+    gradient_x: float  # relative change of friction from the Host's centre to the reach
+    gradient_y: float
+    anisotropy: float  # friction along an axis larger, across it smaller, by this share
+    anisotropy_rad: float
+    memory_share: float  # friction larger by this share once the disk has been slow, until it has been fast
+    memory_slow_m_per_s: float
+    memory_fast_m_per_s: float
+    settling_share: float  # friction smaller by this share just after an impact ...
+    settling_s: float  # ... recovering within this time
+    spin_decay_per_s: float
+    viscous_per_s: float
+    air_per_m: float
+    tilt_x_m_per_s2: float
+    tilt_y_m_per_s2: float
+    pull_m_per_s2: float  # towards the wall, at the wall ...
+    pull_width_m: float  # ... and falling off within this distance
+    mass_x_m: float  # centre of mass from the disk's middle, in the disk
+    mass_y_m: float
+    step_s: float
+
+
+def sliding_table(count: int = 4001) -> np.ndarray:
+    """Farkas' force and torque (thesis eqs 48, 49 as ERRATA has them) over atan2(rim speed, speed) from 0 to pi/2:
+    (count, 2).
+
+    Force 1 where nothing spins, torque 2/3 (of mu N R) where nothing slides.
+    """
+    out = np.empty((count, 2))
+    for i, angle in enumerate(np.linspace(0.0, 0.5 * np.pi, count)):
+        speed, rim = math.cos(angle), math.sin(angle)
+        k = min(speed, rim) / max(speed, rim)
+        if k < 1e-6:
+            out[i] = (1.0, 0.25 * k) if speed > rim else (k, 2.0 / 3.0)
+            continue
+        m, left = k * k, max((1.0 - k) * (1.0 + k), 1e-300)
+        whole, second = ellipk(min(m, 1.0 - 1e-15)), ellipe(m)
+        b, d = (second - left * whole) / m, (whole - second) / m
+        c = (d - b) / m
+        if k < 0.03:  # differences of nearly equal numbers: the series of C about 0
+            c = np.pi / 16.0 * (1.0 + 0.75 * m)
+        if speed <= rim:
+            out[i] = 4 * k / (3 * np.pi) * (b + second), 4 / (9 * np.pi) * ((4 - 2 * m) * second - left * whole)
+        else:
+            out[i] = 4 / (3 * np.pi) * (second + b), 4 * k / (9 * np.pi) * (c + 3 * b - d)
+    return out
+
+
+@njit(cache=True)
+def host_at(time, harmonics):
+    """Host's position, velocity and acceleration (each x, y, rotation, z); ``harmonics`` (n, 4): axis, amplitude,
+    rad/s, phase.
+    """
+    where, speed, change = np.zeros(4), np.zeros(4), np.zeros(4)
+    for i in range(harmonics.shape[0]):
+        axis, size, omega = int(harmonics[i, 0]), harmonics[i, 1], harmonics[i, 2]
+        phase = omega * time + harmonics[i, 3]
+        where[axis] += size * math.sin(phase)
+        speed[axis] += size * omega * math.cos(phase)
+        change[axis] -= size * omega * omega * math.sin(phase)
+    return where, speed, change
+
+
+@njit(cache=True)
+def _floor(p, x, y, slip_x, slip_y, spin, level, since_s, load, table):
+    """Friction of the floor on the disk, per unit mass: force at its middle, torque about it."""
+    speed, rim = math.hypot(slip_x, slip_y), p.radius_m * abs(spin)
+    mu = p.friction
+    if p.static_share != 0.0:
+        mu *= 1.0 + p.static_share * math.exp(-speed / p.static_m_per_s)
+    if p.patch_share != 0.0:
+        mu *= 1.0 + p.patch_share * math.exp(
+            -0.5 * ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
+        )
+    mu *= max(1.0 + (p.gradient_x * x + p.gradient_y * y) / p.reach_m, 0.0)
+    mu *= 1.0 + p.memory_share * level
+    if p.settling_share != 0.0:
+        mu *= 1.0 - p.settling_share * math.exp(-since_s / p.settling_s)
+    place = math.atan2(rim, speed) / (0.5 * math.pi) * (table.shape[0] - 1)
+    low = min(int(place), table.shape[0] - 2)
+    share = place - low
+    both = math.tanh(math.hypot(speed, rim) / p.smoothing_m_per_s)
+    force = p.coupling * both * (table[low, 0] + share * (table[low + 1, 0] - table[low, 0]))
+    force += (1.0 - p.coupling) * math.tanh(speed / p.smoothing_m_per_s)
+    torque = p.coupling * both * (table[low, 1] + share * (table[low + 1, 1] - table[low, 1])) * p.radius_m
+    if spin > 0.0:
+        torque = -torque
+    if spin == 0.0:
+        torque = 0.0
+    along_x, along_y = 0.0, 0.0
+    if speed > 0.0:
+        along_x, along_y = -force * slip_x / speed, -force * slip_y / speed
+    if p.anisotropy != 0.0:
+        c, s = math.cos(p.anisotropy_rad), math.sin(p.anisotropy_rad)
+        a, b = (c * along_x + s * along_y) * (1.0 + p.anisotropy), (c * along_y - s * along_x) * (1.0 - p.anisotropy)
+        along_x, along_y = c * a - s * b, s * a + c * b
+    return mu * load * along_x, mu * load * along_y, mu * load * torque
+
+
+@njit(cache=True)
+def middle_of(state, p):
+    """From the centre of mass to the disk's middle, in the rig's frame."""
+    c, s = math.cos(state[2]), math.sin(state[2])
+    return -(c * p.mass_x_m - s * p.mass_y_m), -(s * p.mass_x_m + c * p.mass_y_m)
+
+
+@njit(cache=True)
+def free_rate(time, state, p, harmonics, gust, table):
+    """Rate of (x, y, angle, vx, vy, spin, memory, time of the last impact) away from the wall; x, y of the centre of
+    mass.
+    """
+    where, speed, change = host_at(time, harmonics)
+    arm_x, arm_y = middle_of(state, p)
+    vx, vy, spin = state[3], state[4], state[5]
+    x, y = state[0] + arm_x - where[0], state[1] + arm_y - where[1]
+    slip_x = vx - spin * arm_y - (speed[0] - speed[2] * y)
+    slip_y = vy + spin * arm_x - (speed[1] + speed[2] * x)
+    load = max(GRAVITY_M_PER_S2 + change[3], 0.0)
+    fx, fy, torque = _floor(p, x, y, slip_x, slip_y, spin - speed[2], state[6], time - state[7], load, table)
+    inertia = p.inertia_factor * p.radius_m**2
+    out = np.zeros(8)
+    out[0], out[1], out[2] = vx, vy, spin
+    drag = p.viscous_per_s + p.air_per_m * math.hypot(vx, vy)
+    out[3], out[4] = fx - drag * vx + p.tilt_x_m_per_s2, fy - drag * vy + p.tilt_y_m_per_s2
+    out[5] = (torque + arm_x * fy - arm_y * fx) / inertia - p.spin_decay_per_s * (spin - speed[2])
+    if p.pull_m_per_s2 != 0.0:
+        far = math.hypot(x, y) + 1e-300
+        pull = p.pull_m_per_s2 * math.exp((far - p.reach_m) / p.pull_width_m)
+        out[3] += pull * x / far
+        out[4] += pull * y / far
+    if gust.shape[0] > 1:  # rows: time, acceleration x, y at equal steps
+        place = (time - gust[0, 0]) / (gust[1, 0] - gust[0, 0])
+        low = min(max(int(place), 0), gust.shape[0] - 2)
+        share = place - low
+        out[3] += gust[low, 1] + share * (gust[low + 1, 1] - gust[low, 1])
+        out[4] += gust[low, 2] + share * (gust[low + 1, 2] - gust[low, 2])
+    return out
+
+
+@njit(cache=True)
+def wall_at(time, state, p, harmonics):
+    """Gap to the wall, its outward normal, approach speed and slip at the contact, arm of the contact from the centre
+    of mass.
+    """
+    where, speed, _ = host_at(time, harmonics)
+    arm_x, arm_y = middle_of(state, p)
+    x, y = state[0] + arm_x - where[0], state[1] + arm_y - where[1]
+    far = math.hypot(x, y) + 1e-300
+    nx, ny = x / far, y / far
+    cx, cy = arm_x + p.radius_m * nx, arm_y + p.radius_m * ny
+    from_host_x, from_host_y = x + p.radius_m * nx, y + p.radius_m * ny
+    ux = state[3] - state[5] * cy - speed[0] + speed[2] * from_host_y
+    uy = state[4] + state[5] * cx - speed[1] - speed[2] * from_host_x
+    return p.reach_m - far, nx, ny, ux * nx + uy * ny, -ux * ny + uy * nx, cx, cy
+
+
+@njit(cache=True)
+def pressed(time, state, p, harmonics, gust, table):
+    """Rate of the state, and what the wall must push per unit mass to keep the disk at it; <= 0 where it would have to
+    pull.
+    """
+    out = free_rate(time, state, p, harmonics, gust, table)
+    _, nx, ny, _, slip, cx, cy = wall_at(time, state, p, harmonics)
+    _, speed, change = host_at(time, harmonics)
+    arm_x, arm_y = middle_of(state, p)
+    spin = state[5]
+    # the middle's own velocity and acceleration, against the Host's
+    vx, vy = state[3] - spin * arm_y - speed[0], state[4] + spin * arm_x - speed[1]
+    ax = out[3] - out[5] * arm_y - spin * spin * arm_x - change[0]
+    ay = out[4] + out[5] * arm_x - spin * spin * arm_y - change[1]
+    along = -vx * ny + vy * nx
+    outward = ax * nx + ay * ny + along * along / p.reach_m
+    rub = p.wall_friction * math.tanh(slip / (WALL_SMOOTHING * p.smoothing_m_per_s))
+    fx, fy = -nx + rub * ny, -ny - rub * nx
+    turn = (cx * fy - cy * fx) / (p.inertia_factor * p.radius_m**2)
+    yields = (fx - turn * arm_y) * nx + (fy + turn * arm_x) * ny
+    return out, -outward / yields, fx, fy, turn
+
+
+@njit(cache=True)
+def held_rate(time, state, p, harmonics, gust, table):
+    """Rate of the state while the wall holds the disk."""
+    out, push, fx, fy, turn = pressed(time, state, p, harmonics, gust, table)
+    push = max(push, 0.0)
+    out[3] += push * fx
+    out[4] += push * fy
+    out[5] += push * turn
+    return out
+
+
+@njit(cache=True)
+def stepped(time, state, step, held, p, harmonics, gust, table):
+    """One classical Runge-Kutta step."""
+    if held:
+        a = held_rate(time, state, p, harmonics, gust, table)
+        b = held_rate(time + 0.5 * step, state + 0.5 * step * a, p, harmonics, gust, table)
+        c = held_rate(time + 0.5 * step, state + 0.5 * step * b, p, harmonics, gust, table)
+        d = held_rate(time + step, state + step * c, p, harmonics, gust, table)
+    else:
+        a = free_rate(time, state, p, harmonics, gust, table)
+        b = free_rate(time + 0.5 * step, state + 0.5 * step * a, p, harmonics, gust, table)
+        c = free_rate(time + 0.5 * step, state + 0.5 * step * b, p, harmonics, gust, table)
+        d = free_rate(time + step, state + step * c, p, harmonics, gust, table)
+    return state + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+
+
+@njit(cache=True)
+def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitution, inertia):
+    """State after the impulse at a contact with arm (cx, cy) and outward normal (nx, ny), velocities against a wall at
+    rest.
+
+    Luding's law as the thesis has it: rebound with the restitution, reversal of the slip with the tangential one, the
+    tangential impulse never above mu_c times the normal.  Solved with both arms, so that an eccentric mass is treated
+    as exactly as a centred one. Returns also whether the contact slid.
+    """
+    un = (state[3] - state[5] * cy) * nx + (state[4] + state[5] * cx) * ny
+    ut = -(state[3] - state[5] * cy) * ny + (state[4] + state[5] * cx) * nx
+    turn_n, turn_t = cx * ny - cy * nx, cx * nx + cy * ny
+    nn, tt, nt = 1.0 + turn_n**2 / inertia, 1.0 + turn_t**2 / inertia, turn_n * turn_t / inertia
+    want_n, want_t = -(1.0 + restitution) * un, -(1.0 + tangential_restitution) * ut
+    solved = nn * tt - nt * nt
+    jn, jt = (tt * want_n - nt * want_t) / solved, (nn * want_t - nt * want_n) / solved
+    slid = abs(jt) > wall_friction * abs(jn)
+    if slid:
+        side = -1.0 if ut > 0.0 else 1.0
+        jn = want_n / (nn - side * wall_friction * nt)
+        jt = side * wall_friction * abs(jn)
+    new = state.copy()
+    new[3] += jn * nx - jt * ny
+    new[4] += jn * ny + jt * nx
+    new[5] += (jn * turn_n + jt * turn_t) / inertia
+    return new, slid
+
+
+@njit(cache=True)
+def strike(time, state, p, harmonics, drawn):
+    """Impact with the moving wall; state after, and (approach, slip, restitution, azimuth, leaving speed, slip after,
+    slid).
+    """
+    gap, nx, ny, approach, slip, cx, cy = wall_at(time, state, p, harmonics)
+    where, speed, _ = host_at(time, harmonics)
+    state[0] += gap * nx
+    state[1] += gap * ny
+    told = np.array([approach, slip, 0.0, math.atan2(ny, nx), -approach, slip, 0.0])
+    if approach <= 0.0:
+        return state, told
+    value = p.restitution - p.restitution_fall_s_per_m * approach + p.restitution_scatter * drawn[0]
+    value = min(max(value, 0.05), 0.98)
+    away = p.wall_roughness_rad * drawn[1]
+    rx, ry = nx * math.cos(away) - ny * math.sin(away), nx * math.sin(away) + ny * math.cos(away)
+    moving = state.copy()  # seen from the wall's contact point
+    from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
+    wall_x, wall_y = speed[0] - speed[2] * from_y, speed[1] + speed[2] * from_x
+    moving[3] -= wall_x
+    moving[4] -= wall_y
+    moving, slid = struck(
+        moving, rx, ry, cx, cy, value, p.wall_friction, p.tangential_restitution, p.inertia_factor * p.radius_m**2
+    )
+    moving[3] += wall_x
+    moving[4] += wall_y
+    moving[7] = time
+    _, _, _, after, slip_after, _, _ = wall_at(time, moving, p, harmonics)
+    told[2], told[4], told[5], told[6] = value, -after, slip_after, 1.0 if slid else 0.0
+    return moving, told
+
+
+@njit(cache=True)
+def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
+    """Move the disk for ``duration_s`` from time 0, or until the wall has held it for ``longest_hold_s``.
+
+    Nodes (n, 8): time, x, y, angle, vx, vy, spin, held, an impact having one before and one after; impacts (k, 8): time
+    and what :func:`strike` tells; sustained contacts (h, 2).
+    """
+    nodes = np.empty((int(duration_s / p.step_s) + 4 * drawn.shape[0] + 10, 8))
+    impacts, holds = np.empty((drawn.shape[0], 8)), np.empty((drawn.shape[0], 2))
+    n = k = h = 0
+    time, held = 0.0, False
+    while True:
+        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if held else 0.0
+        n += 1
+        left = duration_s - time
+        if left < 1e-9 * p.step_s or k == drawn.shape[0] or h == holds.shape[0] - 1:
+            break
+        if held and time - holds[h, 0] > longest_hold_s:
+            break
+        step = min(p.step_s, left)
+        if held and pressed(time, state, p, harmonics, gust, table)[1] <= 0.0:
+            held = False
+            holds[h, 1] = time
+            h += 1
+        new = stepped(time, state, step, held, p, harmonics, gust, table)
+        gap, nx, ny, approach, _, _, _ = wall_at(time + step, new, p, harmonics)
+        if p.memory_share != 0.0:
+            _, speed, _ = host_at(time, harmonics)
+            sliding = math.hypot(new[3] - speed[0], new[4] - speed[1])
+            if sliding < p.memory_slow_m_per_s:
+                new[6] = 1.0
+            elif sliding > p.memory_fast_m_per_s:
+                new[6] = 0.0
+        if held:  # rounding of the constraint, removed without rebound
+            new[0] += gap * nx
+            new[1] += gap * ny
+            new[3] -= approach * nx
+            new[4] -= approach * ny
+        if held or gap >= 0.0:
+            time, state = time + step, new
+            continue
+        low, high = 0.0, step
+        for _ in range(BISECTIONS):
+            half = 0.5 * (low + high)
+            if (
+                wall_at(time + half, stepped(time, state, half, False, p, harmonics, gust, table), p, harmonics)[0]
+                < 0.0
+            ):
+                high = half
+            else:
+                low = half
+        state = stepped(time, state, high, False, p, harmonics, gust, table)
+        time += high
+        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 0.0
+        n += 1
+        state, told = strike(time, state, p, harmonics, drawn[k])
+        impacts[k, 0], impacts[k, 1:] = time, told
+        k += 1
+        press = pressed(time, state, p, harmonics, gust, table)[1]
+        if press > 0.0 and 2.0 * told[4] < SHORTEST_HOP * p.step_s * press:
+            held = True
+            holds[h, 0] = time
+            _, nx, ny, approach, _, _, _ = wall_at(time, state, p, harmonics)
+            state[3] -= approach * nx
+            state[4] -= approach * ny
+    if held:
+        holds[h, 1] = time
+        h += 1
+    return nodes[:n].copy(), impacts[:k].copy(), holds[:h].copy()

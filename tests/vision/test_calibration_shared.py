@@ -1,0 +1,160 @@
+"""Views taken at once, the extrinsic view against them, chessboards' ends, and one common frame of extrinsic films."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from ovines.errors import InputError
+from tests.vision.test_calibrate import SIZES, rig_views
+from vision.calibrate import calibrate
+from vision.calibration import chessboard as calibration_chessboard
+from vision.calibration.boards import Board, find_board
+from vision.calibration.chessboard import detect_chessboard, refuse_other_size
+from vision.calibration.detection import View
+from vision.calibration.images import instant_of, one_instant
+
+CHESS = Path(__file__).resolve().parents[2] / "sample_data" / "real_chessboard"
+BOARD = Board("chessboard", (10, 7), 0.025, kind="chessboard")
+
+
+def from_the_other_end(view, points):
+    """The view as a finder that begins at the opposite corner has it."""
+    return replace(view, uv_px=view.uv_px[::-1].copy(), points=np.arange(points))
+
+
+def test_extrinsic_view_that_the_shared_views_contradict_is_named():
+    setup, seen, extrinsic = rig_views(np.random.default_rng(2), together=True)
+    extrinsic["VW2"] = from_the_other_end(extrinsic["VW2"], len(setup.board.points_m()))
+    with pytest.raises(
+        InputError, match="extrinsic view.* of VW1 and .* of VW2 put the cameras .* m apart .* 14 views"
+    ):
+        calibrate(setup.board, seen, SIZES, extrinsic)
+
+
+def test_one_view_numbered_from_the_other_end_unties_itself_only():
+    setup, seen, extrinsic = rig_views(np.random.default_rng(3), together=True)
+    seen["VW2"][4] = from_the_other_end(seen["VW2"][4], len(setup.board.points_m()))
+    found = calibrate(setup.board, seen, SIZES, extrinsic)
+    assert found.simultaneous
+    true, own = (np.linalg.norm(a.centre_m - b.centre_m) for a, b in (setup.cameras, found.cameras))
+    assert own == pytest.approx(true, rel=1e-3)
+
+
+def test_names_that_differ_by_the_camera_are_one_instant():
+    setup, seen, extrinsic = rig_views(np.random.default_rng(4), together=True)
+    for name in seen:
+        seen[name] = [
+            replace(
+                view,
+                name=f"{name}_{view.name}",
+                instant=instant_of(f"{name}_{view.name}", Path(f"{name}_{view.name}"), "boards/{camera}_*.png", name),
+            )
+            for view in seen[name]
+        ]
+    assert calibrate(setup.board, seen, SIZES, extrinsic).simultaneous
+    assert instant_of("left01.jpg", Path("left01.jpg"), "{camera}??.jpg", "left") == "01.jpg"
+    assert (
+        instant_of("cam_0.mp4 frame_00012", Path("cam_0.mp4"), "calibration/cam_{camera}.mp4", "0")
+        == "cam_.mp4 frame_00012"
+    )
+    assert instant_of("01.png", Path("01.png"), "{camera}/*.png", "VW1") == "01.png"
+
+
+def test_extrinsic_films_give_one_common_frame():
+    def seen(name, n):
+        return View(name, np.arange(n), np.zeros((n, 2)), np.ones(n))
+
+    films = {
+        "A": [seen("frame_00000", 24), seen("frame_00005", 20), seen("frame_00010", 9)],
+        "B": [seen("frame_00000", 0), seen("frame_00005", 18), seen("frame_00010", 24)],
+    }
+    chosen = one_instant(films)
+    assert {name: view.name for name, view in chosen.items()} == {"A": "frame_00005", "B": "frame_00005"}
+    with pytest.raises(InputError, match="A and B: no frame of their extrinsic films"):
+        one_instant({"A": films["A"][:1], "B": films["B"][1:2]})
+
+
+def test_both_of_opencvs_finders_number_a_chessboard_alike(monkeypatch):
+    compared = 0
+    for path in sorted(CHESS.glob("left0[2367].jpg")):
+        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        first = detect_chessboard(image, BOARD)
+        with monkeypatch.context() as patched:
+            patched.setattr(calibration_chessboard.cv2, "findChessboardCorners", lambda *_, **__: (False, None))
+            second = detect_chessboard(image, BOARD)
+        if second is not None:
+            compared += 1
+            assert np.abs(first[0] - second[0]).max() < 0.1  # 200 px, numbered from the other end
+    assert compared >= 3
+
+
+@pytest.mark.parametrize("turn", [0, 2])
+def test_first_corner_is_that_of_the_dark_end_whichever_way_up(turn):
+    image = cv2.imread(str(CHESS / "left03.jpg"), cv2.IMREAD_GRAYSCALE)
+    upright, turned = (
+        detect_chessboard(image, BOARD),
+        detect_chessboard(np.ascontiguousarray(np.rot90(image, turn)), BOARD),
+    )
+    back = np.array(image.shape[::-1]) - 1 - turned[0] if turn else turned[0]
+    assert np.abs(back - upright[0]).max() < 0.1
+
+
+def test_board_with_two_like_ends_is_refused_for_several_cameras():
+    alike = Board("alike", (8, 6), 0.03, kind="chessboard")
+    view = View("a.png", np.arange(35), np.random.default_rng(0).uniform(0, 400, (35, 2)), np.ones(35))
+    with pytest.raises(InputError, match="8 x 6 squares looks the same turned by half"):
+        calibrate(alike, {"A": [view], "B": [view]}, {"A": (640, 480), "B": (640, 480)}, {"A": view, "B": view})
+    assert not BOARD.ends_alike and not Board("charuco", (8, 6), 0.03, 0.02, "DICT_5X5_50").ends_alike
+
+
+def test_other_number_of_squares_is_counted_and_said():
+    images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(CHESS.glob("left0[1-6].jpg"))]
+    for wrong in ((9, 7), (12, 9)):
+        with pytest.raises(InputError, match="chessboard of 10 x 7 squares") as error:
+            refuse_other_size(images, BOARD.altered(squares=wrong))
+        assert "squares = [10, 7]" in error.value.do
+    refuse_other_size(images, BOARD)
+    refuse_other_size(images, BOARD.altered(squares=(7, 10)))
+
+
+def test_shaken_extrinsic_view_is_said_to_be_the_world():
+    setup, seen, extrinsic = rig_views(np.random.default_rng(5))
+    assert not any("world" in sentence for sentence in calibrate(setup.board, seen, SIZES, extrinsic).advice)
+    shaken = extrinsic["VW1"]
+    extrinsic["VW1"] = replace(shaken, uv_px=shaken.uv_px + np.random.default_rng(1).normal(0, 0.5, shaken.uv_px.shape))
+    said = [sentence for sentence in calibrate(setup.board, seen, SIZES, extrinsic).advice if "world" in sentence]
+    assert len(said) == 1 and said[0].startswith("VW1: its extrinsic view is bad (reprojection 0.")
+
+
+def test_board_printed_askew_is_told_from_noise():
+    """Residuals of 10 times the noise that stay with the board's points, and ones that do not."""
+    setup, seen, extrinsic = rig_views(np.random.default_rng(6))
+    assert not any("residuals" in sentence for sentence in calibrate(setup.board, seen, SIZES, extrinsic).advice)
+    rng = np.random.default_rng(7)
+    px_per_m = 6380 / 0.98  # of the thesis' rig, upright enough for a print's errors to be about alike in all views
+    askew = 0.2 / px_per_m * rng.normal(size=(len(setup.board.points_m()), 2))
+    for alike, told in ((True, "points lie 0.0[23].* mm off"), (False, "differ from view to view")):
+        shifted = {
+            name: [
+                replace(
+                    view,
+                    uv_px=view.uv_px
+                    + px_per_m * (askew[view.points] @ _plane(view) if alike else rng.permutation(askew)[view.points]),
+                )
+                for view in views
+            ]
+            for name, views in seen.items()
+        }
+        said = [s for s in calibrate(setup.board, shifted, SIZES, extrinsic).advice if "residuals of" in s]
+        assert len(said) == 2 and all(re.search(told, sentence) for sentence in said), said
+
+
+def _plane(view):
+    """How the image moves with the board's x and y, over the mean scale: from the view itself (2, 2)."""
+    board = find_board("charuco_5x7_8mm").points_m()[view.points][:, :2]
+    slope = np.linalg.lstsq(np.c_[board, np.ones(len(board))], view.uv_px, rcond=None)[0][:2]
+    return slope / np.sqrt(abs(np.linalg.det(slope)))

@@ -1,0 +1,136 @@
+"""Where a chessboard corner is, by fitting the picture of one: two blurred edges that cross."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+Array = NDArray[np.float64]
+STEPS = 12
+REACH_SHARE = 0.25  # of the patch's side: farther pixels are too few to tell what they share
+PARAMETERS = 7  # u, v, two edge directions, mean grey, half contrast, blur
+
+
+def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array) -> tuple[Array, Array]:
+    """Fit ``a + b erf(d1 / (s sqrt 2)) erf(d2 / (s sqrt 2))`` about each corner, d1 and d2 the distances to its edges.
+
+    Parameters
+    ----------
+    image : (rows, columns) uint8
+    corners_px : (N, 2) first guesses, good to about a pixel
+    reach_px : (N,) radius of the neighbourhood that holds nothing but the corner
+
+    Returns
+    -------
+    corners_px (N, 2), sd_px (N,) from the fit's own residuals.  A corner that leaves its neighbourhood or whose
+    contrast vanishes keeps its first guess and gets sd NaN.
+    """
+    corners_px = np.asarray(corners_px, float)
+    refined, sd = corners_px.copy(), np.full(len(corners_px), np.nan)
+    for k, (corner, reach) in enumerate(zip(corners_px, reach_px, strict=True)):
+        fitted = _fit(image, corner, float(np.clip(reach, 3.0, 12.0)))
+        if fitted is not None:
+            refined[k], sd[k] = fitted
+    return refined, sd
+
+
+def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, float] | None:
+    size = int(np.ceil(reach))
+    column, row = np.rint(corner).astype(int)
+    if column - size < 0 or row - size < 0 or column + size >= image.shape[1] or row + size >= image.shape[0]:
+        return None
+    patch = image[row - size : row + size + 1, column - size : column + size + 1].astype(float)
+    v, u = np.mgrid[-size : size + 1, -size : size + 1]
+    inside = np.hypot(u - corner[0] + column, v - corner[1] + row) <= reach
+    u, v, grey = u[inside].astype(float), v[inside].astype(float), patch[inside]
+    p = _start(u - corner[0] + column, v - corner[1] + row, grey)
+    p[:2] = corner - (column, row)
+    damping, (model, jacobian) = 1e-3, _model(p, u, v)
+    cost = float(np.sum((grey - model) ** 2))
+    for _ in range(STEPS):
+        normal = jacobian.T @ jacobian
+        try:
+            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), jacobian.T @ (grey - model))
+        except np.linalg.LinAlgError:
+            return None
+        trial = p + step
+        trial[6] = np.clip(trial[6], 0.3, 0.5 * reach)
+        tried = _model(trial, u, v)
+        new_cost = float(np.sum((grey - tried[0]) ** 2))
+        if new_cost < cost:
+            small = np.abs(step[:2]).max() < 1e-4
+            p, (model, jacobian), cost, damping = trial, tried, new_cost, 0.2 * damping
+            if small:
+                break
+        else:
+            damping *= 10
+    found = p[:2] + (column, row)
+    if np.hypot(*(found - corner)) > 0.5 * reach or abs(p[5]) < 5:
+        return None
+    told = (
+        np.linalg.pinv(jacobian.T @ jacobian)[:2] @ jacobian.T
+    )  # by how much a grey level in each pixel moves the corner
+    return found, float(
+        np.sqrt(0.5 * _shared_variance(told, grey - model, inside) * len(grey) / max(1, len(grey) - PARAMETERS))
+    )
+
+
+def _shared_variance(told: Array, residual: Array, inside: NDArray[np.bool_]) -> float:
+    """Variance of u and v together, from residuals that neighbouring pixels share: print, JPEG and a blur that is no
+    Gaussian do not average out.
+
+    told : (2, n) how a pixel moves the corner;  residual : (n,);  inside : (rows, columns), where the n pixels lie.
+    Products of residuals at each distance up to REACH_SHARE of the patch, times how pixels at that distance move the
+    corner together.
+    """
+    side = 2 * inside.shape[0]  # no wrapping
+    pictures = np.zeros((4, *inside.shape))
+    for k, values in enumerate((*told, residual, np.ones_like(residual))):
+        pictures[k][inside] = values
+    spectrum = np.abs(np.fft.rfft2(pictures, (side, side))) ** 2
+    moves_u, moves_v, shared, pairs = np.fft.irfft2(spectrum, (side, side))
+    lag = np.minimum(np.arange(side), side - np.arange(side))
+    near = np.hypot(lag[:, None], lag[None]) <= REACH_SHARE * inside.shape[0]
+    alone = shared[0, 0] / pairs[0, 0]
+    together = float(np.sum((moves_u + moves_v)[near] * shared[near] / np.maximum(pairs[near], 1.0)))
+    return max(together, float(moves_u[0, 0] + moves_v[0, 0]) * alone)
+
+
+def _start(u: Array, v: Array, grey: Array) -> Array:
+    """Edge directions from the second angular harmonic: the four quadrants alternate between dark and light."""
+    mean, angle, far = grey.mean(), np.arctan2(v, u), np.hypot(u, v) > 1.0
+    harmonic = np.sum((grey - mean)[far] * np.exp(2j * angle[far]))
+    middle = 0.5 * np.angle(harmonic)  # of a light quadrant
+    half = 0.5 * (np.percentile(grey, 95) - np.percentile(grey, 5))
+    return np.array([0.0, 0.0, middle + np.pi / 4, middle - np.pi / 4, mean, half, 1.0])
+
+
+def _model(p: Array, u: Array, v: Array) -> tuple[Array, Array]:
+    """Grey and its derivatives (n, 7).  An edge of direction t has the distance -sin t du + cos t dv."""
+    u0, v0, first, second, mean, half, blur = p
+    du, dv = u - u0, v - v0
+    scale = 1.0 / (blur * np.sqrt(2.0))
+    edges, slopes, distances, alongs = [], [], [], []
+    for direction in (first, second):
+        distance = -np.sin(direction) * du + np.cos(direction) * dv
+        edges.append(erf(distance * scale))
+        slopes.append(2 / np.sqrt(np.pi) * scale * np.exp(-((distance * scale) ** 2)))
+        distances.append(distance)
+        alongs.append(-np.cos(direction) * du - np.sin(direction) * dv)  # d distance / d direction
+    # the light quadrant lies between the two directions, where the distances have opposite signs
+    value = mean - half * edges[0] * edges[1]
+    by_first, by_second = -half * slopes[0] * edges[1], -half * edges[0] * slopes[1]
+    jacobian = np.stack(
+        [
+            by_first * np.sin(first) + by_second * np.sin(second),
+            -by_first * np.cos(first) - by_second * np.cos(second),
+            by_first * alongs[0],
+            by_second * alongs[1],
+            np.ones_like(u),
+            -edges[0] * edges[1],
+            -(by_first * distances[0] + by_second * distances[1]) / blur,
+        ],
+        -1,
+    )
+    return value, jacobian

@@ -1,0 +1,96 @@
+"""A board found in an image: which of its points, where, how surely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.boards import Board
+from vision.calibration.chessboard import detect_chessboard
+from vision.calibration.corners import refine_corners
+from vision.calibration.dot_grid import detect_dots
+from vision.markers.fit import SD, U, V, radius_px
+
+Array = NDArray[np.float64]
+MINIMUM_POINTS = 6
+# Of the printed gap between a square's edge and its marker: the corner's neighbourhood is clean to sqrt(2) of it.
+CLEAN_SHARE = 1.15
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What one image shows of the board: ``points`` (n,) numbers into ``board.points_m()``, their pixels (n, 2), sd
+    (n,).
+
+    ``marker_px``: mean edge of the markers (diameter of the dots) in pixels, NaN for a chessboard.  ``discs``: rows of
+    ``vision.markers.fit.fit_discs`` of a dot grid, from which the perspective bias of the centres is taken away later.
+    ``instant``: what views that cameras may have taken at once have in common, the name without the camera's; empty:
+    the name.
+    """
+
+    name: str
+    points: NDArray[np.int64]
+    uv_px: Array
+    sd_px: Array
+    marker_px: float = float("nan")
+    discs: Array | None = None
+    instant: str = ""
+
+    @property
+    def when(self) -> str:
+        """What views of other cameras are asked for that may have been taken at once."""
+        return self.instant or self.name
+
+    def only(self, chosen: NDArray[np.bool_]) -> View:
+        """The view with the chosen points."""
+        return replace(
+            self,
+            points=self.points[chosen],
+            uv_px=self.uv_px[chosen],
+            sd_px=self.sd_px[chosen],
+            discs=None if self.discs is None else self.discs[chosen],
+        )
+
+
+def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
+    """Points of ``board`` in a grey image; a view without points when it is not there.  Never raises for content."""
+    if board.inverted:
+        image = 255 - image
+    if board.kind == "dots":
+        known, fits = detect_dots(image, board)
+        return View(
+            name, known, fits[:, [U, V]], fits[:, SD], 2 * float(radius_px(fits).mean()) if len(fits) else np.nan, fits
+        )
+    if board.kind == "chessboard":
+        seen = detect_chessboard(image, board)
+        return _empty(name) if seen is None else View(name, np.arange(len(seen[0])), *seen)
+    corners, numbers, markers, _ = _detector(board, image.shape).detectBoard(image)
+    if corners is None or len(corners) == 0:
+        return _empty(name)
+    uv = corners.reshape(-1, 2).astype(float)
+    edge = np.mean([np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).mean() for m in markers])
+    gap = 0.5 * (board.square_size_m / board.marker_size_m - 1)
+    # The markers tell pixels per metre; a tilted board's narrower direction has the smaller gap.
+    narrow = min(np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).min() for m in markers)
+    uv, sd = refine_corners(image, uv, np.full(len(uv), CLEAN_SHARE * gap * 0.5 * (edge + narrow)))
+    return View(name, np.asarray(numbers, np.int64).ravel(), uv, sd, float(edge))
+
+
+def _empty(name: str) -> View:
+    return View(name, np.empty(0, np.int64), np.empty((0, 2)), np.empty(0))
+
+
+def _detector(board: Board, shape: tuple[int, ...]) -> cv2.aruco.CharucoDetector:
+    return cv2.aruco.CharucoDetector(board.opencv(), cv2.aruco.CharucoParameters(), marker_parameters(shape))
+
+
+def marker_parameters(shape: tuple[int, ...]) -> cv2.aruco.DetectorParameters:
+    """OpenCV's, but for its smallest perimeter of 3 % of the image's longer side: 123 px on 4096, so a 30 px marker
+    vanishes.
+    """
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.minMarkerPerimeterRate = min(0.03, 40.0 / max(shape))
+    return parameters

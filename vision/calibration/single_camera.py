@@ -1,0 +1,218 @@
+"""One camera from its board views: first guesses, whether the data ask for k3, which views are outliers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.camera import Camera
+from vision.calibration.boards import Board
+from vision.calibration.bundle_adjustment import INTRINSICS, Adjusted, Setting, Sighting, State, adjust
+from vision.calibration.detection import MINIMUM_POINTS, View
+from vision.markers.perspective import circle_centres
+
+Array = NDArray[np.float64]
+K1, K2, P1, P2, K3 = (INTRINSICS.index(name) for name in ("k1", "k2", "p1", "p2", "k3"))
+# k3 is freed when it lowers chi^2 by more than this (3 sigma).
+WORTH = 10.0
+# Industrial lenses and webcams alike have their principal point within a few percent of the middle.
+CENTRE_SD_SHARE = 0.03
+ASPECT_SD = 0.003
+# k2, p1 and p2 are always free, with what real lenses show as prior: held at zero they move k1 (by 5 sd on a rendered
+# rig) and the principal point (by 3.4 sd) by more than their sd say
+DECENTRING_SD = 5e-4
+OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0
+
+
+@dataclass
+class Single:
+    """One camera solved by itself: the adjustment, its views in order, and why some were left out."""
+
+    adjusted: Adjusted
+    setting: Setting
+    views: list[View]
+    dropped: dict[str, str]
+
+
+def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int, int]) -> Single | None:
+    """Intrinsics and one pose per view; None when fewer than three views can be used."""
+    kept, dropped = _usable(views, board)
+    if len(kept) < 3:
+        return None
+    state = _first_guess(kept, board, sensor_size_px)
+    setting = make_setting([sensor_size_px], state)
+    result = adjust(sightings_of(kept, board), state, setting)
+    for _ in range(4):
+        sightings = sightings_of(kept, board, result.state)
+        result = _with_k3_if_worth(sightings, repose(sightings, result.state), setting)
+        bad = _outlying_views(result, kept)
+        cleaned = without_wild_points(kept, result.residuals_px, result.sigma_px[0])
+        stay = [k for k, view in enumerate(kept) if view.name not in bad]
+        if len(stay) == len(kept) and all(len(a.points) == len(b.points) for a, b in zip(kept, cleaned, strict=True)):
+            break
+        dropped.update(bad)
+        if len(stay) < 3:
+            return None
+        kept, result.state = [cleaned[k] for k in stay], only_poses(result.state, stay)
+    return Single(result, setting, kept, dropped)
+
+
+def sightings_of(views: Sequence[View], board: Board, state: State | None = None, camera: int = 0) -> list[Sighting]:
+    """One sighting per view, each with its own pose; with a state, dots' centres without their perspective bias."""
+    sightings = [Sighting(camera, k, False, board.points_m()[v.points], v.uv_px) for k, v in enumerate(views)]
+    if state is not None:
+        for sighting, view in zip(sightings, views, strict=True):
+            if view.discs is not None:
+                sighting.uv_px = unbiased(
+                    view.discs,
+                    state.intrinsics[camera],
+                    state.rotation[sighting.pose],
+                    state.translation[sighting.pose],
+                )
+    return sightings
+
+
+def unbiased(discs: Array, intrinsics: Array, rotation: Array, translation_m: Array) -> Array:
+    """Images of the dots' centres: an image ellipse's own centre lies beside them, by what the pose says."""
+    fx, fy, cx, cy, *distortion = intrinsics
+    camera = Camera(
+        "", (0, 0), np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array(distortion), rotation, translation_m
+    )
+    return circle_centres(discs, camera, 0.0)[0]
+
+
+def only_poses(state: State, stay: Sequence[int]) -> State:
+    """The state with the board poses of the views that stay."""
+    return State(
+        state.intrinsics, state.camera_rotation, state.camera_translation, state.rotation[stay], state.translation[stay]
+    )
+
+
+def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_board: Array | None = None) -> Setting:
+    """Free all but k3, with priors that only bite where the views say nothing."""
+    cameras = len(sizes_px)
+    free = np.zeros((cameras, 9), bool)
+    free[:, :K3] = True
+    prior, sd = np.zeros((cameras, 9)), np.full((cameras, 9), np.nan)
+    for c, (width, height) in enumerate(sizes_px):
+        prior[c, 2:4] = 0.5 * (width - 1), 0.5 * (height - 1)
+        sd[c, 2:4] = CENTRE_SD_SHARE * max(width, height)
+        corner = np.hypot(width, height) / 2 / state.intrinsics[c, 0]
+        # what a real lens does at the image's corner: k1 up to a third in radius, k2 and k3 a twentieth
+        sd[c, [K1, K2, K3]] = np.maximum(0.5, np.array([0.3, 0.05, 0.05]) / corner ** np.array([2, 4, 6]))
+        sd[c, [P1, P2]] = DECENTRING_SD
+    return Setting(
+        free,
+        prior,
+        sd,
+        ASPECT_SD,
+        np.eye(3) if world_from_board is None else world_from_board,
+        camera_poses_free=world_from_board is not None,
+    )
+
+
+def _with_k3_if_worth(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
+    """Free k3 only if the data ask for it.
+
+    A board that fills a corner of the sensor leaves it open; freed without need it takes the focal length and
+    the principal point with it.
+    """
+    setting.free[0, K3] = False
+    state.intrinsics[0, K3] = 0.0
+    best = adjust(sightings, state, setting)
+    setting.free[0, K3] = True
+    trial = adjust(sightings, best.state, setting)
+    # same yardstick for both: sd of the larger model
+    if (best.sigma_px[0] / trial.sigma_px[0]) ** 2 * best.chi2 - trial.chi2 > WORTH:
+        return trial
+    setting.free[0, K3] = False
+    return best
+
+
+def _usable(views: Sequence[View], board: Board) -> tuple[list[View], dict[str, str]]:
+    kept, dropped = [], {}
+    for view in views:
+        if len(view.points) == 0:
+            dropped[view.name] = "board not found"
+        elif len(view.points) < MINIMUM_POINTS:
+            dropped[view.name] = f"only {len(view.points)} points"
+        elif (
+            np.linalg.matrix_rank(np.c_[board.points_m()[view.points][:, :2], np.ones(len(view.points))], tol=1e-9) < 3
+        ):
+            dropped[view.name] = "points in one line"
+        else:
+            kept.append(view)
+    return kept, dropped
+
+
+def _first_guess(views: Sequence[View], board: Board, size_px: tuple[int, int]) -> State:
+    objects = [board.points_m()[v.points].astype(np.float32) for v in views]
+    pixels = [v.uv_px.astype(np.float32).reshape(-1, 1, 2) for v in views]
+    width, height = size_px
+    try:
+        matrix = cv2.initCameraMatrix2D(objects, pixels, size_px, 1.0)
+        focal = float(matrix[0, 0])
+    except cv2.error:
+        focal = np.nan
+    if not (0.2 * width < focal < 50 * width):  # views too alike: Zhang's equations say nothing
+        focal = 1.5 * width
+    intrinsics = np.zeros((1, 9))
+    intrinsics[0, :4] = focal, focal, 0.5 * (width - 1), 0.5 * (height - 1)
+    count = len(views)
+    state = State(
+        intrinsics, np.eye(3)[None], np.zeros((1, 3)), np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
+    )
+    return repose(sightings_of(views, board), state)
+
+
+def repose(sightings: Sequence[Sighting], state: State) -> State:
+    """Each board pose anew from its own points: a flat board has two poses that fit, the better one is kept."""
+    state = state.copy()
+    for sighting in sightings:
+        found = board_pose(sighting.points_m, sighting.uv_px, state.intrinsics[sighting.camera])
+        if found is not None:
+            state.rotation[sighting.pose], state.translation[sighting.pose] = found
+    return state
+
+
+def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array, Array] | None:
+    """``X_camera = R X_board + t`` of a flat board by known intrinsics; None when OpenCV finds none in front of the
+    camera.
+    """
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = intrinsics
+    matrix, distortion = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array([k1, k2, p1, p2, k3])
+    try:
+        _, turns, shifts, _errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
+    except cv2.error:
+        return None
+    best: tuple[float, Array, Array] | None = None
+    for turn, shift in zip(turns, shifts, strict=True):
+        turn, shift = cv2.solvePnPRefineLM(points_m, uv_px, matrix, distortion, turn, shift)
+        seen = cv2.projectPoints(points_m, turn, shift, matrix, distortion)[0].reshape(-1, 2)
+        error = float(np.sum((seen - uv_px) ** 2))
+        if shift[2, 0] > 0 and (best is None or error < best[0]):
+            best = error, np.asarray(cv2.Rodrigues(turn)[0], float), np.asarray(shift, float).ravel()
+    return None if best is None else best[1:]
+
+
+def _outlying_views(result: Adjusted, views: Sequence[View]) -> dict[str, str]:
+    rms = np.array([np.sqrt(np.mean(r**2)) for r in result.residuals_px])
+    limit = VIEW_FACTOR * max(float(np.median(rms)), 0.02)
+    return {
+        view.name: f"reprojection {value:.2f} px, {value / np.median(rms):.1f} times the median view"
+        for view, value in zip(views, rms, strict=True)
+        if value > limit
+    }
+
+
+def without_wild_points(views: Sequence[View], residuals_px: Sequence[Array], sigma_px: float) -> list[View]:
+    """Views without points beyond OUTLIER_SIGMAS; a view keeps at least MINIMUM_POINTS."""
+    cleaned = []
+    for view, residual in zip(views, residuals_px, strict=True):
+        good = np.linalg.norm(residual, axis=-1) < OUTLIER_SIGMAS * sigma_px
+        cleaned.append(view if good.all() or good.sum() < MINIMUM_POINTS else view.only(good))
+    return cleaned

@@ -1,0 +1,85 @@
+"""What the calibration's own uncertainty does to points in space: a term beside that of the pixels, shared by all
+frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ovines.camera import Camera
+from vision.calibration.bundle_adjustment import INTRINSICS, pinhole
+
+Array = NDArray[np.float64]
+
+PARAMETERS = (
+    *INTRINSICS,
+    "rx",
+    "ry",
+    "rz",
+    "tx",
+    "ty",
+    "tz",
+)  # r: a rotation vector applied after the camera's own rotation
+_AT_ONCE = 10_000  # points: each takes 2 kB of derivatives
+
+
+def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd.DataFrame:
+    """Table ``calibration_covariance`` of a (p, p) covariance over (camera, parameter); what was held (NaN) has no
+    row.
+    """
+    rows = [
+        (*labels[i], *labels[j], covariance[i, j])
+        for i in range(len(labels))
+        for j in range(i, len(labels))
+        if np.isfinite(covariance[i, j])
+    ]
+    return pd.DataFrame(rows, columns=["camera", "parameter", "other_camera", "other_parameter", "covariance"])
+
+
+def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
+    """The matrix (15 C, 15 C) over ``PARAMETERS`` of each camera; 0 for what was held."""
+    place = {(camera.name, name): 15 * c + k for c, camera in enumerate(cameras) for k, name in enumerate(PARAMETERS)}
+    matrix = np.zeros((15 * len(cameras), 15 * len(cameras)))
+    for camera, name, other, other_name, value in table.itertuples(index=False):
+        if (camera, name) in place and (other, other_name) in place:
+            i, j = place[camera, name], place[other, other_name]
+            matrix[i, j] = matrix[j, i] = value
+    return matrix
+
+
+def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
+    """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras: (n, 3, 15 C)."""
+    by_point, by_parameter = [], []
+    for c, camera in enumerate(cameras):
+        rotated = points_m @ camera.rotation.T
+        fx, fy, cx, cy = camera.matrix[0, 0], camera.matrix[1, 1], camera.matrix[0, 2], camera.matrix[1, 2]
+        _, by_intrinsics, by_place = pinhole(
+            rotated + camera.translation_m, np.array([fx, fy, cx, cy, *camera.distortion])
+        )
+        x, y, z = rotated.T
+        zero = 0 * x
+        turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+        own = np.zeros((len(points_m), 2, 15 * len(cameras)))
+        own[..., 15 * c : 15 * c + 15] = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)
+        by_parameter.append(own)
+        by_point.append(by_place @ camera.rotation)
+    jacobian, moved = np.concatenate(by_point, 1), np.concatenate(by_parameter, 1)
+    transposed = jacobian.transpose(0, 2, 1)
+    return np.asarray(-np.linalg.solve(transposed @ jacobian, transposed @ moved), float)
+
+
+def with_calibration_sd(points: pd.DataFrame, cameras: Sequence[Camera], covariance: pd.DataFrame) -> pd.DataFrame:
+    """Table ``points`` with ``x_calibration_sd_m`` and so on: sd of each coordinate from the calibration alone.
+
+    Not in ``x_sd_m``: it hardly changes from frame to frame, and does not average out.
+    """
+    matrix, places = covariance_of(covariance, cameras), points[["x_m", "y_m", "z_m"]].to_numpy(float)
+    sd = np.empty(places.shape)
+    for first in range(0, len(places), _AT_ONCE):
+        moved = shifts(places[first : first + _AT_ONCE], cameras)
+        sd[first : first + _AT_ONCE] = np.sqrt(np.sum((moved @ matrix) * moved, axis=-1))
+    return points.assign(**{f"{axis}_calibration_sd_m": sd[:, i] for i, axis in enumerate("xyz")})

@@ -1,0 +1,1 @@
+"""Which disc is which marker: layouts matched, names by geometry and by hand."""

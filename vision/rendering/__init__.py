@@ -1,0 +1,1 @@
+"""Camera frames and board views of the rig with known truth."""

@@ -1,0 +1,110 @@
+"""Board views: a ChArUco board in perspective, through the lens, on a full sensor or a window of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+from scipy.ndimage import gaussian_filter
+
+from ovines.camera import Camera
+from vision.calibration.boards import Board, charuco_rectangles
+from vision.rendering.images import Look, View, finish
+
+Array = NDArray[np.float64]
+FINE = 4  # sub-samples per pixel and axis, each a box average of the print
+
+
+def render_board(
+    view: View,
+    board: Board,
+    rotation: Array,
+    translation_m: Array,
+    look: Look = Look(),
+    rng: np.random.Generator | None = None,
+    *,
+    paper_grey: float = 215.0,
+    ink_grey: float = 30.0,
+    background_grey: float = 120.0,
+    margin_m: float = 0.004,
+) -> tuple[NDArray[np.uint8], Array]:
+    """One view of a ChArUco board.
+
+    Parameters
+    ----------
+    view : camera and window; its pose in the world is not used
+    rotation, translation_m : ``X_camera = rotation @ X_board + translation_m`` (board frame: OpenCV's)
+    look, rng : as for :func:`vision.rendering.images.render_frame`
+    margin_m : rim of paper around the print
+
+    Returns
+    -------
+    image : (height, width) uint8
+    corners_px : (N, 2) true window pixels of ``board.points_m()``
+    """
+    camera = type(view.camera)(
+        view.camera.name,
+        view.camera.sensor_size_px,
+        view.camera.matrix,
+        view.camera.distortion,
+        np.asarray(rotation, float),
+        np.asarray(translation_m, float),
+    )
+    width, height = view.size_px
+    image = np.full((height, width), background_grey)
+    w, h = board.size_m
+    outline = np.array(
+        [
+            [-margin_m, -margin_m, 0],
+            [w + margin_m, -margin_m, 0],
+            [w + margin_m, h + margin_m, 0],
+            [-margin_m, h + margin_m, 0],
+        ]
+    )
+    seen = camera.project(outline) - view.window_offset_px
+    reach = int(np.ceil(5 * look.blur_px)) + 3
+    low = np.maximum(np.floor(seen.min(0)).astype(int) - reach, 0)
+    high = np.minimum(np.ceil(seen.max(0)).astype(int) + reach, [width - 1, height - 1])
+    if (low <= high).all():
+        xn, yn = view.normalised((low[0], high[0]), (low[1], high[1]))
+        fine = _print(board, camera, _finer(xn), _finer(yn), margin_m, (paper_grey, ink_grey, background_grey))
+        fine = gaussian_filter(fine, look.blur_px * FINE, mode="nearest", truncate=5)
+        rows, columns = xn.shape
+        image[low[1] : high[1] + 1, low[0] : high[0] + 1] = fine.reshape(rows, FINE, columns, FINE).mean((1, 3))
+    return finish(image, look, rng), camera.project(board.points_m()) - view.window_offset_px
+
+
+def _finer(grid: Array) -> Array:
+    """Pixel-centre values to sub-sample values, linear within a pixel (a lens bends by 1e-6 px there)."""
+    step = (np.arange(FINE) + 0.5) / FINE - 0.5
+    dv, du = np.asarray(np.gradient(grid), float)
+    fine = grid[:, None, :, None] + dv[:, None, :, None] * step[:, None, None] + du[:, None, :, None] * step
+    return np.asarray(fine.reshape(grid.shape[0] * FINE, grid.shape[1] * FINE))
+
+
+def _print(
+    board: Board, camera: Camera, xn: Array, yn: Array, margin_m: float, greys: tuple[float, float, float]
+) -> Array:
+    """Grey on each ray: the mean of the print over the sub-sample's box, exact by an integral over the grid of
+    lines.
+    """
+    normal, point = camera.rotation[:, 2], camera.translation_m
+    depth = (normal @ point) / (normal[0] * xn + normal[1] * yn + normal[2])
+    ahead = np.stack([depth * xn, depth * yn, depth], -1) - point
+    x, y = ahead @ camera.rotation[:, 0], ahead @ camera.rotation[:, 1]
+    half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
+    paper, ink, background = greys
+    gx, gy, black = charuco_rectangles(board)
+    gx = np.concatenate([[-1e3, -margin_m], gx, [board.size_m[0] + margin_m, 1e3]])
+    gy = np.concatenate([[-1e3, -margin_m], gy, [board.size_m[1] + margin_m, 1e3]])
+    cells = np.full((len(gy) - 1, len(gx) - 1), background)
+    cells[1:-1, 1:-1] = paper if not board.inverted else ink
+    cells[2:-2, 2:-2] = np.where(black, ink, paper)
+    cells = cells - background  # so that the far rim adds no large numbers to the integral
+    sums = np.zeros((len(gy), len(gx)))
+    sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)
+    integral = RegularGridInterpolator((gy, gx), sums)  # bilinear, which is exact for piecewise constant cells
+    total = sum(
+        sign_y * sign_x * integral((y + sign_y * half, x + sign_x * half)) for sign_y in (-1, 1) for sign_x in (-1, 1)
+    )
+    return np.asarray(background + total / (2 * half) ** 2)

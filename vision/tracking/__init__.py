@@ -1,0 +1,1 @@
+"""The bodies followed through all cameras, frame by frame."""

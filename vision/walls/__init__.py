@@ -1,0 +1,1 @@
+"""The Host's wall and the NES' rim from their edges, no markers needed."""
