@@ -1,0 +1,1 @@
+"""Camera frames to markers in 3-D: calibration, detection, tracking, triangulation."""

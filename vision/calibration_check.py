@@ -186,6 +186,7 @@ def _remedy(factor: float, recording: Recording) -> str:
 
 
 def exchanged(pair: Sequence[Camera]) -> InputError:
+    """The refusal of two cameras whose images fit each other's calibration."""
     first, second = (camera.name for camera in pair)
     return InputError(
         f"the images of {first} fit the calibration of {second}, and the other way round",

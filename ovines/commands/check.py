@@ -153,13 +153,13 @@ def _cameras(recording: Recording) -> None:
 
 def _sizes(recording: Recording) -> None:
     """Pictures of another size than the window, all of them counted (the run stops at the first)."""
-    from vision.frames.image_header import BadImage, read_header
+    from vision.frames.image_header import ImageError, read_header
 
     def read_size(path: Path) -> tuple[int, int] | None:
         try:
             with open(path, "rb") as handle, mmap.mmap(handle.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 header = read_header(data, len(data))
-        except (OSError, ValueError, BadImage):
+        except (OSError, ValueError, ImageError):
             return None
         return None if header is None else (header.width, header.height)
 

@@ -127,8 +127,8 @@ def test_coverage_lies_between_85_and_95_percent(count):
 
 @pytest.mark.parametrize("sliding", [2, 3, 6])
 def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding):
-    """Friction that differs by 2 % from impact to impact, beside forty sticking impacts that follow the law exactly: their
-    exactness is no evidence on the friction, and one of two that slide is no outlier."""
+    """Friction that differs by 2 % from impact to impact, beside forty sticking impacts that follow the law exactly:
+    their exactness is no evidence on the friction, and one of two that slide is no outlier."""
     held = []
     for seed in range(80):
         rng = np.random.default_rng([9, seed])

@@ -38,7 +38,7 @@ from ovines.scenario import read_scenario
 from ovines.tables import TABLES, read_table
 from tests.conftest import bouncing_motion, recording_toml, two_cameras
 from vision.calibration.boards import find_board
-from vision.frames.image_header import BadImage
+from vision.frames.image_header import ImageError
 from vision.frames.sources import read_image
 
 QUICK, LONG = 40, 1500
@@ -253,7 +253,7 @@ def _image(folder: Path, data: st.DataObject) -> object:
     (folder / "picture.png").write_bytes(content)
     try:
         image = read_image(folder / "picture.png", SIZE_PX)
-    except BadImage as error:
+    except ImageError as error:
         raise InputError(str(error), "a picture", "the recording goes on without it") from None
     assert image.shape == SIZE_PX[::-1] and image.dtype in (np.uint8, np.uint16)
     return image

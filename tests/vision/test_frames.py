@@ -12,7 +12,7 @@ import tifffile
 
 from ovines.errors import InputError
 from ovines.recording import read_recording
-from vision.frames.image_header import BadImage
+from vision.frames.image_header import ImageError
 from vision.frames.sources import _CHUNK, open_sources, read_image, stream
 
 SIZE = (64, 48)
@@ -51,7 +51,7 @@ def test_truncated_files_are_bad_images_not_half_pictures(tmp_path, suffix):
     else:
         cv2.imwrite(str(path), picture())
     path.write_bytes(path.read_bytes()[:-700])
-    with pytest.raises(BadImage):
+    with pytest.raises(ImageError):
         read_image(path, SIZE)
 
 
@@ -60,7 +60,7 @@ def test_truncated_files_are_bad_images_not_half_pictures(tmp_path, suffix):
 )
 def test_what_is_no_picture_is_a_bad_image(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(BadImage):
+    with pytest.raises(ImageError):
         read_image(tmp_path / "a.png", SIZE)
 
 

@@ -48,6 +48,7 @@ class Board:
 
     @property
     def size_m(self) -> tuple[float, float]:
+        """Width and height of all squares [m]."""
         return self.squares[0] * self.square_size_m, self.squares[1] * self.square_size_m
 
     @property
@@ -82,6 +83,7 @@ class Board:
         }
 
     def altered(self, **changes: Any) -> Board:
+        """The same board with some fields changed."""
         return replace(self, **changes)
 
 

@@ -47,6 +47,7 @@ class State:
     translation: Array
 
     def copy(self) -> State:
+        """A state with arrays of its own."""
         return State(*(np.array(value) for value in vars(self).values()))
 
 

@@ -22,41 +22,41 @@ class Header:
     raw_bits: int = 8
 
 
-class BadImage(Exception):
+class ImageError(Exception):
     """One picture cannot be used; the recording goes on without it."""
 
 
 def read_header(data: Bytes, size: int) -> Header | None:
     """Header from a file's bytes (`size`: of the whole file); None for a format not looked into.
 
-    Raises `BadImage` for a header that breaks off or a file that ends before its picture does.
+    Raises `ImageError` for a header that breaks off or a file that ends before its picture does.
     """
     try:
         if data[:8] == b"\x89PNG\r\n\x1a\n":
             if data[size - 8 : size - 4] != b"IEND":
-                raise BadImage("PNG file cut short")
+                raise ImageError("PNG file cut short")
             return Header(*struct.unpack(">II", data[16:24]))
         if data[:2] == b"\xff\xd8":
             return _jpeg(data, size)
         if data[:2] == b"BM":
             width, height = struct.unpack("<ii", data[18:26])
             if struct.unpack("<I", data[2:6])[0] > size:
-                raise BadImage("BMP file cut short")
+                raise ImageError("BMP file cut short")
             return Header(width, abs(height))
         if data[:4] in (b"II*\0", b"MM\0*"):
             return _tiff(data, size)
     except (struct.error, IndexError, KeyError) as error:
-        raise BadImage(f"broken header ({error})") from None
+        raise ImageError(f"broken header ({error})") from None
     return None
 
 
 def _jpeg(data: Bytes, size: int) -> Header:
     if b"\xff\xd9" not in bytes(data[max(0, size - 64) : size]):  # a decoder would fill the rest with grey in silence
-        raise BadImage("JPEG file cut short")
+        raise ImageError("JPEG file cut short")
     at = 2
     while True:
         if data[at] != 0xFF:
-            raise BadImage("broken JPEG header")
+            raise ImageError("broken JPEG header")
         marker = data[at + 1]
         if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
             height, width = struct.unpack(">HH", data[at + 5 : at + 9])
@@ -94,5 +94,5 @@ def _tiff(data: Bytes, size: int) -> Header:
     offsets, counts = tags[273], tags.get(279, (width * height * bits[0] // 8,))
     in_one_run = all(a + n == b for a, n, b in zip(offsets, counts, offsets[1:], strict=False))
     if in_one_run and offsets[0] + width * height * bits[0] // 8 > size:
-        raise BadImage("TIFF file cut short")
+        raise ImageError("TIFF file cut short")
     return Header(width, height, offsets[0] if in_one_run else None, bits[0])

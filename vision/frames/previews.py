@@ -29,6 +29,7 @@ class Selection:
     quality: int = 85
 
     def holds(self, frame: int) -> bool:
+        """Whether the frame is shown."""
         return self.first <= frame <= self.last and (frame - self.first) % self.every == 0
 
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
-from vision.frames.image_header import BadImage, read_header
+from vision.frames.image_header import ImageError, read_header
 
 VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
 _CHUNK = 8  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
@@ -107,20 +107,20 @@ def _by_number(files: list[Path]) -> dict[int, Path]:
 def read_image(path: Path, size_px: tuple[int, int]) -> np.ndarray:
     """One grey picture (h, w), uint8 or uint16, of `size_px` = (width, height).
 
-    Uncompressed TIFF is mapped, not read: only the pages that are looked at are loaded.  Raises `BadImage`
+    Uncompressed TIFF is mapped, not read: only the pages that are looked at are loaded.  Raises `ImageError`
     for a picture that cannot be read and `InputError` for one of another size.
     """
     try:
         handle = os.open(path, os.O_RDONLY)
     except OSError as error:
-        raise BadImage(str(error.strerror)) from None
+        raise ImageError(str(error.strerror)) from None
     try:
         size = os.fstat(handle).st_size
         if size == 0:
-            raise BadImage("empty file")
+            raise ImageError("empty file")
         data = mmap.mmap(handle, size, access=mmap.ACCESS_COPY)
     except OSError as error:
-        raise BadImage(str(error)) from None
+        raise ImageError(str(error)) from None
     finally:
         os.close(handle)
     header = read_header(data, size)
@@ -135,9 +135,9 @@ def read_image(path: Path, size_px: tuple[int, int]) -> np.ndarray:
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except cv2.error as error:
-        raise BadImage(str(error).splitlines()[0]) from None
+        raise ImageError(str(error).splitlines()[0]) from None
     if image is None:
-        raise BadImage("cannot be decoded")
+        raise ImageError("cannot be decoded")
     image = _grey(image)
     _check_size(path, image.shape[::-1], size_px)
     return image
@@ -149,7 +149,7 @@ def _grey(image: np.ndarray) -> np.ndarray:
     elif image.ndim == 3:
         image = image[:, :, 0]
     if image.dtype not in (np.uint8, np.uint16):
-        raise BadImage(f"pixels of type {image.dtype}")
+        raise ImageError(f"pixels of type {image.dtype}")
     return np.ascontiguousarray(image)
 
 
@@ -242,7 +242,7 @@ class _Reader:
             return None
         try:
             return read_image(path, self.source.camera.window_px)
-        except BadImage as error:
+        except ImageError as error:
             self.bad += 1
             if self.bad <= 5:
                 self.notes.append(f"{self.source.camera.name} frame {number} ({path.name}): {error}; left out")

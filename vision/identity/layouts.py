@@ -39,6 +39,7 @@ class Layout:
     rig_m: float
 
     def of(self, body: int) -> slice:
+        """The rows of the body's markers."""
         return slice(int(self.first[body]), int(self.first[body + 1]))
 
 

@@ -27,6 +27,7 @@ class Match:
 
     @property
     def n_found(self) -> int:
+        """Markers of the layout that have a disc."""
         return int((self.disc >= 0).sum())
 
 

@@ -70,6 +70,7 @@ class Naming:
             self.places, self.current = self._before.pop()
 
     def choose(self, marker: str) -> None:
+        """The marker that the next click names."""
         self.current = marker
 
     def step(self, by: int) -> None:

@@ -99,7 +99,7 @@ def _first_clip(p: Array) -> float:
     times 0.05 px.
     """
     slope = 0.4 * abs(p[CONTRAST]) / math.sqrt(min(p[S11], p[S22]))
-    return _HUBER * max(0.3, max(p[NOISE], p[MISFIT])) + 0.05 * slope
+    return _HUBER * max(0.3, p[NOISE], p[MISFIT]) + 0.05 * slope
 
 
 @compiled

@@ -80,6 +80,7 @@ class View:
 
     @property
     def size_px(self) -> tuple[int, int]:
+        """Width and height of the window [px]."""
         return self.window_size_px or self.camera.sensor_size_px
 
     @cached_property

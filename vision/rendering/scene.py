@@ -28,6 +28,7 @@ class Pose:
 
     @property
     def position_m(self) -> Array:
+        """The body's origin in the world (3,) [m]."""
         return np.array([self.x_m, self.y_m, self.z_m])
 
     @property

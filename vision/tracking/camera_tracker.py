@@ -116,6 +116,7 @@ class Eye:
         return int(lost(self.sight, body, self.frame))
 
     def gate_m(self, body: int) -> float:
+        """How far from its prediction the body is looked for [m]."""
         return float(gate_m(self.sight, body))
 
     def stray_m(self, body: int) -> float:
@@ -235,5 +236,6 @@ class Eye:
         return int(low[0]), int(low[1]), int(high[0]) + 1, int(high[1]) + 1
 
     def body_points(self, body: int, pose: np.ndarray) -> np.ndarray:
+        """World points (n, 3) of the body's markers under a plane pose (3,)."""
         part = self.layout.of(body)
         return np.column_stack([place(pose, self.place_m[part, :2]), self.place_m[part, 2]])
