@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,30 +13,39 @@ from ovines.core.contact.collision import resolve
 from ovines.core.integration.disk_step import flight_slopes, flight_step
 from ovines.core.integration.extended import SHARP, sharpen, strike_extended
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
-from ovines.core.integration.sampling import sample_glide, take_sample
+from ovines.core.integration.sampling import due, keep_sample, sample_glide
 from ovines.core.integration.stepper import next_size
 from ovines.core.system import parameters as P
 from ovines.core.system.host import ROTATION, base_motion, host_after
 from ovines.core.system.impact import effective_restitution
+from ovines.core.system.packed import Samples, System
+
+
+class Words(NamedTuple):
+    """State (15,), the low words that a pair of doubles adds to it, and room for a state beyond it."""
+
+    y: Floats
+    low: Floats
+    trial: Floats
+
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
 
 
 @compiled
-def suspension_work(
-    t0: float, s: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats
-) -> None:
+def suspension_work(t0: float, s: float, y: Floats, system: System, work: Floats) -> None:
     """Add the ground's work and the dampers' loss over a closed-form flight to the energies in ``y``.
 
     Gauss-Legendre on pieces of a quarter of the fastest period: rounding-level for these smooth integrands.
     """
+    p, k, drive, table = system.p, system.k, system.drive, system.table
     pieces = math.ceil(s / p[P.MAX_STEP]) if s > 0.0 else 0
-    host, base = work[12], work[13]
+    host, base = work[P.TRIAL], work[P.SCRATCH]
     for piece in range(pieces):
         width = s / pieces
         for node in range(_GAUSS_X.shape[0]):
             at = width * (piece + 0.5 * (1.0 + _GAUSS_X[node]))
-            host_after(t0, at, y, p, k, drive, table, host)
+            host_after(t0, at, y, system, host)
             base_motion(t0 + at, k, drive, table, base)
             for axis in range(ROTATION + 1):
                 stretch, stretching = host[axis] - base[axis], host[3 + axis] - base[3 + axis]
@@ -47,81 +57,80 @@ def suspension_work(
 
 @compiled
 def fly_closed(
-    t: float, y: Floats, low: Floats, end: float, grace: float, p: Floats, k: Ints, drive: Floats,
-    table: Floats, polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats,
-    next_sample: int, with_energy: bool
-) -> tuple[float, int, int]:  # fmt: skip
-    """Closed-form flight to the next contact, in place: (time, wall or -1, next sample).
+    t: float, words: Words, end: float, grace: float, system: System, work: Floats, samples: Samples, with_energy: bool
+) -> tuple[float, int]:
+    """Closed-form flight to the next contact, in place: (time, wall or -1).
 
-    ``low``: the state's low words, used and kept where the run is extended (:mod:`ovines.core.integration.extended`).
+    The low words are used and kept where the run is extended (:mod:`ovines.core.integration.extended`).
     """
-    s, wall = glide_to_contact(t, y, end, grace, p, k, drive, table, polygon, work)
-    next_sample = sample_glide(t, y, t + s, p, k, drive, table, work, trial, sample_times, samples, next_sample)
+    k = system.k
+    y, low, trial = words.y, words.low, words.trial
+    s, wall = glide_to_contact(t, y, end, grace, system, work)
+    sample_glide(t, y, t + s, system, work, trial, samples)
     if with_energy and k[P.HOST_KIND] == P.SPRUNG:
-        suspension_work(t, s, y, p, k, drive, table, work)
+        suspension_work(t, s, y, system, work)
     reached = end if wall < 0 else t + s
     if k[P.EXTENDED] and wall == P.ROUND:
-        exact, agreed = sharpen(t, s, y, low, p, k, drive, trial, work[12])
+        exact, agreed = sharpen(t, s, y, low, system, trial, work[P.TRIAL])
         if agreed:
-            y[:], low[:] = trial, work[12]
-            return exact, wall, next_sample
+            y[:], low[:] = trial, work[P.TRIAL]
+            return exact, wall
     low[:] = 0.0
-    glide(t, s, y, p, k, drive, table, work[13], trial)
+    glide(t, s, y, system, work[P.SCRATCH], trial)
     for j in range(k[P.STATE_SIZE]):
         y[j] = trial[j]
-    return reached, wall, next_sample
+    return reached, wall
 
 
 @compiled
 def fly_integrated(
-    t: float, y: Floats, end: float, grace: float, p: Floats, k: Ints, drive: Floats, table: Floats,
-    polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats, next_sample: int
-) -> tuple[float, int, int]:  # fmt: skip
-    """Integrated flight to the next contact, in place: (time, wall or -1, next sample)."""
+    t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, samples: Samples
+) -> tuple[float, int]:
+    """Integrated flight to the next contact, in place: (time, wall or -1)."""
+    p, k = system.p, system.k
     a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     fast = p[P.SPEED] + math.hypot(y[2], y[3])
     h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
     n = k[P.STATE_SIZE]
-    flight_slopes(t, y, p, k, drive, table, polygon, work, work[0])
-    relative(t, y, p, k, drive, table, work, work[0], a)
+    flight_slopes(t, y, system, work, work[0])
+    relative(t, y, system, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, p, k):
             y[2], y[3] = 0.0, 0.0
             if p[P.COUPLING] > 0.0:
                 y[5] = 0.0
-            return t, -2, next_sample
+            return t, -2
         s = asked = min(h, end - t)
-        error = flight_step(t, y, s, p, k, drive, table, polygon, work, trial)
+        error = flight_step(t, y, s, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
-        flight_slopes(t + s, trial, p, k, drive, table, polygon, work, work[15])
-        relative(t + s, trial, p, k, drive, table, work, work[15], b)
-        guess, wall = first_crossing(a, b, s, min(grace, s), p, k, polygon, cx, cy)
+        flight_slopes(t + s, trial, system, work, work[P.SPARE])
+        relative(t + s, trial, system, work, work[P.SPARE], b)
+        guess, wall = first_crossing(a, b, s, min(grace, s), system, cx, cy)
         if wall >= 0:
-            s, contact = land(t, y, guess, s, wall, p, k, drive, table, polygon, work, trial)
+            s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 wall = -1
-        if next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
-            while next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
-                flight_step(t, y, sample_times[next_sample] - t, p, k, drive, table, polygon, work, trial)
-                take_sample(sample_times[next_sample], trial, p, k, drive, table, work, samples[next_sample])
-                next_sample += 1
-            flight_step(t, y, s, p, k, drive, table, polygon, work, trial)
+        if due(samples, t + s):
+            while due(samples, t + s):
+                flight_step(t, y, samples.times[samples.written[0]] - t, system, work, trial)
+                keep_sample(trial, system, work, samples)
+            flight_step(t, y, s, system, work, trial)
         for j in range(n):
             y[j] = trial[j]
         t = t + s if s < end - t else end
         if wall >= 0:
-            return t, wall, next_sample
+            return t, wall
         if s == asked:  # the slopes at the step's end are those of this state
-            work[0, :n] = work[15, :n]
+            work[0, :n] = work[P.SPARE, :n]
             a[:] = b
         else:
-            flight_slopes(t, y, p, k, drive, table, polygon, work, work[0])
-            relative(t, y, p, k, drive, table, work, work[0], a)
+            flight_slopes(t, y, system, work, work[0])
+            relative(t, y, system, work, work[0], a)
         grace = max(grace - s, 0.0)
         h = min(next_size(s, error), p[P.MAX_STEP])
-    return t, -1, next_sample
+    return t, -1
 
 
 @compiled
@@ -147,50 +156,34 @@ def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies
 
 @compiled
 def run(
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
-    y: Floats,
-    sample_times: Floats,
-    samples: Floats,
-    impacts: Floats,
-    contacts: Floats,
-    with_energy: bool,
-) -> tuple[float, int, int, float, int]:
+    system: System, y: Floats, samples: Samples, impacts: Floats, contacts: Floats, with_energy: bool
+) -> tuple[float, int, int, float]:
     """Run a packed scenario; ``y`` ends as the final state.
 
-    Returns (end time, impacts, contacts, seconds in sustained contact, samples written).  Arrays that are
-    too short are filled as far as they go; the counts say how far they should have gone.
+    Returns (end time, impacts, contacts, seconds in sustained contact).  Arrays that are too short are filled as
+    far as they go; the counts say how far they should have gone.
     """
-    work, trial, record = np.zeros((16, P.N_STATE)), np.zeros(P.N_STATE), np.zeros(P.N_IMPACT)
-    low, before = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
+    p, k = system.p, system.k
+    work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
+    trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    n_impacts, n_contacts, next_sample, in_contact = 0, 0, 0, 0.0
+    n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
     while t < end:
         if mode == P.FLIGHT:
             if k[P.CLOSED_FORM] or at_rest:
-                t, wall, next_sample = fly_closed(
-                    t, y, low, end, grace, p, k, drive, table, polygon, work, trial,
-                    sample_times, samples, next_sample, with_energy,
-                )  # fmt: skip
+                t, wall = fly_closed(t, Words(y, low, trial), end, grace, system, work, samples, with_energy)
             else:
-                t, wall, next_sample = fly_integrated(
-                    t, y, end, grace, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
-                )
+                t, wall = fly_integrated(t, y, end, grace, system, work, trial, samples)
             at_rest = wall == -2
             grace = 0.0
             if wall < 0:
                 continue
         else:
             start, held = t, wall
-            t, event, wall, next_sample = follow_wall(
-                t, y, wall, end, p, k, drive, table, polygon, work, trial, sample_times, samples, next_sample
-            )
+            t, event, wall = follow_wall(t, y, wall, end, system, work, trial, samples)
             if n_contacts < contacts.shape[0]:
                 contacts[n_contacts, 0], contacts[n_contacts, 1] = start, t
             n_contacts += 1
@@ -205,7 +198,7 @@ def run(
                 grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
                 continue
         before[:] = y
-        mode, duration, counted = resolve(t, y, wall, p, k, drive, table, polygon, work, record)
+        mode, duration, counted = resolve(t, y, wall, system, work, record)
         t += duration
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
@@ -215,12 +208,11 @@ def run(
             if n_impacts >= k[P.MAX_IMPACTS]:
                 break
         if mode == P.SLIDE and k[P.N_WALLS] > P.EDGES + 1:
-            other = corner_partner(t, y, wall, p, k, drive, table, polygon, work)
+            other = corner_partner(t, y, wall, system, work)
             if other >= 0:
                 wall += P.PAIR * other
         elif mode == P.FLIGHT and not counted:
             grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
-    while next_sample < sample_times.shape[0] and sample_times[next_sample] <= t:
-        take_sample(t, y, p, k, drive, table, work, samples[next_sample])
-        next_sample += 1
-    return t, n_impacts, n_contacts, in_contact, next_sample
+    while due(samples, math.nextafter(t, math.inf)):
+        keep_sample(y, system, work, samples)
+    return t, n_impacts, n_contacts, in_contact

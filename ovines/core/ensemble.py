@@ -16,7 +16,7 @@ from ovines.core.integration.sampling import N_SAMPLE, take_sample
 from ovines.core.packing import pack
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario, require
-from ovines.core.system.packed import Packed
+from ovines.core.system.packed import Packed, Samples, System
 
 Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep
 STATE_PLACES = {
@@ -57,40 +57,27 @@ class EnsembleResult:
 
 @compiled
 def run_rows(
-    p_rows: Floats,
-    k: Ints,
-    drives: Floats,
-    table: Floats,
-    polygon: Floats,
-    y_rows: Floats,
-    times: Floats,
-    samples: Floats,
-    finals: Floats,
-    counts: Ints,
-    spans: Floats,
+    rows: System, y_rows: Floats, times: Floats, samples: Floats, finals: Floats, counts: Ints, spans: Floats
 ) -> None:
-    """Run every row; one compiled loop, no Python inside."""
+    """Run every row of ``rows.p`` and ``rows.drive``; one compiled loop, no Python inside."""
     impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
-    work = np.zeros((16, P.N_STATE))
-    for row in range(p_rows.shape[0]):
+    work = np.zeros((P.N_WORK, P.N_STATE))
+    for row in range(y_rows.shape[0]):
         y = y_rows[row].copy()
-        p, drive = p_rows[row], drives[row]
-        end, n_impacts, n_contacts, held, _written = run(
-            p, k, drive, table, polygon, y, times, samples[row], impacts, contacts, False
-        )
+        system = System(rows.p[row], rows.k, rows.drive[row], rows.table, rows.polygon)
+        taken = Samples(times, samples[row], np.zeros(1, np.int64))
+        end, n_impacts, n_contacts, held = run(system, y, taken, impacts, contacts, False)
         counts[row, 0], counts[row, 1] = n_impacts, n_contacts
         spans[row, 0], spans[row, 1] = held, end
-        take_sample(end, y, p, k, drive, table, work, finals[row])
+        take_sample(end, y, system, work, finals[row])
 
 
-def run_chunk(
-    p_rows: Floats, k: Ints, drives: Floats, table: Floats, polygon: Floats, y_rows: Floats, times: Floats
-) -> tuple[np.ndarray, ...]:
+def run_chunk(rows: System, y_rows: Floats, times: Floats) -> tuple[np.ndarray, ...]:
     """Run some rows and give (finals, counts, spans, samples); what a worker is sent."""
-    n = len(p_rows)
+    n = len(y_rows)
     samples = np.full((n, len(times), N_SAMPLE), np.nan)
     finals, counts, spans = np.zeros((n, N_SAMPLE)), np.zeros((n, 2), dtype=np.int64), np.zeros((n, 2))
-    run_rows(p_rows, k, drives, table, polygon, y_rows, times, samples, finals, counts, spans)
+    run_rows(rows, y_rows, times, samples, finals, counts, spans)
     return finals, counts, spans, samples
 
 
@@ -120,16 +107,14 @@ def simulate_ensemble(
     times = np.zeros(0) if sample_times_s is None else np.ascontiguousarray(sample_times_s, dtype=float)
     p_rows, drives, y_rows, drawn = draw(packed, n, spread, rng)
     pieces = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
-    tasks = [
-        (p_rows[piece], packed.k, drives[piece], packed.table, packed.polygon, y_rows[piece], times) for piece in pieces
-    ]
+    tasks = [(packed.system._replace(p=p_rows[piece], drive=drives[piece]), y_rows[piece], times) for piece in pieces]
     results: list[tuple[Floats, ...]] = [()] * len(pieces)
     for index, result in _spread_out(tasks, jobs, client):
         results[index] = result
         if progress is not None:
             progress(len(result[0]))
     if not results:
-        results = [run_chunk(p_rows, packed.k, drives, packed.table, packed.polygon, y_rows, times)]
+        results = [run_chunk(packed.system._replace(p=p_rows, drive=drives), y_rows, times)]
     finals, counts, spans, samples = (np.concatenate(parts) for parts in zip(*results, strict=True))
     return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples)
 
@@ -229,7 +214,7 @@ def inside(packed: Packed, y_rows: np.ndarray, drives: np.ndarray) -> np.ndarray
     fine = np.ones(len(y_rows), dtype=bool)
     walls = [wall for wall in range(packed.k[P.N_WALLS]) if wall_stands(wall, packed.p, packed.k)]
     for row, y in enumerate(y_rows):
-        place(0.0, y, packed.p, packed.k, drives[row], packed.table, scratch, at)
+        place(0.0, y, packed.system._replace(drive=drives[row]), scratch, at)
         x, y_host, _vx, _vy = in_host(at, packed.k)
         for wall in walls:
             if contact_frame(wall, x, y_host, packed.p, packed.polygon)[2] < -1e-12 * packed.p[P.LENGTH]:

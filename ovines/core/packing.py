@@ -234,7 +234,7 @@ def add_table_bounds(p: np.ndarray, table: np.ndarray) -> float:
 def require_inside(packed: Packed) -> None:
     """Refuse a start outside a wall (beyond rounding)."""
     scratch, at = empty_scratch()
-    place(0.0, packed.y, packed.p, packed.k, packed.drive, packed.table, scratch, at)
+    place(0.0, packed.y, packed.system, scratch, at)
     x, y, _vx, _vy = in_host(at, packed.k)
     for wall in range(packed.k[P.N_WALLS]):
         if wall_stands(wall, packed.p, packed.k):

@@ -14,7 +14,7 @@ from ovines.core.packing import pack
 from ovines.core.system import parameters as P
 from ovines.core.system.host import vertical_motion
 from ovines.core.system.model import Scenario
-from ovines.core.system.packed import Packed
+from ovines.core.system.packed import Packed, Samples
 
 IMPACT_COLUMNS = (
     "time_s", "azimuth_rad", "normal_speed_before_m_per_s", "normal_speed_after_m_per_s",
@@ -109,9 +109,8 @@ def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> Simu
     while True:
         y[:] = packed.y
         impacts, contacts = np.zeros((impact_rows, P.N_IMPACT)), np.zeros((contact_rows, 2))
-        end, n_impacts, n_contacts, _in_contact, _written = run(
-            packed.p, packed.k, packed.drive, packed.table, packed.polygon, y, times, samples, impacts, contacts, True
-        )
+        taken = Samples(times, samples, np.zeros(1, np.int64))
+        end, n_impacts, n_contacts, _in_contact = run(packed.system, y, taken, impacts, contacts, True)
         if n_impacts <= impact_rows and n_contacts <= contact_rows:
             break
         impact_rows, contact_rows = max(impact_rows, n_impacts), max(contact_rows, n_contacts)

@@ -13,6 +13,7 @@ from ovines.core.integration.sampling import N_SAMPLE
 from ovines.core.packing import pack
 from ovines.core.system import parameters as P
 from ovines.core.system.named import named_scenario
+from ovines.core.system.packed import Samples
 
 N = 40
 GOAL = 1e-9  # s at impact 10 (issue 3)
@@ -130,14 +131,11 @@ def test_doubles_alone_follow_20_impacts(true):
     packed = pack(named_scenario("table-13", sample_rate_hz=0.0, max_impacts=N), with_energy=False)
     assert packed.k[P.EXTENDED] == 0
     rows = np.zeros((N, P.N_IMPACT))
-    run(*packed_arrays(packed), np.zeros(0), np.zeros((0, N_SAMPLE)), rows, np.zeros((0, 2)), False)
+    none = Samples(np.zeros(0), np.zeros((0, N_SAMPLE)), np.zeros(1, np.int64))
+    run(packed.system, packed.y.copy(), none, rows, np.zeros((0, 2)), False)
     found = np.abs(rows[:, P.TIME] - true)
     assert np.max(found[:10]) < 1e-7
     assert np.max(found[:20]) < 1e-2
-
-
-def packed_arrays(packed):
-    return packed.p, packed.k, packed.drive, packed.table, packed.polygon, packed.y.copy()
 
 
 def test_arithmetic_of_pairs():

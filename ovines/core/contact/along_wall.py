@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats, compiled
 from ovines.core.contact.collision import onto_wall, strike
 from ovines.core.integration.flight import wall_stands
-from ovines.core.integration.sampling import take_sample
+from ovines.core.integration.sampling import due, keep_sample
 from ovines.core.integration.stepper import next_size, step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import NEED, PUSH, SLIP, derivatives
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
+from ovines.core.system.packed import Contact, Samples, System
 
 GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
 
@@ -22,54 +23,44 @@ def stand_on(
     y: Floats,
     mode: int,
     wall: int,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
 ) -> None:
     """Remove what rounding and the step left: distance from the wall, normal speed, and slip when rolling."""
-    scratch, at = work[13], work[14]
+    p, k, polygon = system.p, system.k, system.polygon
+    scratch, at = work[P.SCRATCH], work[P.PLACE]
     if wall >= P.PAIR:
         for turn in range(16):  # a corner of 60 degrees leaves a quarter of the rest per pair
-            stand_on(
-                t, y, P.SLIDE, wall % P.PAIR if turn % 2 == 0 else wall // P.PAIR, p, k, drive, table, polygon, work
-            )
+            stand_on(t, y, P.SLIDE, wall % P.PAIR if turn % 2 == 0 else wall // P.PAIR, system, work)
         return
-    place(t, y, p, k, drive, table, scratch, at)
+    place(t, y, system, scratch, at)
     onto_wall(y, at, wall, p, k, polygon)
-    place(t, y, p, k, drive, table, scratch, at)
-    nx, ny, _gap, _curvature = normal_here(wall, at, p, k, polygon)
-    normal, slip = contact_velocity(nx, ny, y[5], at, p)
-    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
+    place(t, y, system, scratch, at)
+    face = normal_here(wall, at, p, k, polygon)
+    normal, slip = contact_velocity(face, y[5], at, p)
+    k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     if mode == P.ROLL:
         determinant = k_nn * k_tt - k_nt * k_nt
         strike(
-            y, at, nx, ny, (k_nt * slip - k_tt * normal) / determinant, (k_nt * normal - k_nn * slip) / determinant,
-            p, k,
-        )  # fmt: skip
+            y,
+            at,
+            face,
+            (k_nt * slip - k_tt * normal) / determinant,
+            (k_nt * normal - k_nn * slip) / determinant,
+            p,
+            k,
+        )
     else:
-        strike(y, at, nx, ny, -normal / k_nn, 0.0, p, k)
+        strike(y, at, face, -normal / k_nn, 0.0, p, k)
 
 
 @compiled
-def happening(
-    t: float,
-    y: Floats,
-    mode: int,
-    wall: int,
-    side: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
-    work: Floats,
-) -> tuple[int, int]:
+def happening(t: float, y: Floats, contact: Contact, system: System, work: Floats) -> tuple[int, int]:
     """What ends this mode at state ``y``, if anything, and the wall it concerns."""
-    derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[15])
-    scratch = work[13]
+    p, k, polygon = system.p, system.k, system.polygon
+    mode, wall, side = contact.mode, contact.wall, contact.side
+    derivatives(t, y, contact, system, work[P.SCRATCH], work[P.PLACE], work[P.SPARE])
+    scratch = work[P.SCRATCH]
     if scratch[PUSH] < 0.0:
         return RELEASED, (int(scratch[NEED]) if mode == P.CORNER else wall)
     if mode == P.CORNER:
@@ -82,22 +73,21 @@ def happening(
     for other in range(k[P.N_WALLS]):
         if other == wall or not wall_stands(other, p, k):
             continue
-        if normal_here(other, work[14], p, k, polygon)[2] < -1e-15 * p[P.LENGTH]:
+        if normal_here(other, work[P.PLACE], p, k, polygon).gap < -1e-15 * p[P.LENGTH]:
             return HITS, other
     return GOES_ON, wall
 
 
 @compiled
-def start_mode(
-    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats
-) -> tuple[int, float]:
+def start_mode(t: float, y: Floats, wall: int, system: System, work: Floats) -> tuple[int, float]:
     """Rolling if the slip is nothing and friction can hold it, else sliding and the side it slides to."""
-    scratch = work[13]
+    p = system.p
+    scratch = work[P.SCRATCH]
     if wall >= P.PAIR:
-        derivatives(t, y, P.CORNER, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+        derivatives(t, y, Contact(P.CORNER, wall, 0.0), system, work[P.SCRATCH], work[P.PLACE], work[P.SPARE])
         slip = scratch[SLIP]
         return P.CORNER, (0.0 if abs(slip) <= 1e-9 * p[P.SPEED] else (1.0 if slip > 0.0 else -1.0))
-    derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
+    derivatives(t, y, Contact(P.ROLL, wall, 0.0), system, work[P.SCRATCH], work[P.PLACE], work[P.SPARE])
     slip, need, pushed = scratch[SLIP], scratch[NEED], scratch[PUSH]
     if abs(slip) > 1e-11 * p[P.SPEED]:
         return P.SLIDE, (1.0 if slip > 0.0 else -1.0)
@@ -108,66 +98,65 @@ def start_mode(
 
 @compiled
 def follow_wall(
-    t: float, y: Floats, wall: int, end: float, p: Floats, k: Ints, drive: Floats, table: Floats,
-    polygon: Floats, work: Floats, trial: Floats, sample_times: Floats, samples: Floats, next_sample: int
-) -> tuple[float, int, int, int]:  # fmt: skip
-    """Move along ``wall`` from ``t`` until it ends: (time, what ended it, wall concerned, next sample)."""
-    mode, side = start_mode(t, y, wall, p, k, drive, table, polygon, work)
-    stand_on(t, y, mode, wall, p, k, drive, table, polygon, work)
+    t: float, y: Floats, wall: int, end: float, system: System, work: Floats, trial: Floats, samples: Samples
+) -> tuple[float, int, int]:
+    """Move along ``wall`` from ``t`` until it ends: (time, what ended it, wall concerned)."""
+    p, k = system.p, system.k
+    mode, side = start_mode(t, y, wall, system, work)
+    stand_on(t, y, mode, wall, system, work)
     n = k[P.STATE_SIZE]
     h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
     while t < end:
-        derivatives(t, y, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[0])
-        if work[13][PUSH] < 0.0:
-            return t, RELEASED, (int(work[13][NEED]) if mode == P.CORNER else wall), next_sample
+        contact = Contact(mode, wall, side)
+        derivatives(t, y, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
+        if work[P.SCRATCH][PUSH] < 0.0:
+            return t, RELEASED, (int(work[P.SCRATCH][NEED]) if mode == P.CORNER else wall)
         h = min(h, p[P.MAX_STEP])
         s = min(h, end - t)
-        error = step(t, y, s, mode, wall, side, p, k, drive, table, polygon, work, trial)
+        error = step(t, y, s, contact, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
-        event, concerned = happening(t + s, trial, mode, wall, side, p, k, drive, table, polygon, work)
+        event, concerned = happening(t + s, trial, contact, system, work)
         if event == STICKS and s < 1e-9 * p[P.MAX_STEP]:
             event = GOES_ON
         if event != GOES_ON:
             low, high = 0.0, s
             while high - low > 1e-10 * s:
                 middle = 0.5 * (low + high)
-                step(t, y, middle, mode, wall, side, p, k, drive, table, polygon, work, trial)
-                found, other = happening(t + middle, trial, mode, wall, side, p, k, drive, table, polygon, work)
+                step(t, y, middle, contact, system, work, trial)
+                found, other = happening(t + middle, trial, contact, system, work)
                 if found == GOES_ON:
                     low = middle
                 else:
                     high, event, concerned = middle, found, other
             s = high
-        while next_sample < sample_times.shape[0] and sample_times[next_sample] < t + s:
-            step(t, y, sample_times[next_sample] - t, mode, wall, side, p, k, drive, table, polygon, work, trial)
-            stand_on(sample_times[next_sample], trial, P.SLIDE, wall, p, k, drive, table, polygon, work)
-            take_sample(sample_times[next_sample], trial, p, k, drive, table, work, samples[next_sample])
-            next_sample += 1
-        step(t, y, s, mode, wall, side, p, k, drive, table, polygon, work, trial)
+        while due(samples, t + s):
+            at = samples.times[samples.written[0]]
+            step(t, y, at - t, contact, system, work, trial)
+            stand_on(at, trial, P.SLIDE, wall, system, work)
+            keep_sample(trial, system, work, samples)
+        step(t, y, s, contact, system, work, trial)
         for j in range(n):
             y[j] = trial[j]
         t += s
         if event == STICKS:
-            mode, side = turn_over(t, y, wall, side, p, k, drive, table, polygon, work)
+            mode, side = turn_over(t, y, wall, side, system, work)
         elif event == SLIPS:
-            side = -1.0 if work_need(t, y, wall, p, k, drive, table, polygon, work) > 0.0 else 1.0
+            side = -1.0 if work_need(t, y, wall, system, work) > 0.0 else 1.0
             mode = P.SLIDE
-        stand_on(t, y, mode, wall, p, k, drive, table, polygon, work)
+        stand_on(t, y, mode, wall, system, work)
         if event == RELEASED or event == HITS:
-            return t, event, concerned, next_sample
+            return t, event, concerned
         h = next_size(s, error) if event == GOES_ON else 1e-3 * p[P.MAX_STEP]
-    return t, GOES_ON, wall, next_sample
+    return t, GOES_ON, wall
 
 
 @compiled
-def work_need(
-    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats
-) -> float:
+def work_need(t: float, y: Floats, wall: int, system: System, work: Floats) -> float:
     """Tangential force that rolling would need here."""
-    derivatives(t, y, P.ROLL, wall, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
-    return work[13][NEED]
+    derivatives(t, y, Contact(P.ROLL, wall, 0.0), system, work[P.SCRATCH], work[P.PLACE], work[P.SPARE])
+    return work[P.SCRATCH][NEED]
 
 
 @compiled
@@ -176,38 +165,34 @@ def turn_over(
     y: Floats,
     wall: int,
     side: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
 ) -> tuple[int, float]:
     """After the slip came to nothing: roll if friction holds, else slide on the way the free slip turns."""
+    p = system.p
     if wall >= P.PAIR:
         return P.CORNER, 0.0
-    need = work_need(t, y, wall, p, k, drive, table, polygon, work)
-    if abs(need) <= p[P.WALL_FRICTION] * work[13][PUSH]:
+    need = work_need(t, y, wall, system, work)
+    if abs(need) <= p[P.WALL_FRICTION] * work[P.SCRATCH][PUSH]:
         return P.ROLL, 0.0
     return P.SLIDE, (-1.0 if need > 0.0 else 1.0)
 
 
 @compiled
-def corner_partner(
-    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats
-) -> int:
+def corner_partner(t: float, y: Floats, wall: int, system: System, work: Floats) -> int:
     """An edge that the disk, resting on ``wall``, rests on too (-1: none): touching, not moving, pressed by both."""
-    place(t, y, p, k, drive, table, work[13], work[14])
+    p, k, polygon = system.p, system.k, system.polygon
+    place(t, y, system, work[P.SCRATCH], work[P.PLACE])
     for other in range(P.EDGES, k[P.N_WALLS]):
         if other == wall:
             continue
-        nx, ny, gap, _curvature = normal_here(other, work[14], p, k, polygon)
-        normal = contact_velocity(nx, ny, y[5], work[14], p)[0]
-        if gap > 1e-10 * p[P.LENGTH] or abs(normal) > 1e-5 * p[P.SPEED]:
+        face = normal_here(other, work[P.PLACE], p, k, polygon)
+        normal = contact_velocity(face, y[5], work[P.PLACE], p)[0]
+        if face.gap > 1e-10 * p[P.LENGTH] or abs(normal) > 1e-5 * p[P.SPEED]:
             continue
         pair = wall + P.PAIR * other
-        derivatives(t, y, P.CORNER, pair, 0.0, p, k, drive, table, polygon, work[13], work[14], work[15])
-        if work[13][PUSH] > 0.0:
+        derivatives(t, y, Contact(P.CORNER, pair, 0.0), system, work[P.SCRATCH], work[P.PLACE], work[P.SPARE])
+        if work[P.SCRATCH][PUSH] > 0.0:
             return other
-        place(t, y, p, k, drive, table, work[13], work[14])
+        place(t, y, system, work[P.SCRATCH], work[P.PLACE])
     return -1

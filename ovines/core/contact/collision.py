@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations, push
 from ovines.core.system.impact import effective_restitution, impulses
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
+from ovines.core.system.packed import Face, System
 
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 
 
+class Spring(NamedTuple):
+    """A contact of finite duration: stiffness (N/m) and damping (N s/m) along the normal, stiffness along the wall."""
+
+    stiffness: float
+    damping: float
+    tangential_stiffness: float
+
+
 @compiled
-def strike(y: Floats, at: Floats, nx: float, ny: float, p_n: float, p_t: float, p: Floats, k: Ints) -> None:
+def strike(y: Floats, at: Floats, face: Face, p_n: float, p_t: float, p: Floats, k: Ints) -> None:
     """Apply an impulse on the NES (normal towards the wall, tangent) and its reaction on the Host to ``y``."""
+    nx, ny = face.x, face.y
     px, py = p_n * nx - p_t * ny, p_n * ny + p_t * nx
-    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    nes_n, nes_t, host_n, host_t = levers(face, at, p)
     y[2] += px / p[P.MASS]
     y[3] += py / p[P.MASS]
     y[5] += (nes_n * p_t - nes_t * p_n) / p[P.INERTIA]
@@ -33,22 +44,21 @@ def strike(y: Floats, at: Floats, nx: float, ny: float, p_n: float, p_t: float, 
 @compiled
 def onto_wall(y: Floats, at: Floats, wall: int, p: Floats, k: Ints, polygon: Floats) -> None:
     """Shift the NES by rounding so that it stands on the wall, never outside it."""
-    nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
-    shift = gap - 2e-16 * p[P.LENGTH]
-    y[0] += shift * nx
-    y[1] += shift * ny
+    face = normal_here(wall, at, p, k, polygon)
+    shift = face.gap - 2e-16 * p[P.LENGTH]
+    y[0] += shift * face.x
+    y[1] += shift * face.y
 
 
 @compiled
-def pull_to_wall(
-    t: float, y: Floats, wall: int, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats
-) -> float:
+def pull_to_wall(t: float, y: Floats, wall: int, system: System, work: Floats) -> float:
     """Acceleration towards the wall that free motion would have here (m/s^2), path curvature included."""
-    scratch, at, dy = work[13], work[14], work[15]
-    place(t, y, p, k, drive, table, scratch, at)
-    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
-    nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
-    return contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
+    p, k, polygon = system.p, system.k, system.polygon
+    scratch, at, dy = work[P.SCRATCH], work[P.PLACE], work[P.SPARE]
+    place(t, y, system, scratch, at)
+    free_accelerations(t, y, at, system, scratch, dy)
+    face = normal_here(wall, at, p, k, polygon)
+    return contact_bias(y, at, face, dy, p, k, scratch)[0]
 
 
 @compiled
@@ -56,11 +66,7 @@ def resolve(
     t: float,
     y: Floats,
     wall: int,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
     record: Floats,
 ) -> tuple[int, float, bool]:
@@ -69,19 +75,20 @@ def resolve(
     Approaches so slow that the bounce would stay below REST_HEIGHT are no impact: the disk then slides or
     rolls on if something pulls it to the wall (chatter completed), or flies on.  ``record`` gets the impact.
     """
-    scratch, at = work[13], work[14]
-    place(t, y, p, k, drive, table, scratch, at)
-    nx, ny, _gap, _curvature = normal_here(wall, at, p, k, polygon)
+    p, k, polygon = system.p, system.k, system.polygon
+    scratch, at = work[P.SCRATCH], work[P.PLACE]
+    place(t, y, system, scratch, at)
+    face = normal_here(wall, at, p, k, polygon)
     onto_wall(y, at, wall, p, k, polygon)
-    place(t, y, p, k, drive, table, scratch, at)
-    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
-    normal, tangential = contact_velocity(nx, ny, y[5], at, p)
-    pull = pull_to_wall(t, y, wall, p, k, drive, table, polygon, work)
+    place(t, y, system, scratch, at)
+    k_nn, k_nt, k_tt = inverse_mass(face, at, p)
+    normal, tangential = contact_velocity(face, y[5], at, p)
+    pull = pull_to_wall(t, y, wall, system, work)
     slow = math.sqrt(2.0 * REST_HEIGHT * p[P.LENGTH] * abs(pull))
     if normal <= slow:
-        strike(y, at, nx, ny, -normal / k_nn, 0.0, p, k)
+        strike(y, at, face, -normal / k_nn, 0.0, p, k)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
-    azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * ny, at[0] - at[4] + p[P.RADIUS] * nx)
+    azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * face.y, at[0] - at[4] + p[P.RADIUS] * face.x)
     restitution = effective_restitution(normal, azimuth, p)
     friction, reversal = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION]
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
@@ -89,16 +96,14 @@ def resolve(
     duration = 0.0
     lost = y[P.LOST_FRICTION] if k[P.STATE_SIZE] > 6 else 0.0
     if p[P.CONTACT_DURATION] > 0.0:
-        duration, stuck = press(
-            t, y, wall, restitution, k_nn, k_tt, p, k, drive, table, polygon, work
-        )  # fmt: skip
-        place(t + duration, y, p, k, drive, table, scratch, at)
-        nx, ny, _gap, _curvature = normal_here(wall, at, p, k, polygon)
+        duration, stuck = press(t, y, wall, restitution, k_nn, k_tt, system, work)
+        place(t + duration, y, system, scratch, at)
+        face = normal_here(wall, at, p, k, polygon)
         onto_wall(y, at, wall, p, k, polygon)
-        after_n, after_t = contact_velocity(nx, ny, y[5], at, p)
+        after_n, after_t = contact_velocity(face, y[5], at, p)
     else:
         p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
-        strike(y, at, nx, ny, p_n, p_t, p, k)
+        strike(y, at, face, p_n, p_t, p, k)
         after_n = normal + k_nn * p_n + k_nt * p_t
         after_t = tangential + k_nt * p_n + k_tt * p_t
         if k[P.STATE_SIZE] > 6:
@@ -106,10 +111,10 @@ def resolve(
     record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[5]
     record[P.STUCK] = 1.0 if stuck else 0.0
     record[P.LOST] = (y[P.LOST_FRICTION] - lost) if k[P.STATE_SIZE] > 6 else math.nan
-    pull = pull_to_wall(t + duration, y, wall, p, k, drive, table, polygon, work)
+    pull = pull_to_wall(t + duration, y, wall, system, work)
     if pull > 0.0 and after_n * after_n < 2.0 * pull * REST_HEIGHT * p[P.LENGTH]:
-        place(t + duration, y, p, k, drive, table, scratch, at)
-        strike(y, at, nx, ny, -after_n / k_nn, 0.0, p, k)
+        place(t + duration, y, system, scratch, at)
+        strike(y, at, face, -after_n / k_nn, 0.0, p, k)
         return P.SLIDE, duration, True
     return P.FLIGHT, duration, True
 
@@ -122,11 +127,7 @@ def press(
     restitution: float,
     k_nn: float,
     k_tt: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
 ) -> tuple[float, bool]:
     """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
@@ -135,18 +136,20 @@ def press(
     spring would give beta_0 (cos(w s) = -beta_0) at the time s after which the damper pulls instead of pushing, and
     is cut at the Coulomb limit.  Ends when the disk leaves the wall.
     """
+    p, k, polygon = system.p, system.k, system.polygon
     span = p[P.CONTACT_DURATION]
     rate = -math.log(max(restitution, 1e-6)) / span
     stiffness = ((math.pi / span) ** 2 + rate * rate) / k_nn
     damping = 2.0 * rate / k_nn
     omega = math.pi / span
     pushing = (math.pi - math.atan2(2.0 * rate * omega, omega * omega - rate * rate)) / omega
-    tangent = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / pushing) ** 2 / k_tt
+    tangential_stiffness = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / pushing) ** 2 / k_tt
+    spring = Spring(stiffness, damping, tangential_stiffness)
     n = k[P.STATE_SIZE]
     h = span / 250.0
     stretch, stuck, passed = 0.0, True, 0.0
     end = p[P.DURATION] - t
-    trial, slopes = work[12], work
+    trial, slopes = work[P.TRIAL], work
     while passed < end:
         base_stretch = stretch
         for stage in range(4):
@@ -156,44 +159,50 @@ def press(
             if stage > 0:
                 stretch = base_stretch + part * h * work[4 + stage - 1, 0]
             work[4 + stage, 0] = press_slopes(
-                t + passed + part * h, trial, wall, stretch, stiffness, damping, tangent,
-                p, k, drive, table, polygon, work, slopes[stage],
-            )  # fmt: skip
+                t + passed + part * h,
+                trial,
+                wall,
+                stretch,
+                spring,
+                system,
+                work,
+                slopes[stage],
+            )
         for j in range(n):
             y[j] += h / 6.0 * (slopes[0, j] + 2.0 * slopes[1, j] + 2.0 * slopes[2, j] + slopes[3, j])
         stretch = base_stretch + h / 6.0 * (work[4, 0] + 2.0 * work[5, 0] + 2.0 * work[6, 0] + work[7, 0])
         passed += h
-        scratch, at = work[13], work[14]
-        place(t + passed, y, p, k, drive, table, scratch, at)
-        nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
-        normal = contact_velocity(nx, ny, y[5], at, p)[0]
-        limit = p[P.WALL_FRICTION] * max(-stiffness * gap + damping * normal, 0.0) / tangent
+        scratch, at = work[P.SCRATCH], work[P.PLACE]
+        place(t + passed, y, system, scratch, at)
+        face = normal_here(wall, at, p, k, polygon)
+        normal = contact_velocity(face, y[5], at, p)[0]
+        limit = p[P.WALL_FRICTION] * max(-stiffness * face.gap + damping * normal, 0.0) / tangential_stiffness
         if abs(stretch) > limit:
             stretch = math.copysign(limit, stretch)
-            if gap < 0.0:
+            if face.gap < 0.0:
                 stuck = False
-        if normal < 0.0 and gap - normal * 1e-3 * h >= 0.0:
+        if normal < 0.0 and face.gap - normal * 1e-3 * h >= 0.0:
             return passed, stuck
         if normal < 0.0:  # shorten the last step to leave at the wall
-            h = min(span / 250.0, max(-gap / -normal, 1e-3 * span / 250.0))
+            h = min(span / 250.0, max(-face.gap / -normal, 1e-3 * span / 250.0))
     return passed, stuck
 
 
 @compiled
 def press_slopes(
-    t: float, y: Floats, wall: int, stretch: float, stiffness: float, damping: float, tangent: float, p: Floats,
-    k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats, dy: Floats
-) -> float:  # fmt: skip
+    t: float, y: Floats, wall: int, stretch: float, spring: Spring, system: System, work: Floats, dy: Floats
+) -> float:
     """Derivative of the state while pressed into the wall; returns the rate of the tangential stretch."""
-    scratch, at = work[13], work[14]
-    place(t, y, p, k, drive, table, scratch, at)
-    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
-    nx, ny, gap, _curvature = normal_here(wall, at, p, k, polygon)
-    normal, slip = contact_velocity(nx, ny, y[5], at, p)
-    squeeze = -stiffness * gap + damping * normal
+    p, k, polygon = system.p, system.k, system.polygon
+    scratch, at = work[P.SCRATCH], work[P.PLACE]
+    place(t, y, system, scratch, at)
+    free_accelerations(t, y, at, system, scratch, dy)
+    face = normal_here(wall, at, p, k, polygon)
+    normal, slip = contact_velocity(face, y[5], at, p)
+    squeeze = -spring.stiffness * face.gap + spring.damping * normal
     limit = p[P.WALL_FRICTION] * max(squeeze, 0.0)
-    force_t = -min(max(tangent * stretch, -limit), limit)
-    push(y, at, nx, ny, -squeeze, force_t, p, k, dy)
+    force_t = -min(max(spring.tangential_stiffness * stretch, -limit), limit)
+    push(y, at, face, -squeeze, force_t, p, k, dy)
     if k[P.STATE_SIZE] > 6:
         dy[P.LOST_FRICTION] += squeeze * normal - force_t * slip
     return slip

@@ -10,16 +10,18 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.integration.dop853 import NODES, STAGES
 from ovines.core.integration.stepper import finish_step, step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
 from ovines.core.system.friction import floor_friction
 from ovines.core.system.host import X, Y, Z, table_piece
+from ovines.core.system.packed import Contact, System
 
 # columns of a row of slopes: those of the state; positions' slopes are velocities
 ENERGIES = P.LOST_FRICTION
+FLYING = Contact(P.FLIGHT, 0, 0.0)
 
 
 class Disk(NamedTuple):
@@ -39,26 +41,42 @@ class Disk(NamedTuple):
     air: float
     carried: bool  # by the Host's floor, not by the ground
     turned: bool
-    table: bool
+    has_table: bool
+    drive: Floats
+    table: Floats
 
 
 @inlined
-def disk_of(p: Floats, k: Ints) -> Disk:
+def disk_of(system: System) -> Disk:
     """The numbers of a packed scenario."""
+    p, k = system.p, system.k
     return Disk(
-        p[P.GRAVITY_X], p[P.GRAVITY_Y], p[P.FLOOR_FRICTION], p[P.FLOOR_LOAD], p[P.REGULARISATION], p[P.COUPLING],
-        p[P.DRIFT_PER_S], p[P.RADIUS], p[P.MASS], p[P.MASS] / p[P.INERTIA], p[P.VISCOUS_DRAG], p[P.AIR_DRAG],
-        k[P.ON_GROUND] == 0, k[P.FLOOR_TURNS] != 0, k[P.HAS_TABLE] != 0,
-    )  # fmt: skip
+        p[P.GRAVITY_X],
+        p[P.GRAVITY_Y],
+        p[P.FLOOR_FRICTION],
+        p[P.FLOOR_LOAD],
+        p[P.REGULARISATION],
+        p[P.COUPLING],
+        p[P.DRIFT_PER_S],
+        p[P.RADIUS],
+        p[P.MASS],
+        p[P.MASS] / p[P.INERTIA],
+        p[P.VISCOUS_DRAG],
+        p[P.AIR_DRAG],
+        k[P.ON_GROUND] == 0,
+        k[P.FLOOR_TURNS] != 0,
+        k[P.HAS_TABLE] != 0,
+        system.drive,
+        system.table,
+    )
 
 
 @inlined
-def floor_below(
-    t: float, x: float, y: float, disk: Disk, drive: Floats, table: Floats
-) -> tuple[float, float, float, float]:
+def floor_below(t: float, x: float, y: float, disk: Disk) -> tuple[float, float, float, float]:
     """Velocity of the floor under (x, y), its spin, and the load (m/s^2) with which the disk presses on it."""
     vx, vy, spin, load = 0.0, 0.0, 0.0, disk.load
     host_x, host_y = 0.0, 0.0
+    drive, table = disk.drive, disk.table
     rows = drive.shape[0] if disk.carried else 0
     for row in range(rows):
         axis, amplitude, omega = drive[row, 0], drive[row, 1], drive[row, 2]
@@ -82,7 +100,7 @@ def floor_below(
             host_y += place
         else:
             spin += rate
-    if disk.table and disk.carried:
+    if disk.has_table and disk.carried:
         i = table_piece(t, table)
         s = t - table[i, 0]
         host_x += table[i, 4] + s * (table[i, 3] + s * (table[i, 2] + s * table[i, 1]))
@@ -99,7 +117,7 @@ def floor_below(
 
 @inlined
 def disk_slope(
-    t: float, x: float, y: float, vx: float, vy: float, spin: float, disk: Disk, drive: Floats, table: Floats
+    t: float, x: float, y: float, vx: float, vy: float, spin: float, disk: Disk
 ) -> tuple[float, float, float, float, float, float]:
     """Accelerations of the centre, of the angle, and the powers lost to friction, lost to drag and done by the
     driver.
@@ -113,7 +131,7 @@ def disk_slope(
         ay -= rate * vy
         dragging = disk.mass * rate * square
     if disk.friction > 0.0:
-        floor_vx, floor_vy, floor_spin, load = floor_below(t, x, y, disk, drive, table)
+        floor_vx, floor_vy, floor_spin, load = floor_below(t, x, y, disk)
         strength = max(disk.friction * (1.0 + disk.drift * t), 0.0) * load
         slip_x, slip_y, slip_spin = vx - floor_vx, vy - floor_vy, spin - floor_spin
         fx, fy, torque = floor_friction(
@@ -128,20 +146,20 @@ def disk_slope(
 
 
 @compiled
-def disk_slopes(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
+def disk_slopes(t: float, y: Floats, system: System, out: Floats) -> None:
     """Slopes of the whole state into ``out``."""
-    ax, ay, turn, rubbing, dragging, working = disk_slope(t, y[0], y[1], y[2], y[3], y[5], disk_of(p, k), drive, table)
+    k = system.k
+    ax, ay, turn, rubbing, dragging, working = disk_slope(t, y[0], y[1], y[2], y[3], y[5], disk_of(system))
     out[0], out[1], out[2], out[3], out[4], out[5] = y[2], y[3], ax, ay, y[5], turn
     if k[P.STATE_SIZE] > ENERGIES:
         out[P.LOST_FRICTION], out[P.WORK], out[P.LOST_DRAG] = rubbing, working, dragging
 
 
 @compiled
-def disk_step(
-    t: float, y: Floats, h: float, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, out: Floats
-) -> float:
+def disk_step(t: float, y: Floats, h: float, system: System, work: Floats, out: Floats) -> float:
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the slopes at ``t``.  Returns error over tolerance."""
-    disk = disk_of(p, k)
+    p, k = system.p, system.k
+    disk = disk_of(system)
     energies, turns = k[P.STATE_SIZE] > ENERGIES, disk.turned
     x0, y0, vx0, vy0, spin0 = y[0], y[1], y[2], y[3], y[5]
     for i in range(1, 12):
@@ -157,7 +175,7 @@ def disk_step(
                 yy += STAGES[i, m] * work[m, 1]
         vx, vy, spin = vx0 + h * vx, vy0 + h * vy, spin0 + h * spin
         ax, ay, turn, rubbing, dragging, working = disk_slope(
-            t + NODES[i] * h, x0 + h * x, y0 + h * yy, vx, vy, spin, disk, drive, table
+            t + NODES[i] * h, x0 + h * x, y0 + h * yy, vx, vy, spin, disk
         )
         work[i, 0], work[i, 1], work[i, 2], work[i, 3], work[i, 4], work[i, 5] = vx, vy, ax, ay, spin, turn
         if energies:
@@ -170,26 +188,22 @@ def flight_step(
     t: float,
     y: Floats,
     h: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
     out: Floats,
 ) -> float:
     """One step of free flight, by the quick way where the disk is centred and the Host's motion given."""
+    k = system.k
     if k[P.PLAIN]:
-        return disk_step(t, y, h, p, k, drive, table, work, out)
-    return step(t, y, h, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work, out)
+        return disk_step(t, y, h, system, work, out)
+    return step(t, y, h, FLYING, system, work, out)
 
 
 @compiled
-def flight_slopes(
-    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, polygon: Floats, work: Floats, out: Floats
-) -> None:
+def flight_slopes(t: float, y: Floats, system: System, work: Floats, out: Floats) -> None:
     """Slopes of the state in free flight."""
+    k = system.k
     if k[P.PLAIN]:
-        disk_slopes(t, y, p, k, drive, table, out)
+        disk_slopes(t, y, system, out)
     else:
-        derivatives(t, y, P.FLIGHT, 0, 0.0, p, k, drive, table, polygon, work[13], work[14], out)
+        derivatives(t, y, FLYING, system, work[P.SCRATCH], work[P.PLACE], out)

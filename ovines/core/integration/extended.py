@@ -19,6 +19,7 @@ from ovines.core.integration.double_double import (
 )
 from ovines.core.system import parameters as P
 from ovines.core.system.host import ROTATION
+from ovines.core.system.packed import System
 
 # places among the low words of the state, where energies have none: the time's, and whether the contact was sharpened
 LOW_TIME, SHARP = P.LOST_FRICTION, P.WORK
@@ -79,12 +80,11 @@ def host_axis(
 
 
 @compiled
-def glide_extended(
-    t: float, s: Pair, y: Floats, low: Floats, p: Floats, k: Ints, drive: Floats, out: Floats, out_low: Floats
-) -> None:
+def glide_extended(t: float, s: Pair, y: Floats, low: Floats, system: System, out: Floats, out_low: Floats) -> None:
     """State ``s`` (a pair) after (``y``, ``low``): what :func:`ovines.core.integration.flight.glide` gives, to 30
     digits.
     """
+    p, k, drive = system.p, system.k, system.drive
     time = (t, low[LOW_TIME])
     half = multiply((0.5, 0.0), s)
     for axis in range(2):
@@ -115,17 +115,18 @@ def from_host(y: Floats, low: Floats, axis: int) -> tuple[Pair, Pair]:
 
 @compiled
 def sharpen(
-    t: float, s: float, y: Floats, low: Floats, p: Floats, k: Ints, drive: Floats, out: Floats, out_low: Floats
+    t: float, s: float, y: Floats, low: Floats, system: System, out: Floats, out_low: Floats
 ) -> tuple[float, bool]:
     """Contact near ``s``, with the state there in ``out`` and ``out_low``: (time, whether Newton's method agreed).
 
     Both steps start from a contact known to rounding, so each doubles the digits; a graze, where the rate is too small
     for that, is left to the doubles.
     """
+    p = system.p
     exact = (s, 0.0)
     radius = (p[P.CONTACT_RADIUS], 0.0)
     for _ in range(3):
-        glide_extended(t, exact, y, low, p, k, drive, out, out_low)
+        glide_extended(t, exact, y, low, system, out, out_low)
         x, vx = from_host(out, out_low, 0)
         yy, vy = from_host(out, out_low, 1)
         square = add(multiply(x, x), multiply(yy, yy))
@@ -134,7 +135,7 @@ def sharpen(
         if rate <= 0.0 or abs(over) > 1e-9 * rate * s:
             return t + s, False
         exact = add(exact, (-over / rate, 0.0))
-    glide_extended(t, exact, y, low, p, k, drive, out, out_low)
+    glide_extended(t, exact, y, low, system, out, out_low)
     for i in range(P.LOST_FRICTION, P.LOST_DRAG + 1):
         out[i] = y[i]
     time, out_low[LOW_TIME] = add((t, low[LOW_TIME]), exact)

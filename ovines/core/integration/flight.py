@@ -9,17 +9,17 @@ from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
 from ovines.core.system.host import ROTATION, host_after, sprung_response
 from ovines.core.system.kinematics import in_host, place
+from ovines.core.system.packed import System
 from ovines.core.system.walls import gap_measure, safe_time
 
 ROUNDING = 4e-16  # of a length: gaps below this are contact
 
 
 @compiled
-def glide(
-    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, out: Floats
-) -> None:
+def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out: Floats) -> None:
     """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
-    host_after(t0, s, y0, p, k, drive, table, scratch)
+    p, k = system.p, system.k
+    host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     out[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
     out[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
@@ -36,10 +36,11 @@ def glide(
 
 @compiled
 def glide_in_host(
-    t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, at: Floats
+    t0: float, s: float, y0: Floats, system: System, scratch: Floats, at: Floats
 ) -> tuple[float, float, float, float]:
     """The same, only the centre in the Host's frame."""
-    host_after(t0, s, y0, p, k, drive, table, scratch)
+    p, k = system.p, system.k
+    host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     at[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
     at[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
@@ -84,25 +85,22 @@ def glide_to_contact(
     y: Floats,
     end: float,
     grace: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
 ) -> tuple[float, int]:
     """Duration of a closed-form flight until the next wall, and that wall (-1: ``end`` comes first).
 
     ``grace``: time at the start in which contact is not looked for (just released from a wall).
     """
+    p, k, drive, polygon = system.p, system.k, system.drive, system.polygon
     bend = acceleration_bound(t, y, p, k, drive)
     remaining = end - t
     s = min(grace, remaining)
     tiny = ROUNDING * p[P.LENGTH]
-    scratch, at = work[13], work[14]
+    scratch, at = work[P.SCRATCH], work[P.PLACE]
     horizon = remaining
     while s < remaining:
-        x, yy, vx, vy = glide_in_host(t, s, y, p, k, drive, table, scratch, at)
+        x, yy, vx, vy = glide_in_host(t, s, y, system, scratch, at)
         if bend > 0.0:
             speed = math.hypot(vx, vy)
             horizon = 0.25 * (speed + math.sqrt(speed * speed + 8.0 * bend * p[P.LENGTH])) / bend
@@ -115,7 +113,7 @@ def glide_to_contact(
             f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
             if f <= tiny and rate < 0.0:
                 return s, wall
-            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, p, polygon))
+            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, system))
         s += max(advance, 1e-16 * (t + s))
     return remaining, -1
 
@@ -131,12 +129,11 @@ def wall_stands(wall: int, p: Floats, k: Ints) -> bool:
 
 
 @compiled
-def relative(
-    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, dy: Floats, out: Floats
-) -> None:
+def relative(t: float, y: Floats, system: System, work: Floats, dy: Floats, out: Floats) -> None:
     """Centre in the Host's frame with rates: position, velocity, acceleration (6 numbers) from state and derivative."""
-    scratch, at = work[13], work[14]
-    place(t, y, p, k, drive, table, scratch, at)
+    k = system.k
+    scratch, at = work[P.SCRATCH], work[P.PLACE]
+    place(t, y, system, scratch, at)
     out[0], out[1], out[2], out[3] = in_host(at, k)
     ax, ay = dy[2], dy[3]
     if k[P.OFF_CENTRE]:
@@ -187,9 +184,10 @@ def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
 
 @compiled
 def first_crossing(
-    a: Floats, b: Floats, h: float, start: float, p: Floats, k: Ints, polygon: Floats, cx: Floats, cy: Floats
+    a: Floats, b: Floats, h: float, start: float, system: System, cx: Floats, cy: Floats
 ) -> tuple[float, int]:
     """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
+    p, k, polygon = system.p, system.k, system.polygon
     quintic(a, b, h, 0, cx)
     quintic(a, b, h, 1, cy)
     bend = 0.0
@@ -213,7 +211,7 @@ def first_crossing(
             f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
             if f <= tiny and rate < 0.0:
                 return s, wall
-            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, p, polygon))
+            advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, system))
         s += max(advance, 1e-16 * h)
     return h, -1
 
@@ -225,11 +223,7 @@ def land(
     guess: float,
     h: float,
     wall: int,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    system: System,
     work: Floats,
     out: Floats,
 ) -> tuple[float, bool]:
@@ -238,12 +232,13 @@ def land(
     Newton on the integrator itself, so the contact has the integrator's accuracy, not the interpolant's.
     ``out`` is the state there: the last instant inside, to rounding.
     """
+    p, k, polygon = system.p, system.k, system.polygon
     tiny = ROUNDING * p[P.LENGTH]
     s = guess
     for _ in range(12):
-        flight_step(t, y, s, p, k, drive, table, polygon, work, out)
-        place(t + s, out, p, k, drive, table, work[13], work[14])
-        x, yy, vx, vy = in_host(work[14], k)
+        flight_step(t, y, s, system, work, out)
+        place(t + s, out, system, work[P.SCRATCH], work[P.PLACE])
+        x, yy, vx, vy = in_host(work[P.PLACE], k)
         f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)
         if abs(f) <= 4.0 * tiny and rate < 0.0:
             return s, True

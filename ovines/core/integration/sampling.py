@@ -2,42 +2,44 @@
 
 from __future__ import annotations
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats, compiled
 from ovines.core.integration.flight import glide
+from ovines.core.system import parameters as P
 from ovines.core.system.kinematics import place
+from ovines.core.system.packed import Samples, System
 
 N_SAMPLE = 12  # centre x, y, vx, vy, angle, spin of the NES, the same six of the Host
 
 
 @compiled
-def take_sample(
-    t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, work: Floats, row: Floats
-) -> None:
+def take_sample(t: float, y: Floats, system: System, work: Floats, row: Floats) -> None:
     """Geometric centre of the NES and the Host at ``t`` into ``row``."""
-    at = work[14]
-    place(t, y, p, k, drive, table, work[13], at)
+    at = work[P.PLACE]
+    place(t, y, system, work[P.SCRATCH], at)
     row[0], row[1], row[2], row[3], row[4], row[5] = at[0], at[1], at[2], at[3], y[4], y[5]
     row[6], row[7], row[8], row[9], row[10], row[11] = at[4], at[5], at[7], at[8], at[6], at[9]
 
 
 @compiled
+def due(samples: Samples, until: float) -> bool:
+    """Whether the next sample's instant lies before ``until``."""
+    i = samples.written[0]
+    return i < samples.times.shape[0] and samples.times[i] < until
+
+
+@compiled
+def keep_sample(y: Floats, system: System, work: Floats, samples: Samples) -> None:
+    """The next sample, whose instant is that of state ``y``."""
+    i = samples.written[0]
+    take_sample(samples.times[i], y, system, work, samples.rows[i])
+    samples.written[0] = i + 1
+
+
+@compiled
 def sample_glide(
-    t: float,
-    y: Floats,
-    until: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    work: Floats,
-    trial: Floats,
-    sample_times: Floats,
-    samples: Floats,
-    next_sample: int,
-) -> int:
+    t: float, y: Floats, until: float, system: System, work: Floats, trial: Floats, samples: Samples
+) -> None:
     """Samples of a closed-form flight that starts at ``t``, up to but not including ``until``."""
-    while next_sample < sample_times.shape[0] and sample_times[next_sample] < until:
-        glide(t, sample_times[next_sample] - t, y, p, k, drive, table, work[13], trial)
-        take_sample(sample_times[next_sample], trial, p, k, drive, table, work, samples[next_sample])
-        next_sample += 1
-    return next_sample
+    while due(samples, until):
+        glide(t, samples.times[samples.written[0]] - t, y, system, work[P.SCRATCH], trial)
+        keep_sample(trial, system, work, samples)

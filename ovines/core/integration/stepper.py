@@ -8,6 +8,7 @@ from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives_inlined
+from ovines.core.system.packed import Contact, System
 
 
 @compiled
@@ -15,14 +16,8 @@ def step(
     t: float,
     y: Floats,
     h: float,
-    mode: int,
-    wall: int,
-    side: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    contact: Contact,
+    system: System,
     work: Floats,
     out: Floats,
 ) -> float:
@@ -31,17 +26,16 @@ def step(
     ``work`` (16 rows of 15): rows 0-11 stages, 12 a trial state, 13 scratch, 14 place.  Returns the error over
     the tolerance (accept below 1), Hairer's blend of the third- and fifth-order estimates.
     """
+    p, k = system.p, system.k
     n = k[P.STATE_SIZE]
-    trial = work[12]
+    trial = work[P.TRIAL]
     for i in range(1, 12):
         for j in range(n):
             total = 0.0
             for m in range(i):
                 total += STAGES[i, m] * work[m, j]
             trial[j] = y[j] + h * total
-        derivatives_inlined(
-            t + NODES[i] * h, trial, mode, wall, side, p, k, drive, table, polygon, work[13], work[14], work[i]
-        )
+        derivatives_inlined(t + NODES[i] * h, trial, contact, system, work[P.SCRATCH], work[P.PLACE], work[i])
     return finish_step(y, h, p, k, work, out)
 
 

@@ -11,16 +11,16 @@ from ovines.core.system import parameters as P
 from ovines.core.system.friction import floor_friction
 from ovines.core.system.host import ROTATION, base_motion, vertical_acceleration
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
+from ovines.core.system.packed import Contact, Face, System
 
 # what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
 PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force to roll, slip velocity
 
 
 @inlined
-def free_accelerations(
-    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, dy: Floats
-) -> None:
+def free_accelerations(t: float, y: Floats, at: Floats, system: System, scratch: Floats, dy: Floats) -> None:
     """Fill ``dy`` with the motion without wall force, Host included, and the powers of friction, drag and drive."""
+    p, k = system.p, system.k
     for i in range(k[P.STATE_SIZE]):
         dy[i] = 0.0
     mass = p[P.MASS]
@@ -36,18 +36,17 @@ def free_accelerations(
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_DRAG] = mass * rate * speed * speed
     if kind == P.SPRUNG:
-        springs(t, y, p, k, drive, table, scratch, dy)
+        springs(t, y, system, scratch, dy)
     if moving:
         dy[P.HOST], dy[P.HOST + 1], dy[P.HOST + 4] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
     if p[P.FLOOR_FRICTION] > 0.0:
-        floor(t, y, at, p, k, drive, table, moving, dy)
+        floor(t, y, at, system, moving, dy)
 
 
 @inlined
-def floor(
-    t: float, y: Floats, at: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, moving: bool, dy: Floats
-) -> None:
+def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Floats) -> None:
     """Add the floor's friction to ``dy``: on the NES at its geometric centre, back on a movable Host."""
+    p, k, drive, table = system.p, system.k, system.drive, system.table
     mass = p[P.MASS]
     load = p[P.FLOOR_LOAD]
     vx, vy, spin = at[2], at[3], y[5]
@@ -78,8 +77,9 @@ def floor(
 
 
 @compiled
-def springs(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, dy: Floats) -> None:
+def springs(t: float, y: Floats, system: System, scratch: Floats, dy: Floats) -> None:
     """Suspension of a sprung Host on the moving ground, with the powers of dampers and ground."""
+    p, k, drive, table = system.p, system.k, system.drive, system.table
     base_motion(t, k, drive, table, scratch)
     for axis in range(3):
         at = P.HOST + (4 if axis == ROTATION else axis)
@@ -95,13 +95,14 @@ def springs(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Float
 
 @compiled
 def contact_bias(
-    y: Floats, at: Floats, nx: float, ny: float, curvature: float, dy: Floats, p: Floats, k: Ints, scratch: Floats
+    y: Floats, at: Floats, face: Face, dy: Floats, p: Floats, k: Ints, scratch: Floats
 ) -> tuple[float, float]:
     """Relative acceleration of the contact without wall force: towards the wall along it, and of the slip.
 
     The first is the second derivative of the penetration seen by the Host, so that it is what a wall force must
     cancel; the path's curvature is in it.  Follows from differentiating the gap twice in the Host's frame.
     """
+    nx, ny = face.x, face.y
     x, yy = at[0] - at[4], at[1] - at[5]
     ax, ay = dy[2], dy[3]
     if k[P.OFF_CENTRE]:
@@ -125,16 +126,15 @@ def contact_bias(
     ax += turn * yy + spin * spin * x + 2.0 * spin * vy
     ay += -turn * x + spin * spin * yy - 2.0 * spin * vx
     along = vy * nx - vx * ny
-    return ax * nx + ay * ny + curvature * along * along, slip_acceleration
+    return ax * nx + ay * ny + face.curvature * along * along, slip_acceleration
 
 
 @compiled
-def push(
-    y: Floats, at: Floats, nx: float, ny: float, force_n: float, force_t: float, p: Floats, k: Ints, dy: Floats
-) -> None:
+def push(y: Floats, at: Floats, face: Face, force_n: float, force_t: float, p: Floats, k: Ints, dy: Floats) -> None:
     """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
+    nx, ny = face.x, face.y
     fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
-    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    nes_n, nes_t, host_n, host_t = levers(face, at, p)
     dy[2] += fx / p[P.MASS]
     dy[3] += fy / p[P.MASS]
     dy[5] += (nes_n * force_t - nes_t * force_n) / p[P.INERTIA]
@@ -148,36 +148,35 @@ def push(
 
 
 @compiled
-def corner_forces(
-    y: Floats, pair: int, side: float, p: Floats, k: Ints, polygon: Floats, scratch: Floats, at: Floats, dy: Floats
-) -> None:
+def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Floats, at: Floats, dy: Floats) -> None:
     """Add the forces of two walls at once: both normal accelerations vanish, both contacts slip to ``side``.
 
     The 2 x 2 system is built by trying a unit force at each wall, so it holds for every kind of Host.
     """
+    p, k, polygon = system.p, system.k, system.polygon
     walls = (pair % P.PAIR, pair // P.PAIR)
     tried = dy.copy()
     friction = p[P.WALL_FRICTION] * side
-    system, bias = np.zeros((2, 2)), np.zeros(2)
+    matrix, bias = np.zeros((2, 2)), np.zeros(2)
     for j in range(2):
-        nx, ny, _gap, curvature = normal_here(walls[j], at, p, k, polygon)
-        bias[j] = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)[0]
+        face = normal_here(walls[j], at, p, k, polygon)
+        bias[j] = contact_bias(y, at, face, dy, p, k, scratch)[0]
     for j in range(2):
-        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
+        face = normal_here(walls[j], at, p, k, polygon)
         tried[:] = dy
-        push(y, at, nx, ny, -1.0, -friction, p, k, tried)
+        push(y, at, face, -1.0, -friction, p, k, tried)
         for i in range(2):
-            mx, my, _gap, curvature = normal_here(walls[i], at, p, k, polygon)
-            system[i, j] = contact_bias(y, at, mx, my, curvature, tried, p, k, scratch)[0] - bias[i]
-    determinant = system[0, 0] * system[1, 1] - system[0, 1] * system[1, 0]
-    first = (-bias[0] * system[1, 1] + bias[1] * system[0, 1]) / determinant
-    second = (-bias[1] * system[0, 0] + bias[0] * system[1, 0]) / determinant
+            other = normal_here(walls[i], at, p, k, polygon)
+            matrix[i, j] = contact_bias(y, at, other, tried, p, k, scratch)[0] - bias[i]
+    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    first = (-bias[0] * matrix[1, 1] + bias[1] * matrix[0, 1]) / determinant
+    second = (-bias[1] * matrix[0, 0] + bias[0] * matrix[1, 0]) / determinant
     slip = 0.0
     for j in range(2):
         force = first if j == 0 else second
-        nx, ny, _gap, _curvature = normal_here(walls[j], at, p, k, polygon)
-        slip = contact_velocity(nx, ny, y[5], at, p)[1]
-        push(y, at, nx, ny, -force, -friction * force, p, k, dy)
+        face = normal_here(walls[j], at, p, k, polygon)
+        slip = contact_velocity(face, y[5], at, p)[1]
+        push(y, at, face, -force, -friction * force, p, k, dy)
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_FRICTION] += friction * force * slip
     scratch[PUSH], scratch[RUB], scratch[SLIP] = min(first, second), 0.0, slip
@@ -187,30 +186,26 @@ def corner_forces(
 def _derivatives(
     t: float,
     y: Floats,
-    mode: int,
-    wall: int,
-    side: float,
-    p: Floats,
-    k: Ints,
-    drive: Floats,
-    table: Floats,
-    polygon: Floats,
+    contact: Contact,
+    system: System,
     scratch: Floats,
     at: Floats,
     dy: Floats,
 ) -> None:
     """Right-hand side in a mode: flight, sliding (``side`` = sign of the slip) or rolling along ``wall``."""
-    place(t, y, p, k, drive, table, scratch, at)
-    free_accelerations(t, y, at, p, k, drive, table, scratch, dy)
+    p, k, polygon = system.p, system.k, system.polygon
+    mode, wall, side = contact.mode, contact.wall, contact.side
+    place(t, y, system, scratch, at)
+    free_accelerations(t, y, at, system, scratch, dy)
     if mode == P.FLIGHT:
         return
     if mode == P.CORNER:
-        corner_forces(y, wall, side, p, k, polygon, scratch, at, dy)
+        corner_forces(y, wall, side, system, scratch, at, dy)
         return
-    nx, ny, _gap, curvature = normal_here(wall, at, p, k, polygon)
-    bias_n, bias_t = contact_bias(y, at, nx, ny, curvature, dy, p, k, scratch)
-    k_nn, k_nt, k_tt = inverse_mass(nx, ny, at, p)
-    slip = contact_velocity(nx, ny, y[5], at, p)[1]
+    face = normal_here(wall, at, p, k, polygon)
+    bias_n, bias_t = contact_bias(y, at, face, dy, p, k, scratch)
+    k_nn, k_nt, k_tt = inverse_mass(face, at, p)
+    slip = contact_velocity(face, y[5], at, p)[1]
     determinant = k_nn * k_tt - k_nt * k_nt
     force_n = -(k_tt * bias_n - k_nt * bias_t) / determinant
     force_t = -(k_nn * bias_t - k_nt * bias_n) / determinant
@@ -221,7 +216,7 @@ def _derivatives(
         force_t = side * friction * force_n
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_FRICTION] -= force_t * slip
-    push(y, at, nx, ny, force_n, force_t, p, k, dy)
+    push(y, at, face, force_n, force_t, p, k, dy)
     scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
 
 

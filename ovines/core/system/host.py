@@ -6,6 +6,7 @@ import math
 
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.system import parameters as P
+from ovines.core.system.packed import System
 
 X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
 
@@ -130,12 +131,13 @@ def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[floa
 
 
 @compiled
-def host_after(t0: float, s: float, y0: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
+def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> None:
     """Host state (x, y, angle and rates: first six of ``out``) ``s`` seconds after state ``y0`` at ``t0``, no contact.
 
     Closed form for a fixed, free, driven and sprung Host; ``out`` has 9 places, the last three are
     second rates for a driven Host and scratch otherwise.
     """
+    p, k, drive, table = system.p, system.k, system.drive, system.table
     kind = k[P.HOST_KIND]
     if kind == P.DRIVEN:
         base_motion(t0 + s, k, drive, table, out)

@@ -9,18 +9,20 @@ import numpy as np
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion
+from ovines.core.system.packed import Face, System
 from ovines.core.system.walls import contact_frame
 
 N_SCRATCH = 13  # base motion (9 values), then what `dynamics.derivatives` leaves
 
 
 @inlined
-def place(t: float, y: Floats, p: Floats, k: Ints, drive: Floats, table: Floats, scratch: Floats, out: Floats) -> None:
+def place(t: float, y: Floats, system: System, scratch: Floats, out: Floats) -> None:
     """Disk's geometric centre and the Host in the world at state ``y``.
 
     ``out``: 0-3 centre's position and velocity, 4-9 Host x, y, angle and rates, 10-11 mass offset (world).
     A driven Host's motion is left in ``scratch[0:9]``.
     """
+    p, k, drive, table = system.p, system.k, system.drive, system.table
     kind = k[P.HOST_KIND]
     if kind == P.DRIVEN:
         base_motion(t, k, drive, table, scratch)
@@ -59,19 +61,20 @@ def in_host(at: Floats, k: Ints) -> tuple[float, float, float, float]:
 
 
 @compiled
-def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> tuple[float, float, float, float]:
-    """World normal towards the wall, gap and curvature at a placed state."""
+def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> Face:
+    """The wall as the disk meets it at a placed state, in the world."""
     x, y, _vx, _vy = in_host(at, k)
     nx, ny, gap, curvature = contact_frame(wall, x, y, p, polygon)
     if k[P.WALL_TURNS]:
         cosine, sine = math.cos(at[6]), math.sin(at[6])
-        return cosine * nx - sine * ny, sine * nx + cosine * ny, gap, curvature
-    return nx, ny, gap, curvature
+        return Face(cosine * nx - sine * ny, sine * nx + cosine * ny, gap, curvature)
+    return Face(nx, ny, gap, curvature)
 
 
 @compiled
-def levers(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float, float]:
+def levers(face: Face, at: Floats, p: Floats) -> tuple[float, float, float, float]:
     """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
+    nx, ny = face.x, face.y
     radius = p[P.RADIUS]
     host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
     host_t = -(at[0] - at[4]) * ny + (at[1] - at[5]) * nx
@@ -83,9 +86,9 @@ def levers(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, f
 
 
 @compiled
-def inverse_mass(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, float, float]:
+def inverse_mass(face: Face, at: Floats, p: Floats) -> tuple[float, float, float]:
     """Contact's inverse mass matrix (k_nn, k_nt, k_tt; 1/kg): what an impulse does to the contact's velocity."""
-    nes_n, nes_t, host_n, host_t = levers(nx, ny, at, p)
+    nes_n, nes_t, host_n, host_t = levers(face, at, p)
     mass = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
     nes, host = 1.0 / p[P.INERTIA], p[P.INVERSE_HOST_INERTIA]
     return (
@@ -96,8 +99,9 @@ def inverse_mass(nx: float, ny: float, at: Floats, p: Floats) -> tuple[float, fl
 
 
 @compiled
-def contact_velocity(nx: float, ny: float, spin: float, at: Floats, p: Floats) -> tuple[float, float]:
+def contact_velocity(face: Face, spin: float, at: Floats, p: Floats) -> tuple[float, float]:
     """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
+    nx, ny = face.x, face.y
     x, y = at[0] - at[4], at[1] - at[5]
     vx, vy = at[2] - at[7] + at[9] * y, at[3] - at[8] - at[9] * x
     return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])

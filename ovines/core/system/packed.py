@@ -3,11 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ovines.core.compiled import Floats, Ints
+
 AXES = {"x": 0, "y": 1, "rotation": 2, "z": 3}
 ACCELERATION_OF_GRAVITY = 9.81  # m/s^2, as the thesis
+
+
+class System(NamedTuple):
+    """What a run does not change: numbers and settings (places in `parameters`), harmonics of the drive (m, 4), pieces
+    of a measured motion (n, 17), the polygon's edges (e, 3).
+    """
+
+    p: Floats
+    k: Ints
+    drive: Floats
+    table: Floats
+    polygon: Floats
+
+
+class Samples(NamedTuple):
+    """Instants to sample (n,), their rows (n, 12), and how many are written (1,)."""
+
+    times: Floats
+    rows: Floats
+    written: Ints
+
+
+class Contact(NamedTuple):
+    """How the disk moves: the mode, the wall that it follows, the side to which it slides (sign of the slip)."""
+
+    mode: int
+    wall: int
+    side: float
+
+
+class Face(NamedTuple):
+    """A wall as the disk meets it: unit normal towards it, gap (m), curvature of the centre's path along it (1/m)."""
+
+    x: float
+    y: float
+    gap: float
+    curvature: float
 
 
 @dataclass(frozen=True)
@@ -20,6 +60,11 @@ class Packed:
     table: np.ndarray
     polygon: np.ndarray
     y: np.ndarray
+
+    @property
+    def system(self) -> System:
+        """What the engine does not change."""
+        return System(self.p, self.k, self.drive, self.table, self.polygon)
 
     def copy(self) -> Packed:
         """An independent copy (the engine changes ``y``)."""

@@ -28,6 +28,10 @@ LOST_FRICTION, WORK, LOST_DRAG = 6, 7, 8  # J: rubbed away, done by driver or gr
 HOST = 9
 N_STATE = 15
 
+# rows of the work array: twelve stages of a step, then what functions leave for the next one
+TRIAL, SCRATCH, PLACE, SPARE = 12, 13, 14, 15
+N_WORK = 16
+
 # walls: the round wall, the obstacle, then the polygon's edges
 ROUND, OBSTACLE, EDGES = 0, 1, 2
 PAIR = 1000  # two walls in one number: first + PAIR * second

@@ -9,6 +9,7 @@ import math
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.system import parameters as P
+from ovines.core.system.packed import System
 
 
 @compiled
@@ -81,7 +82,7 @@ def contact_frame(wall: int, x: float, y: float, p: Floats, polygon: Floats) -> 
 
 @compiled
 def safe_time(
-    wall: int, x: float, y: float, vx: float, vy: float, bend: float, horizon: float, p: Floats, polygon: Floats
+    wall: int, x: float, y: float, vx: float, vy: float, bend: float, horizon: float, system: System
 ) -> float:
     """A time no longer than ``horizon`` within which this wall cannot be reached.
 
@@ -89,6 +90,7 @@ def safe_time(
     on the horizon, so f(s) >= f + f' s - M s^2/2: its positive root is safe.  Conservative advancement
     converges quadratically at a transversal contact and cannot step over a graze.
     """
+    p, polygon = system.p, system.polygon
     f, rate = gap_measure(wall, x, y, vx, vy, p, polygon)
     if wall >= P.EDGES:
         bound = bend
