@@ -14,9 +14,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from ovines.__main__ import parse
 from ovines.documentation.reference_pages import FOLDER, PAGES
+from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
+from ovines.recording_schema import RecordingFile
+from ovines.scenario import ScenarioFile
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -33,6 +37,40 @@ def test_the_reference_is_made_from_the_code(name):
     assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), (
         "run python -m ovines.documentation.reference_pages"
     )
+
+
+@pytest.mark.parametrize("model", [RecordingFile, ScenarioFile])
+def test_every_key_of_a_file_has_a_valid_example(model):
+    """The examples of the schema's reference, each read as the schema reads a file."""
+    for _, section in sections(model):
+        listed = keys(section)
+        for name, field in section.model_fields.items():
+            assert name in {key.name for key in listed} or models_of(field.annotation), f"{section}: describe {name}"
+        for name, value in examples(listed).items():
+            try:
+                section.model_validate({name: as_tuples(value)})
+            except ValidationError as error:
+                assert not [one for one in error.errors() if one["loc"][:1] == (name,)], error
+
+
+def as_tuples(value):
+    return tuple(map(as_tuples, value)) if isinstance(value, list) else value
+
+
+def test_every_page_is_in_the_navigation():
+    listed = set(re.findall(r": ([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
+    assert listed == {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+
+
+def test_every_key_of_a_board_has_a_valid_example():
+    """The keys of the page are the board's, and its examples, by kind of board, are read."""
+    from vision.calibration.boards import KINDS, Board, board_from
+
+    assert {key.name for key in BOARD_KEYS} == set(Board.__dataclass_fields__)
+    given = examples(BOARD_KEYS)
+    for kind in KINDS:
+        size = {"squares": [9, 7]} if kind == "dots" else {}
+        assert board_from({**given, **size, "kind": kind}, "page", "board-toml.md").kind == kind
 
 
 def test_python_examples_print_what_the_page_shows():
