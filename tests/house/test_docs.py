@@ -5,6 +5,8 @@ network.
 from __future__ import annotations
 
 import contextlib
+import doctest
+import importlib
 import io
 import itertools
 import re
@@ -73,6 +75,33 @@ def test_every_key_of_a_board_has_a_valid_example():
         assert board_from({**given, **size, "kind": kind}, "page", "board-toml.md").kind == kind
 
 
+def offered() -> list[tuple[str, str]]:
+    """(module, name) of every function of docs/reference/python.md."""
+    listed = []
+    for block in (ROOT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").split("\n::: ")[1:]:
+        path, members = block.split()[0], re.search(r"members: \[(.*)\]", block)
+        listed += [f"{path}.{name}" for name in members[1].split(", ")] if members else [path]
+    return [
+        (module, name) for module, _, name in (path.rpartition(".") for path in listed) if f"{module}{name}".islower()
+    ]
+
+
+@pytest.mark.parametrize(("module", "name"), offered())
+def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    function = getattr(importlib.import_module(module), name)
+    (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
+    told: list[str] = []
+    result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=told.append)
+    assert result.attempted >= 2 and result.failed == 0, "".join(told)
+
+
+def test_the_reference_offers_the_notebook():
+    from ovines import notebook
+
+    assert set(notebook.__all__) <= {name for _, name in offered()}
+
+
 def test_python_examples_print_what_the_page_shows():
     blocks = fences(ROOT / "docs" / "how-to" / "python.md")
     shown = [(code, after[1]) for (kind, code), after in itertools.pairwise(blocks) if kind == "python"]
@@ -128,13 +157,15 @@ def test_the_site_builds_and_asks_nobody(tmp_path):
 
 
 def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
-    """`ovines simulate --figures` draws those pictures that docs/validation.md shows, of the kept ones' size."""
+    """`ovines simulate --figures` draws those pictures that the simulator's page shows, of the kept ones' size."""
     from PIL import Image
 
     from ovines.__main__ import main
 
     assert main(["simulate", "--figures", str(tmp_path)]) == 0
-    shown = re.findall(r"!\[[^]]*\]\(figures/([^)]+)\)", (ROOT / "docs" / "validation.md").read_text(encoding="utf-8"))
+    shown = re.findall(
+        r"!\[[^]]*\]\(../figures/([^)]+)\)", (ROOT / "docs" / "validation" / "simulator.md").read_text(encoding="utf-8")
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown)
     for name in shown:
         with Image.open(tmp_path / name) as made, Image.open(ROOT / "docs" / "figures" / name) as kept:
