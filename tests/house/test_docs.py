@@ -19,6 +19,7 @@ import pytest
 from pydantic import ValidationError
 
 from ovines.__main__ import parse
+from ovines.documentation.house_picture import PICTURE, house
 from ovines.documentation.reference_pages import FOLDER, PAGES
 from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
 from ovines.recording_schema import RecordingFile
@@ -53,6 +54,10 @@ def test_every_key_of_a_file_has_a_valid_example(model):
                 section.model_validate({name: as_tuples(value)})
             except ValidationError as error:
                 assert not [one for one in error.errors() if one["loc"][:1] == (name,)], error
+
+
+def test_the_picture_of_the_house_is_made_from_its_rows():
+    assert PICTURE.read_text(encoding="utf-8") == house(), "run python -m ovines.documentation.house_picture"
 
 
 def as_tuples(value):
