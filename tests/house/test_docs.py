@@ -4,6 +4,7 @@ network.
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import doctest
 import importlib
@@ -58,6 +59,20 @@ def test_every_key_of_a_file_has_a_valid_example(model):
 
 def test_the_picture_of_the_house_is_made_from_its_rows():
     assert PICTURE.read_text(encoding="utf-8") == house(), "run python -m ovines.documentation.house_picture"
+
+
+def test_the_gallery_shows_every_figure_of_the_reports():
+    """By the alternative text that each report gives its figures; pictures that nobody shows are not kept."""
+    page = (ROOT / "docs" / "reference" / "gallery.md").read_text(encoding="utf-8")
+    named = [
+        call.args[3].value
+        for path in sorted((ROOT / "analysis" / "report").glob("*.py"))
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_figure"
+    ]
+    assert len(named) >= 18 and not [alt for alt in named if f"![{alt}]" not in page]
+    kept = sorted(path.name for path in (ROOT / "docs" / "figures" / "gallery").iterdir())
+    assert kept == sorted(re.findall(r"\(\.\./figures/gallery/([^)]+)\)", page))
 
 
 def as_tuples(value):
