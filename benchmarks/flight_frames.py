@@ -25,10 +25,10 @@ import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from analysis.identify import identify_series
-from benchmarks.other_laws import impact_scores, parameter_scores
 from ovines.recording import read_series
 from ovines.tables import read_table
 from tests.plants import LAWS, Spec, make_series, write_series
+from tests.plants.scoring import impact_scores, parameter_scores
 
 FRAMES = (6.0, 8.0, 12.0, 20.0, 35.0, 60.0, 100.0)
 NOISE_PX = (0.01, 0.03, 0.1, 0.3, 0.5)
