@@ -252,7 +252,7 @@ def read_calibration(path: Path) -> list[Camera]:
         raise InputError(
             f"{path}: no `format: 1` with a list of cameras",
             '{"format": 1, "world": "board", "cameras": [...]}',
-            "see calibration.json in docs/formats.md",
+            "see calibration.json in docs/reference/files.md",
         )
     cameras = [_camera_from_json(entry, f"{path}: cameras[{i}]") for i, entry in enumerate(content["cameras"])]
     names = [camera.name for camera in cameras]

@@ -125,6 +125,20 @@ def test_the_reference_offers_the_notebook():
     assert set(notebook.__all__) <= {name for _, name in offered()}
 
 
+def test_the_files_of_the_reference_are_read(tmp_path):
+    """calibration.json, trigger.csv and names.csv as docs/reference/files.md shows them."""
+    from ovines.camera import read_calibration
+    from ovines.recording import read_trigger
+    from vision.tracking.manual_names import read_names
+
+    shown = [content for _, content in fences(ROOT / "docs" / "reference" / "files.md")]
+    paths = [tmp_path / name for name in ("calibration.json", "trigger.csv", "names.csv")]
+    for path, content in zip(paths, shown, strict=True):
+        path.write_text(content, encoding="utf-8")
+    assert read_calibration(paths[0])[0].name == "VW1"
+    assert read_trigger(paths[1])[1][2] == 0.0025 and len(read_names(paths[2])) == 2
+
+
 def test_python_examples_print_what_the_page_shows():
     blocks = fences(ROOT / "docs" / "how-to" / "python.md")
     shown = [(code, after[1]) for (kind, code), after in itertools.pairwise(blocks) if kind == "python"]
