@@ -143,6 +143,14 @@ def triangulate_points(
 
     Starts from the midpoint of the two rays and takes Gauss-Newton steps (Hartley and Zisserman,
     Multiple View Geometry, ch. 12); vectorised over the points.
+
+    Examples
+    --------
+    >>> from ovines.camera import read_calibration, triangulate_points
+    >>> cameras = read_calibration("sample_data/series_tilted/calibration.json")
+    >>> pixels = [camera.project([[0.01, 0.02, 0.005]]) for camera in cameras]
+    >>> triangulate_points(cameras, pixels, [[0.1], [0.1]]).points_m.round(9).tolist()
+    [[0.01, 0.02, 0.005]]
     """
     if len(cameras) != 2:
         raise InputError(
@@ -221,7 +229,15 @@ def _solve(normal: Array, right: Array) -> Array:
 
 
 def read_calibration(path: Path) -> list[Camera]:
-    """The cameras of a ``calibration.json`` (format 1), refused with reasons when it is not one."""
+    """The cameras of a ``calibration.json`` (format 1); `InputError` with reasons when it is not one.
+
+    Examples
+    --------
+    >>> from ovines.notebook import read_calibration
+    >>> left, right = read_calibration("sample_data/series_tilted/calibration.json")
+    >>> left.project([0.0, 0.0, 0.0]).round(1).tolist()  # the world's origin, pixels of the whole sensor
+    [2031.3, 1539.7]
+    """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -236,7 +252,7 @@ def read_calibration(path: Path) -> list[Camera]:
         raise InputError(
             f"{path}: no `format: 1` with a list of cameras",
             '{"format": 1, "world": "board", "cameras": [...]}',
-            "see calibration.json in docs/formats.md",
+            "see calibration.json in docs/reference/files.md",
         )
     cameras = [_camera_from_json(entry, f"{path}: cameras[{i}]") for i, entry in enumerate(content["cameras"])]
     names = [camera.name for camera in cameras]
@@ -296,7 +312,19 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
 
 
 def write_calibration(cameras: Sequence[Camera], path: Path, world: str = "board", **extra: Any) -> None:
-    """Write ``calibration.json``; ``extra`` keys (provenance, standard deviations) go beside the cameras."""
+    """Write ``calibration.json``; ``extra`` keys (provenance, standard deviations) go beside the cameras.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from ovines.camera import read_calibration, write_calibration
+    >>> cameras = read_calibration("sample_data/series_tilted/calibration.json")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_calibration(cameras, Path(folder) / "calibration.json")
+    ...     [camera.name for camera in read_calibration(Path(folder) / "calibration.json")]
+    ['VW1', 'VW2']
+    """
     write_text_whole(json.dumps({**calibration_json(cameras, world), **extra}, indent=1), path)
 
 

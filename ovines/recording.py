@@ -174,7 +174,15 @@ class Recording:
 
 
 def read_recording(folder: str | Path) -> Recording:
-    """Read ``folder``/recording.toml (or that file itself); `InputError` for whatever is wrong in it."""
+    """Read ``folder``/recording.toml (or that file itself); `InputError` for whatever is wrong in it.
+
+    Examples
+    --------
+    >>> from ovines.notebook import read_recording
+    >>> recording = read_recording("sample_data/rendered")
+    >>> recording.entry(), recording.frame_rate_hz, recording.bodies["nes"].radius_m
+    ('frames', 800.0, 0.01)
+    """
     folder = Path(folder)
     if folder.is_file():
         folder = folder.parent
@@ -222,7 +230,14 @@ def _may_be_recording(entry: Path) -> bool:
 
 
 def read_series(folder: str | Path) -> list[Recording]:
-    """Every recording of a series, sorted by folder name; the first one that is wrong raises."""
+    """Every recording of a series, sorted by folder name; the first one that is wrong raises `InputError`.
+
+    Examples
+    --------
+    >>> from ovines.notebook import read_series
+    >>> [recording.name for recording in read_series("sample_data/series_tilted")][:2]
+    ['sample run 1', 'sample run 2']
+    """
     return [read_recording(one) for one in series_folders(folder)]
 
 

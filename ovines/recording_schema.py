@@ -36,18 +36,28 @@ class Time(Section):
     """``[time]``: frame rate, and the file of trigger times where one was recorded."""
 
     frame_rate_hz: Positive | None = None
+    """Nominal frame rate; may be left out where ``trigger`` or a table brings the times. Example: `800.0`."""
     trigger: PathText | None = None
+    """File of measured times, ``frame,time_s``; it wins over ``frame_rate_hz``. Example: `"trigger.csv"`."""
 
 
 class CameraSettings(Section):
     """One ``[[cameras]]`` entry; without a window the whole sensor was read."""
 
     name: Name
+    """What tables and pages call the camera. Example: `"VW1"`."""
     frames: PathText | None = None
+    """Its pictures (a glob) or one video file; left out where a table is the entry. ``{camera}`` stands for the name.
+    Example: `"VW1/*.png"`.
+    """
     sensor_size_px: tuple[Pixels, Pixels]
+    """Width and height of the whole sensor. Example: `[4096, 3072]`."""
     window_offset_px: tuple[Offset, Offset] = (0, 0)
+    """Top-left corner of the window that was kept, on the sensor. Example: `[0, 1192]`."""
     window_size_px: tuple[Pixels, Pixels] | None = None
+    """Width and height of the window; left out: from its corner to the sensor's end. Example: `[4096, 688]`."""
     exposure_s: Positive | None = None
+    """How long the shutter is open; with it the arc run through meanwhile is taken out. Example: `400e-6`."""
 
     @model_validator(mode="after")
     def _window_on_sensor(self) -> CameraSettings:
@@ -76,9 +86,15 @@ class Calibration(Section):
     """Either a solved calibration, or the board images to solve it from."""
 
     file: PathText | None = None
+    """A solved calibration, in place of the other three keys. Example: `"../calibration.json"`."""
     board: PathText | None = None
+    """A name of ``calibration_boards/``, or a path to a board's TOML. Example: `"charuco_5x7_8mm"`."""
     intrinsic: PathText | None = None
+    """Pictures of the tilted board, of the whole sensor unless they have the window's size.
+    Example: `"calibration/{camera}/intrinsic/*.png"`.
+    """
     extrinsic: PathText | None = None
+    """One view of the board lying on the sliding plane: the world. Example: `"calibration/{camera}/extrinsic.png"`."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Calibration:
@@ -96,8 +112,13 @@ class Body(Section):
     """What is common to ground, Host and NES: markers and where they were placed."""
 
     markers: tuple[Name, ...] = ()
+    """Names of the markers on the body. Example: `["N1", "N2", "N3"]`."""
     layout_m: tuple[Point3, ...] | None = None
+    """Where each marker was placed, x, y, z in the body's own frame, in the order of ``markers``.
+    Example: `[[0.0, 0.0, 0.01], [0.0061, 0.0003, 0.01]]`.
+    """
     layout_sd_m: Annotated[float, Field(ge=1e-9, le=1.0)] | None = None  # from an atom's size to a metre
+    """How well the markers were placed (standard deviation). Example: `3e-5`."""
 
     @model_validator(mode="after")
     def _markers_fit(self) -> Body:
@@ -126,8 +147,13 @@ class Host(Body):
     """Circular (``inner_radius_m``) or polygonal (``polygon_m``, counter-clockwise) inner wall."""
 
     inner_radius_m: Positive | None = None
+    """Radius of the round wall; either this or ``polygon_m``. Example: `0.05`."""
     polygon_m: Annotated[tuple[tuple[float, float], ...], Field(min_length=3, max_length=1000)] | None = None
+    """Corners of flat walls, counter-clockwise, in the Host's frame.
+    Example: `[[-0.05, -0.05], [0.05, -0.05], [0.0, 0.06]]`.
+    """
     obstacle_radius_m: Positive | None = None
+    """Radius of a cylinder fixed at the Host's centre. Example: `0.01`."""
 
     @model_validator(mode="after")
     def _wall(self) -> Host:
@@ -149,9 +175,13 @@ class Nes(Body):
     """``[bodies.nes]``: the disk, its markers, radius, mass and inertia factor (J = factor m R^2)."""
 
     centre_marker: Name | None = None
+    """The marker at the disk's centre, if there is one. Example: `"N1"`."""
     radius_m: Positive
+    """Radius of the disk. Example: `0.01`."""
     mass_kg: Positive | None = None
+    """Its mass. Example: `0.0246`."""
     inertia_factor: Annotated[float, Field(ge=1e-3, le=1)] | None = None  # below: a body that turns without inertia
+    """q of its inertia I = q m R²; 0.5 is a full disk. Example: `0.5`."""
 
     @model_validator(mode="after")
     def _centre(self) -> Nes:
@@ -194,25 +224,37 @@ class Excitation(Section):
     """``[excitation]``: the drive's frequency (Hz), level (g) and axis."""
 
     frequency_hz: Positive
+    """Frequency of the drive. Example: `11.0`."""
     acceleration_g: Positive | None = None
+    """Largest acceleration of the drive, in units of 9.81 m/s². Example: `8.0`."""
     axis: Literal["x", "y", "z"] | None = None
+    """Direction of the drive; nominal, the measured one counts. Example: `"x"`."""
 
 
 class Nominal(Section):
     """``[model]``: what the nominal simulator contains, and its parameters as far as known."""
 
     effects: tuple[Name, ...] = ()
+    """Effects that the simulator already contains ([names](effects.md)).
+    Example: `["floor_friction", "spin_coupling"]`.
+    """
     restitution: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Normal speed after an impact over the one before; left out: identified. Example: `0.72`."""
     wall_friction: NotNegative | None = None
+    """Coulomb's coefficient at the wall; left out: identified. Example: `0.13`."""
     tangential_restitution: Annotated[float, Field(ge=-1, le=1)] | None = None
+    """Of an impact whose contact sticks; left out: identified. Example: `0.49`."""
     floor_friction: NotNegative | None = None
+    """Coefficient of the Host's floor; left out: identified. Example: `0.2`."""
 
 
 class RecordingFile(Section):
     """The whole file (FORMATS ``recording.toml``)."""
 
     format: Literal[1]
+    """Version of this format, always 1. Example: `1`."""
     name: Name | None = None
+    """What pages call the recording; left out: its folder's name. Example: `"run 5"`."""
     time: Time = Time()
     cameras: Annotated[tuple[CameraSettings, ...], Field(max_length=16)] = ()
     calibration: Calibration | None = None

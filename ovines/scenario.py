@@ -24,9 +24,13 @@ class HarmonicEntry(Section):
     """One sine; ``amplitude_rad`` for rotation, ``amplitude_m`` for the rest."""
 
     amplitude_m: float | None = None
+    """Amplitude along x, y or z. Example: `0.0164`."""
     amplitude_rad: float | None = None
+    """Amplitude of a rotation. Example: `0.02`."""
     frequency_hz: NotNegative
+    """Frequency. Example: `11.0`."""
     phase_rad: float = 0.0
+    """Phase of the sine at time 0. Example: `0.3`."""
 
     @model_validator(mode="after")
     def _one_amplitude(self) -> HarmonicEntry:
@@ -39,10 +43,17 @@ class Motion(Section):
     """Sums of sines for x, y, z and rotation, and a measured motion beside or instead of them."""
 
     x: tuple[HarmonicEntry, ...] = ()
+    """Sines along x, as tables of the keys below. Example: `[{amplitude_m = 0.0164, frequency_hz = 11.0}]`."""
     y: tuple[HarmonicEntry, ...] = ()
+    """Sines along y. Example: `[{amplitude_m = 0.001, frequency_hz = 11.0, phase_rad = 1.6}]`."""
     z: tuple[HarmonicEntry, ...] = ()
+    """Sines along z: they modulate the floor's load. Example: `[{amplitude_m = 0.0008, frequency_hz = 11.0}]`."""
     rotation: tuple[HarmonicEntry, ...] = ()
+    """Sines of the angle. Example: `[{amplitude_rad = 0.01, frequency_hz = 11.0}]`."""
     table: str | None = None
+    """A ``motion.parquet`` whose Host moves as measured, beside or instead of sines; not for the ground.
+    Example: `"motion.parquet"`.
+    """
 
     def harmonics(self) -> tuple[core.Harmonic, ...]:
         """All sines as the core has them."""
@@ -62,7 +73,9 @@ class SuspensionEntry(Section):
     """``[host.suspension]``: springs (N/m, N/m, N m/rad) and dampers of x, y and rotation, and the ground's motion."""
 
     stiffness: tuple[NotNegative, NotNegative, NotNegative]
+    """Springs of x, y (N/m) and rotation (N m/rad). Example: `[1.0, 1.0, 1.0]`."""
     damping: tuple[NotNegative, NotNegative, NotNegative]
+    """Dampers of x, y (N s/m) and rotation (N m s/rad). Example: `[0.04, 0.04, 0.04]`."""
     ground: Motion = Motion()
 
 
@@ -70,11 +83,19 @@ class HostEntry(Section):
     """``[host]``: its wall (m), how it moves, and its mass (kg) where it is free."""
 
     radius_m: Positive | None = None
+    """Radius of the round wall; either this or ``polygon_m``. Example: `0.05`."""
     polygon_m: tuple[tuple[float, float], ...] | None = None
+    """Corners of flat walls, counter-clockwise, in the Host's frame.
+    Example: `[[-0.05, -0.05], [0.05, -0.05], [0.0, 0.06]]`.
+    """
     obstacle_radius_m: Positive | None = None
+    """Radius of a cylinder fixed at the Host's centre. Example: `0.01`."""
     motion: Literal["fixed", "free", "driven", "sprung"] = "fixed"
+    """Held still, free to move, driven by ``[host.drive]``, or sprung by ``[host.suspension]``. Example: `"driven"`."""
     mass_kg: Positive | None = None
+    """Its mass; free and sprung only. Example: `1.0`."""
     inertia_factor: Positive = 1.0
+    """q of I = q m R²; free and sprung only. Example: `1.0`."""
     drive: Motion = Motion()
     suspension: SuspensionEntry | None = None
 
@@ -83,51 +104,72 @@ class NesEntry(Section):
     """``[nes]``: radius (m), mass (kg), inertia factor."""
 
     radius_m: Positive
+    """Radius of the disk. Example: `0.01`."""
     mass_kg: Positive
+    """Its mass. Example: `0.0246`."""
     inertia_factor: Positive = 0.5
+    """q of I = q m R²; 0.5 is a full disk. Example: `0.5`."""
 
 
 class ImpactEntry(Section):
     """``[impact]``: restitution, wall friction, tangential restitution."""
 
     restitution: Annotated[float, Field(ge=0, le=1)]
+    """Normal speed after an impact over the one before. Example: `0.72`."""
     wall_friction: NotNegative
+    """Coulomb's coefficient at the wall. Example: `0.13`."""
     tangential_restitution: Annotated[float, Field(ge=-1, le=1)]
+    """Of an impact whose contact sticks: -1 smooth, 0 stays, 1 full reversal. Example: `0.49`."""
 
 
 class FrictionEntry(Section):
     """``[friction]``: the floor's coefficient and law, what it moves with, and its load (m/s^2)."""
 
     coefficient: NotNegative
+    """Coefficient of the floor. Example: `0.2`."""
     law: Literal["coulomb", "farkas"] = "farkas"
+    """``farkas``: sliding and spinning are coupled; ``coulomb``: they are not. Example: `"farkas"`."""
     support: Literal["host", "ground"] = "host"
+    """What the disk slides on: the Host's floor, or the fixed ground. Example: `"host"`."""
     regularisation_m_per_s: Positive = 1e-3
+    """Speed below which friction falls to zero smoothly. Example: `1e-3`."""
     load_m_per_s2: NotNegative = 9.81
+    """Gravity normal to the plane. Example: `9.81`."""
 
 
 class Initial(Section):
     """``[initial]``: x, y (m), velocities (m/s), angle (rad), spin (rad/s) of NES and free Host."""
 
     nes: State = (0.0,) * 6
+    """x, y (m), vx, vy (m/s), angle (rad), spin (rad/s) of the disk. Example: `[0.03, -0.01, 0.1, 0.0, 0.0, 0.0]`."""
     host: State = (0.0,) * 6
+    """The same of the Host; ignored where it is driven or fixed. Example: `[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]`."""
 
 
 class Run(Section):
     """``[run]``: duration (s), samples per second, limits and tolerance."""
 
     duration_s: Positive
+    """Simulated time. Example: `1.0`."""
     sample_rate_hz: Positive = 800.0
+    """Rows per second of ``simulation.parquet``. Example: `800.0`."""
     max_impacts: Annotated[int, Field(ge=1, le=1_000_000_000)] = 10000
+    """The simulation ends after so many impacts. Example: `10000`."""
     number: Annotated[int, Field(ge=0, le=1_000_000_000)] = 0
+    """Number of the run in its series, for effects that change from run to run. Example: `0`."""
     tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = 1e-11  # below: rounding, which no step size reaches
+    """Of the integration, per length and speed of the scenario. Example: `1e-11`."""
 
 
 class ScenarioFile(Section):
     """The whole file (FORMATS ``scenario.toml``); ``effects`` are tables ``[effects.NAME]``."""
 
     format: Literal[1]
+    """Version of this format, always 1. Example: `1`."""
     name: str = "scenario"
+    """What pages and tables call it. Example: `"shaken host"`."""
     gravity_m_per_s2: tuple[float, float] = (0.0, 0.0)
+    """Gravity in the plane; the thesis' Part I has [0.0, -9.81]. Example: `[0.0, 0.0]`."""
     nes: NesEntry
     host: HostEntry
     impact: ImpactEntry
@@ -135,6 +177,9 @@ class ScenarioFile(Section):
     initial: Initial = Initial()
     run: Run
     effects: dict[str, dict[str, float]] = Field(default_factory=dict)
+    """Tables ``[effects.NAME]`` of sizes ([names and sizes](effects.md)).
+    Example: `{table_tilt = {tilt_rad = 0.0188, direction_rad = -0.59}}`.
+    """
 
 
 def read_scenario(path: str | Path) -> core.Scenario:

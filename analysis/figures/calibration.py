@@ -26,7 +26,18 @@ def view_errors(views: pd.DataFrame) -> Figure:
 
 
 def reprojection(points: pd.DataFrame) -> Figure:
-    """Reprojection error of the triangulated markers: over time, and its distribution by marker."""
+    """Reprojection error of the triangulated markers: over time, and its distribution by marker.
+
+    Examples
+    --------
+    >>> from analysis.figures.calibration import reprojection
+    >>> from ovines.notebook import read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> tracks = read_table(recording.folder / "tracks.parquet", "tracks")
+    >>> points = triangulate(tracks, read_calibration(recording.calibration_file), recording)
+    >>> reprojection(points).axes[0].get_ylabel()
+    'median reprojection (px)'
+    """
     figure, axes = new_figure(1, 2, height_in=2.6, width_ratios=(1.6, 1), gap_in=(0.8, 0.6))
     by_frame = points.groupby("time_s")["reprojection_px"].median()
     axes[0, 0].plot(by_frame.index, by_frame.to_numpy(float), color=BLUE, lw=0.8)

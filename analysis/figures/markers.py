@@ -116,7 +116,18 @@ def _around(path: pd.DataFrame, size: Sequence[float]) -> tuple[float, float, fl
 
 
 def coordinates(points: pd.DataFrame, markers: Sequence[str], columns: int = 3) -> Figure:
-    """x, y, z of each marker against time, each from its own median, in mm: counterpart of Figs 54 and 60."""
+    """x, y, z of each marker against time, each from its own median, in mm: counterpart of Figs 54 and 60.
+
+    Examples
+    --------
+    >>> from analysis.figures.markers import coordinates
+    >>> from ovines.notebook import read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> tracks = read_table(recording.folder / "tracks.parquet", "tracks")
+    >>> points = triangulate(tracks, read_calibration(recording.calibration_file), recording)
+    >>> len(coordinates(points, ["G1", "H1", "N1"]).axes)
+    3
+    """
     columns = min(columns, len(markers))
     rows = -(-len(markers) // columns)
     figure, axes = new_figure(

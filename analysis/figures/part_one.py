@@ -1,4 +1,4 @@
-"""Figures of Part I's tests for docs/validation.md; `ovines simulate --figures DIR` makes them all."""
+"""Figures of Part I's tests for docs/validation/simulator.md; `ovines simulate --figures DIR` makes them all."""
 
 from __future__ import annotations
 

@@ -82,6 +82,18 @@ def relative_trajectory(
 ) -> Figure:
     """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where
     ``impacts`` are given.
+
+    Examples
+    --------
+    >>> from analysis.figures.trajectory import relative_trajectory
+    >>> from ovines.notebook import analyse, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> tracks = read_table(recording.folder / "tracks.parquet", "tracks")
+    >>> points = triangulate(tracks, read_calibration(recording.calibration_file), recording)
+    >>> bodies = recording.settings.bodies
+    >>> figure = relative_trajectory(analyse(points, recording), bodies.host, bodies.nes)
+    >>> figure.axes[0].get_xlabel()
+    "x from the Host's centre (mm)"
     """
     figure, axes = new_figure(1, 1, height_in=5.0, margins_in=(0.62, 2.5, 0.46, 0.12))
     ax = axes[0, 0]
@@ -110,7 +122,20 @@ def relative_trajectory(
 
 
 def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -> Figure:
-    """NES angle by rigid fit and by marker triplets, their difference, and the spin of both: Figs 58, 62."""
+    """NES angle by rigid fit and by marker triplets, their difference, and the spin of both: Figs 58, 62.
+
+    ``rotation``: the table of that name; None: the rigid fit alone.
+
+    Examples
+    --------
+    >>> from analysis.figures.trajectory import angle_and_spin
+    >>> from ovines.notebook import analyse, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> tracks = read_table(recording.folder / "tracks.parquet", "tracks")
+    >>> points = triangulate(tracks, read_calibration(recording.calibration_file), recording)
+    >>> len(angle_and_spin(analyse(points, recording)).axes)
+    2
+    """
     rows = 3 if rotation is not None else 2
     figure, axes = new_figure(rows, 1, height_in=1.65 * rows + 0.5, sharex=True)
     time_s, angle = motion["time_s"].to_numpy(float), column(motion, "nes_angle_rad")
@@ -146,7 +171,18 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
 
 
 def velocities(motion: pd.DataFrame) -> Figure:
-    """Velocity components of NES and Host in the world frame: Figs 59, 61."""
+    """Velocity components of NES and Host in the world frame: Figs 59, 61.
+
+    Examples
+    --------
+    >>> from analysis.figures.trajectory import velocities
+    >>> from ovines.notebook import analyse, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> tracks = read_table(recording.folder / "tracks.parquet", "tracks")
+    >>> points = triangulate(tracks, read_calibration(recording.calibration_file), recording)
+    >>> [axes.get_title(loc="left") for axes in velocities(analyse(points, recording)).axes]
+    ['NES', 'Host']
+    """
     axes_present = [a for a in "xyz" if any(np.isfinite(column(motion, f"{b}_{a}_m")).any() for b in ("nes", "host"))]
     figure, axes = new_figure(2, 1, height_in=4.2, sharex=True)
     time_s = motion["time_s"].to_numpy(float)

@@ -33,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", nargs="?", help="a scenario.toml, or a name of --list")
     parser.add_argument("--out", type=Path, help="folder for the tables (default: results/ beside the scenario)")
     parser.add_argument("--list", action="store_true", help="show the named scenarios (tests of Part I) and stop")
-    parser.add_argument("--figures", type=Path, metavar="DIR", help="make every figure of docs/validation.md there")
+    parser.add_argument(
+        "--figures", type=Path, metavar="DIR", help="make every figure of docs/validation/simulator.md there"
+    )
     parser.add_argument("--seed", type=whole_number, default=0, help="seed for effects that scatter (default: 0)")
     parser.add_argument(
         "--runs", type=whole_number, default=0, metavar="N", help="also run N scattered copies (ensemble)"

@@ -102,6 +102,16 @@ def simulate_ensemble(
     on ``chunk``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone (mean
     impacts of 1,000 runs of Table 15 case 2: 14.522 against 14.524 at 1e-11) at two thirds of the time.  Starts that
     fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ovines.core import simulate_ensemble
+    >>> from ovines.notebook import read_scenario
+    >>> scattered = {"nes_x_m": 1e-4, "nes_y_m": 1e-4}  # standard deviations of the start
+    >>> found = simulate_ensemble(read_scenario("table-15-case-2"), 20, scattered, np.random.default_rng(0))
+    >>> found.n_impacts.shape, bool(10 < found.n_impacts.mean() < 20)
+    ((20,), True)
     """
     packed = pack(replace(scenario, tolerance=tolerance), with_energy=False)
     times = np.zeros(0) if sample_times_s is None else np.ascontiguousarray(sample_times_s, dtype=float)

@@ -1,4 +1,4 @@
-"""docs/reference from the code: ``python -m ovines.documentation.reference_pages`` writes commands and effects."""
+"""docs/reference from the code: ``python -m ovines.documentation.reference_pages`` writes its pages."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import ovines
 from ovines.core.effects import EFFECTS
+from ovines.documentation.schema_pages import board_page, recording_page, scenario_page
 from ovines.io.atomic_write import write_text_whole
 
 FOLDER = Path(ovines.__file__).resolve().parent.parent / "docs" / "reference"
@@ -74,7 +75,13 @@ def effects_page() -> str:
     return "\n".join(lines) + "\n"
 
 
-PAGES = {"commands.md": commands_page, "effects.md": effects_page}
+PAGES = {
+    "commands.md": commands_page,
+    "effects.md": effects_page,
+    "recording-toml.md": recording_page,
+    "scenario-toml.md": scenario_page,
+    "board-toml.md": board_page,
+}
 
 if __name__ == "__main__":
     for name, page in PAGES.items():

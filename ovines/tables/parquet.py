@@ -39,6 +39,13 @@ def read_table(path: str | Path, name: str) -> pd.DataFrame:
     integers Int64), rows sorted by the table's key; optional columns that the file lacks are all missing.
     Narrower types that lose nothing (int32, float32, large_string, dictionaries) are taken; columns that the
     declaration does not know stay in the file.  Anything else raises `InputError`.
+
+    Examples
+    --------
+    >>> from ovines.tables import read_table
+    >>> tracks = read_table("sample_data/series_tilted/run-01/tracks.parquet", "tracks")
+    >>> list(tracks.columns), len(tracks)
+    (['camera', 'frame', 'time_s', 'marker', 'u_px', 'v_px', 'sd_px'], 22702)
     """
     table = TABLES[name]
     source = str(path)
@@ -65,6 +72,19 @@ def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Ma
     ``provenance`` (see `ovines.io.provenance.provenance`) goes into the file's metadata as JSON, each column's
     unit and meaning into its field's.  A column that is not declared, or a value that the declaration does not
     allow, is a mistake of the program: ValueError, and nothing is written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import pandas as pd
+    >>> from ovines.tables import read_provenance, read_table, write_table
+    >>> row = {"camera": ["VW1"], "frame": [0], "time_s": [0.0], "marker": ["N1"], "u_px": [1.5], "v_px": [2.0]}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_table(pd.DataFrame({**row, "sd_px": [0.1]}), "tracks", f"{folder}/tracks.parquet", {"by": "hand"})
+    ...     read_table(f"{folder}/tracks.parquet", "tracks")["u_px"].tolist()
+    ...     read_provenance(f"{folder}/tracks.parquet")
+    [1.5]
+    {'by': 'hand'}
     """
     table = TABLES[name]
     undeclared = [str(column) for column in frame.columns if column not in table.names]
@@ -86,7 +106,14 @@ def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Ma
 
 
 def read_provenance(path: str | Path) -> dict[str, Any] | None:
-    """What `write_table` was given as provenance; None for a file that ovines did not write."""
+    """What `write_table` was given as provenance; None for a file that ovines did not write.
+
+    Examples
+    --------
+    >>> from ovines.tables import read_provenance
+    >>> read_provenance("sample_data/rendered/truth.parquet")["version"]
+    '0.1.0'
+    """
     try:
         raw = (pq.read_schema(path).metadata or {}).get(METADATA_KEY)
         return json.loads(raw) if raw else None

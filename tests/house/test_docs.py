@@ -4,7 +4,10 @@ network.
 
 from __future__ import annotations
 
+import ast
 import contextlib
+import doctest
+import importlib
 import io
 import itertools
 import re
@@ -15,9 +18,14 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from ovines.__main__ import parse
+from ovines.documentation.house_picture import PICTURE, house
 from ovines.documentation.reference_pages import FOLDER, PAGES
+from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
+from ovines.recording_schema import RecordingFile
+from ovines.scenario import ScenarioFile
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -36,6 +44,99 @@ def test_the_reference_is_made_from_the_code(name):
     assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), (
         "run python -m ovines.documentation.reference_pages"
     )
+
+
+@pytest.mark.parametrize("model", [RecordingFile, ScenarioFile])
+def test_every_key_of_a_file_has_a_valid_example(model):
+    """The examples of the schema's reference, each read as the schema reads a file."""
+    for _, section in sections(model):
+        listed = keys(section)
+        for name, field in section.model_fields.items():
+            assert name in {key.name for key in listed} or models_of(field.annotation), f"{section}: describe {name}"
+        for name, value in examples(listed).items():
+            try:
+                section.model_validate({name: as_tuples(value)})
+            except ValidationError as error:
+                assert not [one for one in error.errors() if one["loc"][:1] == (name,)], error
+
+
+def test_the_picture_of_the_house_is_made_from_its_rows():
+    assert PICTURE.read_text(encoding="utf-8") == house(), "run python -m ovines.documentation.house_picture"
+
+
+def test_the_gallery_shows_every_figure_of_the_reports():
+    """By the alternative text that each report gives its figures; pictures that nobody shows are not kept."""
+    page = (ROOT / "docs" / "reference" / "gallery.md").read_text(encoding="utf-8")
+    named = [
+        call.args[3].value
+        for path in sorted((ROOT / "analysis" / "report").glob("*.py"))
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_figure"
+    ]
+    assert len(named) >= 18 and not [alt for alt in named if f"![{alt}]" not in page]
+    kept = sorted(path.name for path in (ROOT / "docs" / "figures" / "gallery").iterdir())
+    assert kept == sorted(re.findall(r"\(\.\./figures/gallery/([^)]+)\)", page))
+
+
+def as_tuples(value):
+    return tuple(map(as_tuples, value)) if isinstance(value, list) else value
+
+
+def test_every_page_is_in_the_navigation():
+    listed = set(re.findall(r": ([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
+    assert listed == {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+
+
+def test_every_key_of_a_board_has_a_valid_example():
+    """The keys of the page are the board's, and its examples, by kind of board, are read."""
+    from vision.calibration.boards import KINDS, Board, board_from
+
+    assert {key.name for key in BOARD_KEYS} == set(Board.__dataclass_fields__)
+    given = examples(BOARD_KEYS)
+    for kind in KINDS:
+        size = {"squares": [9, 7]} if kind == "dots" else {}
+        assert board_from({**given, **size, "kind": kind}, "page", "board-toml.md").kind == kind
+
+
+def offered() -> list[tuple[str, str]]:
+    """(module, name) of every function of docs/reference/python.md."""
+    listed = []
+    for block in (ROOT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").split("\n::: ")[1:]:
+        path, members = block.split()[0], re.search(r"members: \[(.*)\]", block)
+        listed += [f"{path}.{name}" for name in members[1].split(", ")] if members else [path]
+    return [
+        (module, name) for module, _, name in (path.rpartition(".") for path in listed) if f"{module}{name}".islower()
+    ]
+
+
+@pytest.mark.parametrize(("module", "name"), offered())
+def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    function = getattr(importlib.import_module(module), name)
+    (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
+    told: list[str] = []
+    result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=told.append)
+    assert result.attempted >= 2 and result.failed == 0, "".join(told)
+
+
+def test_the_reference_offers_the_notebook():
+    from ovines import notebook
+
+    assert set(notebook.__all__) <= {name for _, name in offered()}
+
+
+def test_the_files_of_the_reference_are_read(tmp_path):
+    """calibration.json, trigger.csv and names.csv as docs/reference/files.md shows them."""
+    from ovines.camera import read_calibration
+    from ovines.recording import read_trigger
+    from vision.tracking.manual_names import read_names
+
+    shown = [content for _, content in fences(ROOT / "docs" / "reference" / "files.md")]
+    paths = [tmp_path / name for name in ("calibration.json", "trigger.csv", "names.csv")]
+    for path, content in zip(paths, shown, strict=True):
+        path.write_text(content, encoding="utf-8")
+    assert read_calibration(paths[0])[0].name == "VW1"
+    assert read_trigger(paths[1])[1][2] == 0.0025 and len(read_names(paths[2])) == 2
 
 
 def test_python_examples_print_what_the_page_shows():
@@ -93,13 +194,15 @@ def test_the_site_builds_and_asks_nobody(tmp_path):
 
 
 def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
-    """`ovines simulate --figures` draws those pictures that docs/validation.md shows, of the kept ones' size."""
+    """`ovines simulate --figures` draws those pictures that the simulator's page shows, of the kept ones' size."""
     from PIL import Image
 
     from ovines.__main__ import main
 
     assert main(["simulate", "--figures", str(tmp_path)]) == 0
-    shown = re.findall(r"!\[[^]]*\]\(figures/([^)]+)\)", (ROOT / "docs" / "validation.md").read_text(encoding="utf-8"))
+    shown = re.findall(
+        r"!\[[^]]*\]\(../figures/([^)]+)\)", (ROOT / "docs" / "validation" / "simulator.md").read_text(encoding="utf-8")
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(shown)
     for name in shown:
         with Image.open(tmp_path / name) as made, Image.open(ROOT / "docs" / "figures" / name) as kept:

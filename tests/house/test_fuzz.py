@@ -1,7 +1,7 @@
 """Every file that a user can hand in, damaged at random: read or refused, quickly, in little memory, nothing written.
 
 The quick version runs with the other tests; ``pytest -m long tests/house/test_fuzz.py -s`` tries 1,500 of each and
-prints the figures of docs/reliability.md.
+prints the figures of docs/validation/reliability.md.
 """
 
 from __future__ import annotations
