@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # stand at the top of vision, analysis, ovines, or of a room that holds rooms, count each as a room.
 # docs/architecture.md shows the same list.
 ROWS = """
+ovines.core.kernel
 ovines.errors ovines.core.compiled analysis.gap.thresholds analysis.gap.cause analysis.gap.tests_by_hand
 ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vision.compiled analysis.compiled \
     analysis.statistics analysis.blind.plant analysis.gap.finding
