@@ -9,7 +9,7 @@ once.  Where Python calls a helper too, that one is compiled for it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 from numba import _dynfunc
@@ -27,6 +27,17 @@ ENVIRONMENT = "_ZN08NumbaEnv"  # how numba's names of a function's environment b
 # What is taken over below without numba's promise; a numba without it compiles in its own way.
 INTERNALS = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals", "_get_module_for_linking")
 SUPPORTED = all(hasattr(JITCodeLibrary, name) for name in INTERNALS)
+
+
+class Guard:
+    """Who is asked before a kernel is compiled or loaded; this one lets everything happen."""
+
+    def alone(self, kernel: Kernel) -> AbstractContextManager[object]:
+        """Entered while the kernel is loaded or compiled: here another process can be waited for."""
+        return nullcontext()
+
+    def begins(self, kernel: Kernel) -> None:
+        """The kernel is not on the disk: it is compiled now."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no types
@@ -105,13 +116,15 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no ty
 class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
     """The outermost kernel gets an entry for Python; those inside are lowered."""
 
+    kernel: Kernel  # what it compiles
     depth = 0  # of kernels being compiled inside one another; changed under numba's lock
 
     def compile(self, args: Any, return_type: Any) -> Any:
         """numba's result for the types ``args``."""
-        result = super().compile(args, return_type)
         if KernelCompiler.depth > 1:
-            return result
+            return super().compile(args, return_type)
+        Kernel.guard.begins(self.kernel)
+        result = super().compile(args, return_type)
         context = result.target_context
         result.library.get_pointer_to_function(result.fndesc.llvm_func_name)  # translates it
         entry = context.get_executable(result.library, result.fndesc, result.environment)
@@ -127,11 +140,19 @@ class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """numba's dispatcher, with its helpers inside (see the module)."""
 
+    guard = Guard()
+
     def __init__(
         self, py_func: Any, locals: Any = None, targetoptions: Any = None, pipeline_class: Any = Compiler
     ) -> None:
         super().__init__(py_func, locals, targetoptions, pipeline_class)
         self._compiler = KernelCompiler(py_func, self.targetdescr, targetoptions or {}, locals or {}, pipeline_class)
+        self._compiler.kernel = self
+
+    @property
+    def index(self) -> str | None:
+        """File that lists what the disk has of this kernel; None where nothing can be kept."""
+        return getattr(getattr(self._cache, "_cache_file", None), "_index_path", None)
 
     def compile(self, sig: Any) -> Any:
         """Compile for the types ``sig`` or load it from the disk; inside another kernel's compilation only lower it."""
@@ -144,8 +165,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
                 del self.overloads[types]
             cache: Any = self._cache  # type: ignore[has-type]
             self._cache = cache if outermost else NullCache()
+            fetched = outermost and types not in self.overloads
             try:
-                return super().compile(sig)
+                with Kernel.guard.alone(self) if fetched else nullcontext():
+                    return super().compile(sig)
             finally:
                 self._cache = cache
 

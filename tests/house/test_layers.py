@@ -27,7 +27,7 @@ ovines.core vision.tracking vision.walls analysis.contact analysis.bounces analy
     analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.gap.selection
-ovines.blind_film analysis.identify analysis.compare analysis.figures analysis.gap.ladder
+ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.ladder
 analysis.checks analysis.gap.prediction analysis.gap.next_test
 analysis.report analysis.gap.diagnose
 analysis.view analysis.gap.page ovines.pipeline
