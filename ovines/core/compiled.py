@@ -17,14 +17,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+from numba import config, njit
+
+from ovines.core.kernel import SUPPORTED, Kernel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Function = Callable[..., Any]
 
 # Compiled code holds their numbers.
-CONSTANTS = ("system/parameters.py", "integration/dop853.py", "compiled.py")
+CONSTANTS = ("system/parameters.py", "integration/dop853.py", "compiled.py", "kernel.py")
 
 
 def source_stamp(
@@ -55,16 +57,21 @@ def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Functio
     """
 
     def decorate(function: Function) -> Function:
+        uncached = njit(nogil=True, error_model="numpy", fastmath=fastmath)
+        if not SUPPORTED or config.DISABLE_JIT:  # another numba: better slow than wrong
+            return uncached(function)
+        options = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": fastmath, "boundscheck": None}
+        kernel = Kernel(function, targetoptions=options)
         try:
-            dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
+            kernel.enable_caching()
         except RuntimeError:  # no folder to keep code in: neither beside the sources nor in the user's own cache
             _say_once_uncached()
-            return njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
-        index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+            return kernel
+        index = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
         if index is None or not hasattr(index, "_source_stamp"):  # another numba: better slow than stale
-            return njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
+            return uncached(function)
         index._source_stamp = stamp
-        return dispatcher
+        return kernel
 
     return decorate
 
@@ -84,4 +91,4 @@ compiled = compiler(STAMP)
 
 # For small functions on the hot path: a call hands eight arrays over and counts references on each, which costs more
 # than the work itself (measured: half of the time of a right-hand side).
-inlined = njit(nogil=True, error_model="numpy", inline="always")
+inlined: Callable[[Function], Function] = njit(nogil=True, error_model="numpy", inline="always")

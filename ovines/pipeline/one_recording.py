@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -39,11 +38,11 @@ class Outcome:
 def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool, figures: bool = False) -> Outcome:
     """Run one recording and say how it ended; no exception leaves here."""
     try:
-        with _Bar(folder.name, bars) as progress:
+        with _Bar(folder.name, bars) as bar:
             recording = read_recording(folder)
             if figures and only in (None, "report"):
                 refuse_theirs(out, [], figures=True)  # before the work, not after
-            done = run_stages(recording, out, only, force, progress)
+            done = run_stages(recording, out, only, force, bar.stage, bar.compiles if bars else None)
             _beside(recording, out, only, done, figures)
         verdict = _verdict(out) if only in (None, "identify") else []
         return Outcome(folder, out, "done", done.stages, notes=done.notes, verdict=verdict, page=_page(out, done))
@@ -94,14 +93,15 @@ class _Bar:
     def __init__(self, title: str, shown: bool) -> None:
         self._title, self._shown, self._bar = title, shown, None
 
-    def __enter__(self) -> Callable[[str], Progress]:
-        return self._stage
+    def __enter__(self) -> _Bar:
+        return self
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.close()
 
-    def _stage(self, name: str) -> Progress:
+    def stage(self, name: str) -> Progress:
+        """The bar of one more stage."""
         self.__exit__()
         bar = self._bar = tqdm(desc=f"{self._title}: {name}", disable=None if self._shown else True)
 
@@ -110,3 +110,10 @@ class _Bar:
             bar.update(done - bar.n)
 
         return progress
+
+    def compiles(self, text: str, seconds: float) -> None:
+        """Show that code is compiled, and leave the time it took out of the forecast."""
+        if self._bar is not None and not self._bar.disable:
+            self._bar.start_t += seconds
+            self._bar.last_print_t += seconds
+            self._bar.set_postfix_str(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -60,12 +61,14 @@ def run_stages(
     only: str | None = None,
     force: bool = False,
     progress: Callable[[str], Progress] = lambda stage: no_progress,
+    compiles: Callable[[str, float], None] | None = None,
 ) -> Done:
     """Bring ``out`` up to date: every stage that the recording needs, or those up to the stage ``only``.
 
     A stage runs when an output is missing or the hash of what it reads, of its own parameters or of its code has
     changed; ``force`` runs it anyway (with ``only``: that one). Before a stage runs, its outputs and those of the
-    stages after it are removed: what stands in a results folder was made from what stands there.
+    stages after it are removed: what stands in a results folder was made from what stands there.  ``compiles`` is told
+    what to show while code is compiled (:func:`ovines.first_run.compiling`); with it a second process helps.
     """
     refuse_folder(out)
     refuse_contradictions(recording)
@@ -73,7 +76,7 @@ def run_stages(
     done = Done()
     refuse_strange_results(out, recording)
     refuse_theirs(out, written_from(chosen[0]))
-    with locked(out):
+    with locked(out), ExitStack() as first_run:
         remove_unfinished(out)
         entered = ENTRY_STAGE[recording.entry()] in (one.name for one in chosen)
         write_source(out, recording.folder, "recording", recording if entered else None)
@@ -89,6 +92,10 @@ def run_stages(
             # here: cv2, numba and matplotlib are slow to load, and `check` needs none of them
             import ovines.pipeline.functions
 
+            if compiles is not None and "run" not in done.stages.values():
+                from ovines.first_run import compiling
+
+                first_run.enter_context(compiling([stage.name for stage in chosen[chosen.index(one) :]], compiles))
             work = StageContext(recording, inputs, out, progress(one.name))
             stage_function = getattr(ovines.pipeline.functions, one.name)
             results = interruptibly(partial(stage_function, work))

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # stand at the top of vision, analysis, ovines, or of a room that holds rooms, count each as a room.
 # docs/architecture.md shows the same list.
 ROWS = """
+ovines.core.kernel
 ovines.errors ovines.core.compiled analysis.gap.thresholds analysis.gap.cause analysis.gap.tests_by_hand
 ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vision.compiled analysis.compiled \
     analysis.statistics analysis.blind.plant analysis.gap.finding
@@ -26,7 +27,7 @@ ovines.core vision.tracking vision.walls analysis.contact analysis.bounces analy
     analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.gap.selection
-ovines.blind_film analysis.identify analysis.compare analysis.figures analysis.gap.ladder
+ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.ladder
 analysis.checks analysis.gap.prediction analysis.gap.next_test
 analysis.report analysis.gap.diagnose
 analysis.view analysis.gap.page ovines.pipeline

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ovines.camera import read_calibration
+from ovines.first_run import calls, signature
 from ovines.pipeline.runner import run_stages
 from ovines.recording import read_recording
 from ovines.tables import read_table
@@ -57,3 +58,9 @@ def test_both_impacts_with_the_simulated_restitution(results):
     assert np.abs(impacts["restitution"] - 0.72).max() < 0.002
     assert np.abs(impacts["tangential_restitution"] - 0.49).max() < 0.02
     assert (results / "report.html").stat().st_size > 100_000
+
+
+def test_what_the_first_run_compiles_beside_is_what_it_calls(results):
+    """Other types would be compiled for nothing."""
+    for kernel, arguments in calls(["calibrate", "track", "identify"]):
+        assert signature(kernel, arguments) in kernel.overloads, kernel

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
-FOLDER = Path(__file__).resolve().parents[1] / "calibration_boards"
+FOLDER = Path(__file__).resolve().parents[2] / "calibration_boards"
 KINDS = ("charuco", "chessboard", "dots")
 DICTIONARIES = tuple(sorted(name for name in dir(cv2.aruco) if re.fullmatch(r"DICT_\w+", name)))
 WORLD_FROM_BOARD = np.diag([1.0, -1.0, -1.0])

@@ -1,0 +1,209 @@
+"""A kernel: what Python calls becomes machine code, with all it calls inside, and nothing else does.
+
+numba optimises, translates and keeps on disk every function that compiled code calls, and optimises it again inside
+each of its callers: with helpers of helpers most of the work is done several times.  A `Kernel` that another one calls
+is only lowered to LLVM's language.  The one that Python calls is linked with all of them, optimised and translated,
+once.  Where Python calls a helper too, that one is compiled for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any
+
+from numba import _dynfunc
+from numba.core import sigutils
+from numba.core.caching import NullCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.environment import lookup_environment
+from numba.core.registry import CPUDispatcher
+
+ENVIRONMENT = "_ZN08NumbaEnv"  # how numba's names of a function's environment begin
+
+# What is taken over below without numba's promise; a numba without it compiles in its own way.
+INTERNALS = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals", "_get_module_for_linking")
+SUPPORTED = all(hasattr(JITCodeLibrary, name) for name in INTERNALS)
+
+
+class Guard:
+    """Who is asked before a kernel is compiled or loaded; this one lets everything happen."""
+
+    def alone(self, kernel: Kernel) -> AbstractContextManager[object]:
+        """Entered while the kernel is loaded or compiled: here another process can be waited for."""
+        return nullcontext()
+
+    def begins(self, kernel: Kernel) -> None:
+        """The kernel is not on the disk: it is compiled now."""
+
+
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no types
+    """Lowered code; what it calls is linked in, and the whole translated, where a pointer to it is asked for."""
+
+    lowered: Any = None  # its own module, once more modules are linked in
+    closed = False  # whether they are
+    translated = False
+
+    def finalize(self) -> None:
+        """Nothing can be added any more; nothing is linked yet."""
+        self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Address of the machine code; 0 where the library has no such function."""
+        self._ensure_finalized()
+        if not self.translated:
+            self._translate()
+        return super().get_pointer_to_function(name)
+
+    def _get_module_for_linking(self) -> Any:
+        """With all it calls: a library of numba's own asks for no more."""
+        self._ensure_finalized()
+        self._close()
+        return super()._get_module_for_linking()
+
+    def _finalize_final_module(self) -> None:
+        self.closed = self.translated = True  # also where it comes from the disk
+        super()._finalize_final_module()
+
+    def _translate(self) -> None:
+        self._codegen._check_llvm_bugs()
+        self._close()
+        self._optimize_final_module()
+        self._final_module.verify()
+        self._dynamic_globals.clear()  # found again, with those of what is linked in
+        self._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name) if variable.name.startswith(ENVIRONMENT) else None
+            if environment is not None:  # of functions that are translated nowhere else
+                self._codegen.set_env(variable.name, environment)
+
+    def _close(self) -> None:
+        """Link what it calls, each once, callers first: LLVM takes of a module what is wanted by then."""
+        if self.closed:
+            return
+        order: list[Any] = []
+        seen = {self}
+
+        def visit(library: Any) -> None:
+            for called in library._linking_libraries:
+                if called not in seen:
+                    seen.add(called)
+                    visit(called)
+            order.append(library)
+
+        visit(self)
+        self._alone()
+        for library in reversed(order[:-1]):
+            module = library._alone() if isinstance(library, LinkedLibrary) else library._get_module_for_linking()
+            self._final_module.link_in(module, preserve=True)
+        self.closed = True
+
+    def _alone(self) -> Any:
+        if self.lowered is None:
+            self.lowered = super()._get_module_for_linking()
+            if not self.closed:
+                self._shared_module = None  # made anew when closed
+        return self.lowered
+
+
+class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
+    """The outermost kernel gets an entry for Python; those inside are lowered."""
+
+    kernel: Kernel  # what it compiles
+    depth = 0  # of kernels being compiled inside one another; changed under numba's lock
+
+    def compile(self, args: Any, return_type: Any) -> Any:
+        """numba's result for the types ``args``."""
+        if KernelCompiler.depth > 1:
+            return super().compile(args, return_type)
+        Kernel.guard.begins(self.kernel)
+        result = super().compile(args, return_type)
+        context = result.target_context
+        result.library.get_pointer_to_function(result.fndesc.llvm_func_name)  # translates it
+        entry = context.get_executable(result.library, result.fndesc, result.environment)
+        context.insert_user_function(entry, result.fndesc, [result.library])
+        return result._replace(entry_point=entry)
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.no_cpython_wrapper = KernelCompiler.depth > 1
+        flags.no_cfunc_wrapper = True  # nobody hands a kernel over as a C function
+        return flags
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """numba's dispatcher, with its helpers inside (see the module)."""
+
+    guard = Guard()
+
+    def __init__(
+        self, py_func: Any, locals: Any = None, targetoptions: Any = None, pipeline_class: Any = Compiler
+    ) -> None:
+        super().__init__(py_func, locals, targetoptions, pipeline_class)
+        self._compiler = KernelCompiler(py_func, self.targetdescr, targetoptions or {}, locals or {}, pipeline_class)
+        self._compiler.kernel = self
+
+    @property
+    def index(self) -> str | None:
+        """File that lists what the disk has of this kernel; None where nothing can be kept."""
+        return getattr(getattr(self._cache, "_cache_file", None), "_index_path", None)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for the types ``sig`` or load it from the disk; inside another kernel's compilation only lower it."""
+        with global_compiler_lock, self._deeper() as outermost:
+            types = tuple(sigutils.normalize_signature(sig)[0])
+            known = self.overloads.get(types)
+            # Optimised twice, sums that may be reordered would depend on what was compiled before: inside a kernel
+            # stands what was lowered in this process, never what came from the disk.
+            if known is not None and not (known.library.translated if outermost else _was_lowered(known)):
+                del self.overloads[types]
+            cache: Any = self._cache  # type: ignore[has-type]
+            self._cache = cache if outermost else NullCache()
+            fetched = outermost and types not in self.overloads
+            try:
+                with Kernel.guard.alone(self) if fetched else nullcontext():
+                    return super().compile(sig)
+            finally:
+                self._cache = cache
+
+    def add_overload(self, cres: Any) -> None:
+        """What is only lowered is there for kernels; Python never calls it."""
+        if cres.library.translated:
+            super().add_overload(cres)
+        else:
+            self.overloads[tuple(cres.signature.args)] = cres
+
+    @contextmanager
+    def _deeper(self) -> Iterator[bool]:
+        """Whether this kernel is the outermost; numba's own functions that kernels call are lowered as they are."""
+        codegen, context = self.targetctx.codegen(), self.targetctx
+        KernelCompiler.depth += 1
+        try:
+            if KernelCompiler.depth > 1:
+                yield False
+                return
+            translate = context.get_executable
+
+            def executable(library: Any, fndesc: Any, env: Any) -> Any:
+                if library.translated:
+                    return translate(library, fndesc, env)
+                name = fndesc.qualname.split(".")[-1]
+                return _dynfunc.make_function(fndesc.lookup_module(), name, "only lowered", 0, env, (library,))
+
+            codegen._library_class, context.get_executable = LinkedLibrary, executable
+            try:
+                yield True
+            finally:
+                del codegen._library_class, context.get_executable
+        finally:
+            KernelCompiler.depth -= 1
+
+
+def _was_lowered(result: Any) -> bool:
+    return not result.library.translated or result.library.lowered is not None

@@ -1,0 +1,91 @@
+"""Kernels hold their helpers, and say the same whoever calls them."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+
+X = np.arange(5.0)
+SOURCE = """
+import numpy as np
+from ovines.core.compiled import compiler
+
+kernel = compiler("test")
+
+@kernel
+def helper(x):
+    if x.size > 100:
+        raise ValueError("too many")
+    return np.median(x) + 1.0
+
+@kernel
+def middle(x):
+    return 2.0 * helper(x)
+
+@kernel
+def outer(x):
+    return helper(x) + middle(x)
+"""
+
+
+@pytest.fixture
+def kernels(tmp_path):
+    """Loads three kernels as a new process would: one that the next calls, and one that calls both."""
+    path = tmp_path / "kernels.py"
+    path.write_text(SOURCE)
+
+    def load():
+        spec = importlib.util.spec_from_file_location("kernels", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.helper, module.middle, module.outer
+
+    return load
+
+
+def kept(kernel) -> bool:
+    index = Path(kernel.index)
+    return bool(list(index.parent.glob(index.name.removesuffix(".nbi") + ".*.nbc")))
+
+
+def test_only_what_python_calls_is_kept_on_disk(kernels):
+    helper, middle, outer = kernels()
+    assert outer(X) == 9.0
+    assert kept(outer) and not kept(middle) and not kept(helper)
+    assert middle(X) == 6.0 and kept(middle)  # Python calls it too
+
+
+def test_what_the_disk_has_is_loaded_and_says_the_same(kernels):
+    first = kernels()
+    said = first[2](X), first[0](X)
+    helper, _, outer = kernels()
+    assert (outer(X), helper(X)) == said
+    assert sum(outer.stats.cache_hits.values()) == 1 and not outer.stats.cache_misses
+
+
+def test_a_helper_from_the_disk_is_lowered_anew_inside_a_kernel(kernels):
+    """What stands in a kernel must not depend on what was compiled before it."""
+    helper, _, outer = kernels()
+    helper(X)
+    helper, _, outer = kernels()
+    assert helper(X) == 3.0 and sum(helper.stats.cache_hits.values()) == 1
+    assert outer(X) == 9.0 and helper(X) == 3.0
+
+
+def test_a_helpers_exception_comes_out(kernels):
+    _, _, outer = kernels()
+    with pytest.raises(ValueError, match="too many"):
+        outer(np.zeros(200))
+
+
+def test_numbas_own_functions_call_kernels_and_share_its_library(kernels):
+    _, _, outer = kernels()
+
+    @njit
+    def foreign(x):
+        return outer(x) + np.median(x)  # numba's median may have been lowered within the kernel
+
+    outer(X)
+    assert foreign(X) == 11.0
