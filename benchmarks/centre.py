@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from vision.markers.fit import OK, SD, U, disc_start, fit_discs
+from vision.markers.fit import fit_discs
+from vision.markers.row import OK, SD, U, disc_start
 
 FINE = 8
 # name: radius, blur, contrast, noise, background, slope of the light per px, what a pixel's noise gains per grey

@@ -13,8 +13,8 @@ import pandas as pd
 
 from vision.rendering.images import Band, Glare, Look, Markers
 from vision.rendering.motion import bouncing
-from vision.rendering.recording import Motion, Setup, look_at, render_recording, thesis_setup
-from vision.rendering.scene import Pose, Rig
+from vision.rendering.recording import Files, Motion, Setup, look_at, render_recording, thesis_setup
+from vision.rendering.scene import Greys, Pose, Rig
 
 WINDOW_PX = (1400, 688)
 # Light in window pixels: the ring lies in the middle half of the picture, ground markers left and right of it.
@@ -46,7 +46,7 @@ def filmed(folder: Path, kind: Kind, frames: int, seed: int) -> pd.DataFrame:
     setup = kind.setup(replace(thesis_setup(rng, WINDOW_PX), look=kind.look, exposure_s=kind.exposure_s))
     motion = spun(bouncing(frames / setup.frame_rate_hz), kind.spin_rad_per_s)
     truth = render_recording(
-        folder, setup, motion, frames, rng, views=0, suffix=".bmp", looks=kind.looks, clock_s=kind.clock_s
+        folder, setup, motion, frames, rng, Files(views=0, suffix=".bmp"), looks=kind.looks, clock_s=kind.clock_s
     )
     text = (folder / "recording.toml").read_text(encoding="utf-8")
     head, tail = text.split("[calibration]", 1)
@@ -116,13 +116,7 @@ def all_markers(scale: float = 1.0, grey: float = 20.0) -> Callable[[Setup], Set
 def light_on_dark(setup: Setup) -> Setup:
     dark = Rig(
         setup.rig.markers,
-        background_grey=40.0,
-        ring_grey=60.0,
-        outer_wall_grey=30.0,
-        inner_wall_grey=110.0,
-        floor_grey=90.0,
-        nes_grey=45.0,
-        nes_side_grey=25.0,
+        greys=Greys(background=40.0, ring=60.0, outer_wall=30.0, inner_wall=110.0, floor=90.0, nes=45.0, nes_side=25.0),
     )
     return all_markers(grey=225.0)(replace(setup, rig=dark))
 

@@ -34,7 +34,7 @@ from ovines.camera import read_calibration
 from ovines.recording import Recording, read_recording
 from vision.frames.sources import open_sources, stream
 from vision.rendering.motion import bouncing
-from vision.rendering.recording import render_recording, thesis_setup
+from vision.rendering.recording import Files, render_recording, thesis_setup
 from vision.track import track
 from vision.walls.table import rims_at
 
@@ -45,7 +45,7 @@ def film(folder: Path, distinct: int) -> None:
     """Pictures of both cameras as uncompressed TIFF, PNG and JPEG."""
     rng = np.random.default_rng(1)
     setup = thesis_setup(rng)
-    render_recording(folder, setup, bouncing(distinct / setup.frame_rate_hz), distinct, rng, views=0, suffix=".png")
+    render_recording(folder, setup, bouncing(distinct / setup.frame_rate_hz), distinct, rng, Files(views=0))
     for path in sorted(folder.glob("VW*/frame_*.png")):
         image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         assert image is not None

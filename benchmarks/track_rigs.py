@@ -30,7 +30,7 @@ from ovines.errors import InputError
 from ovines.recording import read_recording
 from vision.calibration.boards import find_board
 from vision.rendering.images import Look, Markers, Pose, Rig
-from vision.rendering.recording import Motion, Setup, look_at, render_recording
+from vision.rendering.recording import Files, Motion, Setup, look_at, render_recording
 from vision.track import track
 
 
@@ -103,7 +103,7 @@ def filmed(folder: Path, film: Film, frames: int, seed: int) -> pd.DataFrame:
     """Render a film into the folder; its truth."""
     rng = np.random.default_rng(seed)
     truth = render_recording(
-        folder, setup_of(film, rng), motion_of(film, frames, rng), frames, rng, views=0, suffix=".bmp"
+        folder, setup_of(film, rng), motion_of(film, frames, rng), frames, rng, Files(views=0, suffix=".bmp")
     )
     text = (folder / "recording.toml").read_text(encoding="utf-8")
     head, tail = text.split("[calibration]", 1)

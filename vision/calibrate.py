@@ -17,9 +17,19 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.calibration.advice import EXTRINSIC, advise, coverage
+from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
-from vision.calibration.bundle_adjustment import FIXED, INTRINSICS, Adjusted, Sighting, State, adjust, project
+from vision.calibration.bundle_adjustment import (
+    FIXED,
+    INTRINSICS,
+    N_CAMERA,
+    N_INTRINSICS,
+    Adjusted,
+    Sighting,
+    State,
+    adjust,
+    project,
+)
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once
@@ -33,8 +43,12 @@ from vision.calibration.single_camera import (
 )
 
 Array = NDArray[np.float64]
-# Views of one name taken as simultaneous may raise the residuals by this factor (they have fewer unknowns), no more.
-SIMULTANEOUS = 1.15
+# Views of one name taken as simultaneous may raise the residuals by this factor, and pixels, no more: they have fewer
+# unknowns.
+SIMULTANEOUS, SIMULTANEOUS_PX = 1.15, 0.002
+# Extrinsic views are another camera's where they misfit their own lens so many times worse (squares), and by so much of
+# the noise (squares).
+SWAPPED, SWAPPED_NOISE = 4.0, 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +87,14 @@ def calibrate(
     views : per camera, its views (full-sensor pixels), see :func:`vision.calibration.detection.detect`
     sensor_size_px : per camera
     extrinsic : per camera, the view of the board in the world position
-    simultaneous : whether views of one name show one board pose; None: asked of the data
+    simultaneous : whether views of one name show one board pose; None: as the data say
     known_baseline_m : distance of the cameras' centres, to check the board's square size against
 
     Raises `InputError` for too few views, a board not seen in the world position, swapped extrinsic views.
     """
     names = list(views)
     if len(names) > 1 and board.ends_alike:
-        raise _alike(board)
+        raise _ambiguous(board)
     singles = {name: _solved(name, views[name], board, sensor_size_px[name]) for name in names}
     for name in names:
         if len(extrinsic[name].points) < MINIMUM_POINTS:
@@ -98,27 +112,19 @@ def calibrate(
         shared = taken_at_once(names, singles, extrinsic, board) if simultaneous is None else set()
     if shared:
         trial = _joint(names, singles, extrinsic, board, sizes, shared)
-        agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + 0.002).all())
-        if (
-            simultaneous and not agrees
-        ):  # the board moved between the cameras' exposures: that tells nothing about lenses
+        agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + SIMULTANEOUS_PX).all())
+        if simultaneous and not agrees:  # the board moved between the exposures: that says nothing about lenses
             trial = _joint(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
         if simultaneous or agrees:
             best, tied = trial, True
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
     parameters = _parameter_table(names, best, singles, sensor_size_px, cameras)
     table = _view_table(names, singles, best, views, extrinsic)
-    advice = advise(
-        names,
-        singles,
-        sensor_size_px,
-        parameters,
-        cameras,
-        known_baseline_m,
-        board,
-        table,
-        {name: extrinsic[name].name for name in names},
-    )
+    extrinsic_names = {name: extrinsic[name].name for name in names}
+    advice = advise(singles, sensor_size_px, board, parameters, table, extrinsic_names)
+    if known_baseline_m is not None and len(cameras) == 2:
+        baseline_m = float(np.linalg.norm(cameras[0].centre_m - cameras[1].centre_m))
+        advice += length_advice(baseline_m, known_baseline_m, board, "the cameras' distance")
     return Calibration(
         cameras,
         table,
@@ -140,10 +146,10 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     return result
 
 
-def _alike(board: Board) -> InputError:
+def _ambiguous(board: Board) -> InputError:
     columns, rows = board.squares
     return InputError(
-        f"a chessboard of {columns} x {rows} squares looks the same turned by half: nothing tells the cameras which "
+        f"a chessboard of {columns} x {rows} squares looks the same turned by half: nothing shows the cameras which "
         f"corner is the first",
         "one even and one odd number of squares, or a ChArUco board",
         f"cover one row of squares and set squares = [{columns}, {rows - 1}], or calibrate with another board",
@@ -227,7 +233,9 @@ def _joint(
     setting.one_sigma = lenses_known
     if lenses_known:
         setting.prior = intrinsics.copy()
-        setting.prior_sd = np.stack([np.sqrt(np.diag(singles[name].adjusted.covariance))[:9] for name in names])
+        setting.prior_sd = np.stack(
+            [np.sqrt(np.diag(singles[name].adjusted.covariance))[:N_INTRINSICS] for name in names]
+        )
     setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
     return adjust(sightings, state, setting)
 
@@ -251,7 +259,7 @@ def _refuse_swapped(
     a, b = names
     noise = max(s.adjusted.sigma_px[0] for s in singles.values())
     straight, crossed = error(a, a) + error(b, b), error(a, b) + error(b, a)
-    if straight > 4 * crossed and straight > 8 * noise**2:
+    if straight > SWAPPED * crossed and straight > SWAPPED_NOISE * noise**2:
         raise InputError(
             f"the extrinsic view of {a} fits the lens of {b} and the other way round "
             f"({np.sqrt(straight):.2f} px as given, {np.sqrt(crossed):.2f} px swapped)",
@@ -288,14 +296,17 @@ def _parameter_table(
     sd = np.sqrt(np.diag(found.covariance))
     rows = []
     for c, (name, camera) in enumerate(zip(names, cameras, strict=True)):
+        first = N_CAMERA * c
         rows += [
             (name, label, value, s if np.isfinite(s) else None)
-            for label, value, s in zip(INTRINSICS, found.state.intrinsics[c], sd[15 * c : 15 * c + 9], strict=True)
+            for label, value, s in zip(
+                INTRINSICS, found.state.intrinsics[c], sd[first : first + N_INTRINSICS], strict=True
+            )
         ]
         rows += [
             (name, label, value, s)
             for label, value, s in zip(
-                ("tx_m", "ty_m", "tz_m"), camera.translation_m, sd[15 * c + 12 : 15 * c + 15], strict=True
+                ("tx_m", "ty_m", "tz_m"), camera.translation_m, sd[first + N_CAMERA - 3 : first + N_CAMERA], strict=True
             )
         ]
         rows.append((name, "rms_px", camera.rms_px, None))

@@ -1,8 +1,8 @@
-"""Whether a calibration is this recording's: cameras exchanged, or lengths wrong, told before the tracking fails for no
-said reason.
+"""Whether a calibration is this recording's: cameras exchanged, or lengths wrong, found before the tracking fails
+for no given reason.
 
-The known lengths are those of `layout_m`.  One picture per camera is asked: which of several calibrations lays the
-bodies' markers over the discs that are there?  Nothing is said where the calibration as given explains them.
+The known lengths are those of `layout_m`.  One picture per camera decides which of several calibrations lays the
+bodies' markers over the discs that are there.  Nothing is said where the calibration as given explains them.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from vision.frames.sources import open_sources, stream
 from vision.identity.layouts import Layout, layout_of
 from vision.identity.matching import match_in_both
 from vision.markers.detect import find_discs
-from vision.markers.fit import U, V
 from vision.markers.perspective import on_plane
-from vision.tracking.camera_tracker import Eye
-from vision.tracking.state import STRAY
+from vision.markers.row import U, V
+from vision.tracking.camera_tracker import CameraTracker
+from vision.tracking.state import SEARCH_RADIUS
 
 Array = NDArray[np.float64]
 Offsets = Sequence[tuple[int, int]]
 # Share of the markers of a picture that a right calibration explains: some are hidden or blurred.
 ENOUGH = 0.6
-CLEARLY_MORE = 4
-# The layout is matched within about 2 % (`vision.tracking.camera_tracker.layout_tolerance`), so steps of 2 % miss no
+CLEARLY_MORE = 4  # markers that another calibration must explain beyond those of the given one
+# The layout is matched within about 2 % (`vision.identity.layouts.layout_tolerance`), so steps of 2 % miss no
 # factor.
 FACTORS = np.concatenate(
     [np.exp(np.arange(np.log(0.4), np.log(2.5), 0.02)), [1e-3, 1e-2, 0.1, 1 / 25.4, 10.0, 25.4, 1e2, 1e3]]
@@ -40,8 +40,11 @@ FACTORS = np.concatenate(
 # Epipolar misfit beyond which two cameras' tracks are not of one calibration, and how much better exchanged ones have
 # to be.
 FOREIGN_PX, BETTER = 5.0, 0.2
+# Relative error of lengths between markers that is noted: many of them in many frames, so that it is half of what
+# `vision.calibration.advice` allows a single known length.
 WRONG_LENGTH = 0.01
-FRAMES_TRIED = 10
+FEWEST_LENGTHS = 3  # that say so
+FRAMES_TRIED = 10  # until one can be read in both cameras
 
 
 def refuse_mistaken(recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None = None) -> None:
@@ -51,7 +54,7 @@ def refuse_mistaken(recording: Recording, cameras: Sequence[Camera], names: pd.D
     ----------
     recording : with frames of two cameras, and `layout_m` of one body at least (else nothing is known, and nothing
     said)
-    cameras : the calibration to doubt
+    cameras : the calibration to check
     names : markers named in the first frame, for bodies without a layout
     """
     by_name = {camera.name: camera for camera in cameras}
@@ -124,15 +127,15 @@ def explained(
     """Markers, of both cameras together, that have a disc where the bodies' layouts want one."""
     found = 0
     for body, matches in _matches(pair, offsets, discs, layout, bodies):
-        best = match_in_both(matches, layout.of(body).stop - layout.of(body).start, STRAY * layout.rig_m)
+        best = match_in_both(matches, layout.of(body).stop - layout.of(body).start, SEARCH_RADIUS * layout.rig_m)
         found += sum(match.n_found for match in best if match is not None)
     return found
 
 
 def _matches(pair: Sequence[Camera], offsets: Offsets, discs: Sequence[Array], layout: Layout, bodies: Sequence[int]):  # type: ignore[no-untyped-def]
-    eyes = [Eye(camera, offset, layout) for camera, offset in zip(pair, offsets, strict=True)]
+    cameras = [CameraTracker(camera, offset, layout) for camera, offset in zip(pair, offsets, strict=True)]
     for body in bodies:
-        yield body, [eye.matches(seen, body, None) for eye, seen in zip(eyes, discs, strict=True)]
+        yield body, [camera.matches(seen, body, None) for camera, seen in zip(cameras, discs, strict=True)]
 
 
 def scaled(camera: Camera, factor: float) -> Camera:
@@ -154,7 +157,7 @@ def _refined(
     for body, matches in _matches(pair, offsets, discs, layout, bodies):
         place = layout.position_m[layout.of(body)]
         for camera, offset, seen, match in zip(
-            pair, offsets, discs, match_in_both(matches, len(place), STRAY * layout.rig_m), strict=True
+            pair, offsets, discs, match_in_both(matches, len(place), SEARCH_RADIUS * layout.rig_m), strict=True
         ):
             if match is None:
                 continue
@@ -208,7 +211,7 @@ def _first_pictures(recording: Recording) -> list[NDArray[np.uint8]] | None:
                 if all(image is not None for image in images):
                     return [image for image in images if image is not None]
         except InputError as error:
-            if "can be read" not in error.found:  # a damaged picture is a gap: the next frame is asked
+            if "can be read" not in error.found:  # a damaged picture is a gap: the next frame is tried
                 raise
     return None
 
@@ -219,7 +222,7 @@ def refuse_foreign_tracks(
     cameras: Sequence[Camera],
     window_offset_px: Mapping[str, tuple[int, int]],
 ) -> None:
-    """`InputError` when tracks that hardly meet in space do so once the two cameras, or their windows, are
+    """`InputError` when tracks whose rays hardly intersect do so once the two cameras, or their windows, are
     exchanged.
     """
     from vision.triangulate import triangulate
@@ -239,7 +242,7 @@ def refuse_foreign_tracks(
         moved = triangulate(tracks, cameras, {names[0]: other_a, names[1]: other_b})
         if len(moved) and float(np.nanmedian(np.abs(moved["epipolar_px"]))) < min(FOREIGN_PX, BETTER * misfit):
             raise InputError(
-                f"window_offset_px {names[0]} {list(a)}, {names[1]} {list(b)}: the two cameras' tracks meet in space "
+                f"window_offset_px {names[0]} {list(a)}, {names[1]} {list(b)}: the two cameras' rays intersect "
                 f"only with "
                 f"{names[0]} {list(other_a)}, {names[1]} {list(other_b)}",
                 "each camera's own window_offset_px",
@@ -248,7 +251,7 @@ def refuse_foreign_tracks(
 
 
 def misfit_notes(points: pd.DataFrame) -> list[str]:
-    """A note where the two cameras' tracks hardly meet in space and nothing simple explains it."""
+    """A note where the two cameras' rays hardly intersect and nothing simple explains it."""
     misfit = float(np.nanmedian(np.abs(points["epipolar_px"]))) if len(points) else 0.0
     if misfit < FOREIGN_PX:
         return []
@@ -275,7 +278,7 @@ def length_notes(points: pd.DataFrame, recording: Recording) -> list[str]:
                 if np.isfinite(length).any():
                     own.append(float(np.nanmedian(length)))
                     known.append(float(np.linalg.norm(place[first] - place[second])))
-    if len(own) < 3 or not any(own):  # all markers on one spot: the next stage says so
+    if len(own) < FEWEST_LENGTHS or not any(own):  # all markers on one spot: the next stage says so
         return []
     lengths, true = np.array(own), np.array(known)
     factor = float(lengths @ true / (lengths @ lengths))

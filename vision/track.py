@@ -1,6 +1,6 @@
 """Images to tracks: every marker's sub-pixel centre in every frame of both cameras, under its own name.
 
-The three bodies are followed as rigid bodies in both cameras at once (`vision.tracking.tracker`).  See
+The three bodies are tracked as rigid bodies in both cameras at once (`vision.tracking.tracker`).  See
 `vision.identity.matching` for naming,
 `vision.markers.fit` for centres.
 """
@@ -24,17 +24,18 @@ from vision.frames.sources import Source, open_sources, stream_chunks
 from vision.frames.times import frame_times
 from vision.identity.default_names import names_by_geometry
 from vision.identity.layouts import symmetry_notes
-from vision.markers.fit import radius_px
 from vision.markers.perspective import circle_centres, on_plane
-from vision.tracking.camera_tracker import Eye
+from vision.markers.row import radius_px
+from vision.tracking.camera_tracker import CameraTracker
 from vision.tracking.disc_sizes import LARGEST_PX, SMALLEST_PX, size_notes
 from vision.tracking.duplicate_assignments import unshared
 from vision.tracking.exposure import arc_shift, spins
 from vision.tracking.manual_names import check_names
-from vision.tracking.state import KEPT
+from vision.tracking.state import BODY_ANGLE, BODY_X, DISC, DISC_SD, FRAME, HEIGHT, MARKER
 from vision.tracking.tracker import Tracker
 from vision.walls.table import expected_rims, instants, rims_at, wall_notes, wall_table
 
+_ROWS_AT_ONCE = 100_000  # whose perspective is corrected at once: each takes some hundred bytes
 _LEAST_TURN_RAD = 1e-4  # during the exposure; less draws a marker 20 mm from the turning point in by less than 1e-11 m
 
 
@@ -83,22 +84,22 @@ def track(
     if names is not None:
         names = check_names(names)
     sources, notes = open_sources(recording)
-    followed = [by_name[camera.name] for camera in recording.cameras]
+    calibrated = [by_name[camera.name] for camera in recording.cameras]
     if names is None:
-        names, told = names_by_geometry(recording, followed, sources)
-        notes += told
+        names, naming = names_by_geometry(recording, calibrated, sources)
+        notes += naming
     own_notes = list(notes)
-    tracker, rows = _follow(recording, followed, sources, names, own_notes, progress)
+    tracker, rows = _track(recording, calibrated, sources, names, own_notes, progress)
     tracks = _table(tracker, recording)
     dropped = _dropped(tracks, tracker, recording)
-    told = [f"{drop}; its later frames are renumbered" for drop in dropped]
+    drop_notes = [f"{drop}; its later frames are renumbered" for drop in dropped]
     # Names are those of the first frame's pictures: they serve again unless that frame itself is given another number.
     named_alike = names is None or all(drop.from_frame > 0 for drop in dropped)
-    again = dropped and named_alike and all(source.video is None for source in sources)
-    if again:  # with equal numbers for equal instants no body seems to be in two places, and the walls are seen
+    track_again = dropped and named_alike and all(source.video is None for source in sources)
+    if track_again:  # with equal numbers for equal instants no body seems to be in two places, and the walls are seen
         sources = [_moved(source, dropped) for source in sources]
         own_notes = list(notes)
-        tracker, rows = _follow(recording, followed, sources, names, own_notes, progress)
+        tracker, rows = _track(recording, calibrated, sources, names, own_notes, progress)
         tracks = _table(tracker, recording)
     elif dropped:
         until = min(drop.from_frame for drop in dropped)
@@ -106,10 +107,10 @@ def track(
     rims = expected_rims(recording, tracker.layout)
     walls = wall_table(rows, *_instants(tracks))
     time_notes = frame_times(recording, np.unique(tracks["frame"]))[1]
-    return Tracks(tracks, own_notes + told + time_notes + wall_notes(walls, rims), walls)
+    return Tracks(tracks, own_notes + drop_notes + time_notes + wall_notes(walls, rims), walls)
 
 
-def _follow(
+def _track(
     recording: Recording,
     cameras: Sequence[Camera],
     sources: list[Source],
@@ -127,13 +128,12 @@ def _follow(
     for frames, pictures in stream_chunks(sources, notes):
         ends = [k + 1 for k, frame in enumerate(frames) if frame in chosen] + [len(frames)]
         for first, end in pairwise([0, *ends]):
-            tracker.follow(frames[first:end], pictures[first:end])
+            tracker.track(frames[first:end], pictures[first:end])
             frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
             if frame in chosen and first < end and len(images) == 2:
-                offsets, rims = [eye.offset for eye in tracker.eyes], expected_rims(recording, tracker.layout)
-                rows += rims_at(
-                    frame, images, [eye.camera for eye in tracker.eyes], offsets, rims, tracker.centres_m(frame), rows
-                )
+                calibrated = [one.camera for one in tracker.cameras]
+                offsets, rims = [one.offset for one in tracker.cameras], expected_rims(recording, tracker.layout)
+                rows += rims_at(frame, images, calibrated, offsets, rims, tracker.centres_m(frame), rows)
         done += len(frames)
         if progress:
             progress(done, len(numbers))
@@ -143,7 +143,7 @@ def _follow(
 
 def _dropped(tracks: pd.DataFrame, tracker: Tracker, recording: Recording) -> list[DroppedFrames]:
     """Frames dropped by one camera, and by both at once, all in the cameras' own numbers."""
-    cameras, layout, offsets = [eye.camera for eye in tracker.eyes], tracker.layout, recording.window_offset_px
+    cameras, layout, offsets = [one.camera for one in tracker.cameras], tracker.layout, recording.window_offset_px
     heights = dict(zip(layout.markers, layout.position_m[:, 2], strict=True))
     dropped = find_dropped_frames(tracks, cameras, offsets, heights)
     if "host" not in layout.bodies or not layout.known[layout.bodies.index("host")]:
@@ -184,60 +184,60 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
     """The table, perspective and arc corrected, sorted by camera, frame and marker's place in recording.toml."""
     notes, markers = tracker.notes, np.array(tracker.layout.markers, object)
     tables = []
-    for i, eye in enumerate(tracker.eyes):
-        rows = tracker.kept(i)
-        frames, marker, fits = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 6 : KEPT - 1]
+    for i, one in enumerate(tracker.cameras):
+        rows, camera = tracker.recorded(i), one.camera
+        frames, marker, discs = rows[:, FRAME].astype(int), rows[:, MARKER].astype(int), rows[:, DISC:DISC_SD]
         uv = np.empty((len(rows), 2))
-        for chunk in np.array_split(np.arange(len(rows)), len(rows) // 100_000 + 1):
+        for chunk in np.array_split(np.arange(len(rows)), len(rows) // _ROWS_AT_ONCE + 1):
             if len(chunk):
-                uv[chunk] = circle_centres(fits[chunk], eye.camera, rows[chunk, 2], eye.offset)[0]
-        exposure_s = recording.camera(eye.camera.name).exposure_s
+                uv[chunk] = circle_centres(discs[chunk], camera, rows[chunk, HEIGHT], one.offset)[0]
+        exposure_s = recording.camera(camera.name).exposure_s
         if exposure_s and len(rows):
-            uv += _arc_px(tracker, eye, rows, uv, frame_times(recording, frames)[0], exposure_s)
+            uv += _arc_px(tracker, one, rows, uv, frame_times(recording, frames)[0], exposure_s)
         tables.append(
             pd.DataFrame(
                 {
-                    "camera": eye.camera.name,
+                    "camera": camera.name,
                     "frame": frames,
                     "time_s": np.nan,
                     "marker": markers[marker],
                     "u_px": uv[:, 0],
                     "v_px": uv[:, 1],
-                    "sd_px": rows[:, KEPT - 1],
+                    "sd_px": rows[:, DISC_SD],
                 }
             )
         )
-        own = unshared(frames, marker, uv, radius_px(fits), tracker.body_of)
+        own = unshared(frames, marker, uv, radius_px(discs), tracker.body_of)
         tables[-1] = tables[-1][own]
-        notes.extend(size_notes(eye.camera.name, tracker.layout, marker, radius_px(fits)))
+        notes.extend(size_notes(camera.name, tracker.layout, marker, radius_px(discs)))
         for name in markers[np.bincount(marker[own], minlength=len(markers)) == 0]:
-            notes.append(f"{eye.camera.name} never saw marker {name}")
+            notes.append(f"{camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)
     if not len(tracks):
         raise InputError(
             "no marker was found in any frame of either camera",
             f"round markers of {SMALLEST_PX:g} to {LARGEST_PX:.0f} px radius laid out as layout_m says, in focus, in "
             f"both windows",
-            "check layout_m, the calibration and window_offset_px, or give --names first_frame.csv",
+            "check layout_m, the calibration and window_offset_px, or give --names names.csv",
         )
     return _timed(tracks, recording)
 
 
 def _arc_px(
-    tracker: Tracker, eye: Eye, rows: np.ndarray, uv: np.ndarray, times_s: np.ndarray, exposure_s: float
+    tracker: Tracker, one: CameraTracker, rows: np.ndarray, uv: np.ndarray, times_s: np.ndarray, exposure_s: float
 ) -> np.ndarray:
     """What turning during the exposure took off the markers' pixels (n, 2); see `vision.tracking.exposure`."""
-    marker = rows[:, 1].astype(int)
+    marker = rows[:, MARKER].astype(int)
     spin = np.zeros(len(rows))
     for body in range(len(tracker.layout.bodies)):
         own = tracker.body_of[marker] == body
-        frames, first, back = np.unique(rows[own, 0].astype(int), return_index=True, return_inverse=True)
-        spin[own] = spins(frames, rows[own, 5][first], times_s[own][first])[back]
+        frames, first, back = np.unique(rows[own, FRAME].astype(int), return_index=True, return_inverse=True)
+        spin[own] = spins(frames, rows[own, BODY_ANGLE][first], times_s[own][first])[back]
     turning = np.abs(spin) * exposure_s > _LEAST_TURN_RAD
-    ground = on_plane(eye.camera, uv[turning] + eye.offset, rows[turning, 2])
-    shift = arc_shift(ground[:, :2] - rows[turning, 3:5], spin[turning], exposure_s)
+    ground = on_plane(one.camera, uv[turning] + one.offset, rows[turning, HEIGHT])
+    shift = arc_shift(ground[:, :2] - rows[turning, BODY_X:BODY_ANGLE], spin[turning], exposure_s)
     off = np.zeros((len(rows), 2))
-    off[turning] = np.einsum("nij,nj->ni", eye.camera.project_with_jacobian(ground)[1][..., :2], shift)
+    off[turning] = np.einsum("nij,nj->ni", one.camera.project_with_jacobian(ground)[1][..., :2], shift)
     return off
 
 

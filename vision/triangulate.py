@@ -9,8 +9,9 @@ import pandas as pd
 
 from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
+from vision.robust import spread
 
-# Where a track carries no sd, this stands in until the epipolar residuals of the recording tell the real one.
+# Where a track carries no sd, this stands in until the epipolar residuals of the recording give the real one.
 FIRST_GUESS_SD_PX = 0.1
 
 
@@ -69,9 +70,9 @@ def triangulate(
     pair = [by_name[name] for name in names]
     result = triangulate_points(pair, uv, sd)
     if unknown.any():
-        spread = 1.4826 * np.nanmedian(np.abs(result.epipolar_px[unknown] - np.nanmedian(result.epipolar_px[unknown])))
-        if np.isfinite(spread) and spread > 0:
-            sd = [np.where(unknown, spread, s) for s in sd]
+        measured_px = spread(result.epipolar_px[unknown])
+        if measured_px > 0:
+            sd = [np.where(unknown, measured_px, s) for s in sd]
             result = triangulate_points(pair, uv, sd)
     position_sd = np.sqrt(np.diagonal(result.covariance_m2, axis1=1, axis2=2))
     points = pd.DataFrame(

@@ -257,7 +257,7 @@ def test_a_usual_recording_raises_no_doubt(tmp_path):
 @pytest.mark.parametrize(
     ("first", "second", "status", "words"),
     [
-        ("[0, 900]", "[0, 1192]", 2, "meet in space only with VW1 [0, 1192], VW2 [0, 900]"),
+        ("[0, 900]", "[0, 1192]", 2, "intersect only with VW1 [0, 1192], VW2 [0, 900]"),
         ("[0, 1192]", "[0, 0]", 0, "check window_offset_px"),
         ("[0, 900]", "[0, 900]", 0, "check window_offset_px"),
         ("[0, 1192]", "[0, 900]", 0, None),

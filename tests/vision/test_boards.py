@@ -161,6 +161,11 @@ def test_wrong_key_is_named(key, value):
     assert "b.toml" in refused.value.found and (key in refused.value.found or "dictionary" in refused.value.found)
 
 
+def test_a_board_is_found_by_name_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert find_board("charuco_5x7_8mm").squares == (5, 7)
+
+
 def test_unknown_board_names_the_known_ones(tmp_path):
     with pytest.raises(InputError, match="charuco_5x7_8mm"):
         find_board("no_such_board", tmp_path)

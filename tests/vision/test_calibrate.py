@@ -226,7 +226,7 @@ def test_too_few_views_and_no_world_view_are_refused():
         calibrate(setup.board, seen, SIZES, lost)
 
 
-def test_wrong_square_size_is_told_by_a_known_length():
+def test_a_known_length_shows_a_wrong_square_size():
     board = find_board("charuco_5x7_8mm")
     assert length_advice(0.870, 0.872, board, "baseline") == []
     assert "square_size_m = 0.0075" in length_advice(0.8, 0.75, board, "baseline")[0]

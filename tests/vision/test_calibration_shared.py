@@ -130,14 +130,14 @@ def test_shaken_extrinsic_view_is_said_to_be_the_world():
     assert len(said) == 1 and said[0].startswith("VW1: its extrinsic view is bad (reprojection 0.")
 
 
-def test_board_printed_askew_is_told_from_noise():
+def test_board_printed_askew_is_distinguished_from_noise():
     """Residuals of 10 times the noise that stay with the board's points, and ones that do not."""
     setup, seen, extrinsic = rig_views(np.random.default_rng(6))
     assert not any("residuals" in sentence for sentence in calibrate(setup.board, seen, SIZES, extrinsic).advice)
     rng = np.random.default_rng(7)
     px_per_m = 6380 / 0.98  # of the thesis' rig, upright enough for a print's errors to be about alike in all views
     askew = 0.2 / px_per_m * rng.normal(size=(len(setup.board.points_m()), 2))
-    for alike, told in ((True, "points lie 0.0[23].* mm off"), (False, "differ from view to view")):
+    for alike, expected in ((True, "points lie 0.0[23].* mm off"), (False, "differ from view to view")):
         shifted = {
             name: [
                 replace(
@@ -150,7 +150,7 @@ def test_board_printed_askew_is_told_from_noise():
             for name, views in seen.items()
         }
         said = [s for s in calibrate(setup.board, shifted, SIZES, extrinsic).advice if "residuals of" in s]
-        assert len(said) == 2 and all(re.search(told, sentence) for sentence in said), said
+        assert len(said) == 2 and all(re.search(expected, sentence) for sentence in said), said
 
 
 def _plane(view):

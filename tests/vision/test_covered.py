@@ -1,4 +1,4 @@
-"""A marker that another edge covers by and by: its size is known from before, and its picture's shape follows from the
+"""A marker that another edge gradually covers: its size is known from before, and its picture's shape follows from the
 camera.
 """
 
@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from ovines.camera import Camera
-from vision.markers.fit import M11, OK, OUTLIERS, S11, STRUCTURED, disc_start, radius_px
-from vision.tracking.camera_tracker import Eye, Layout
+from vision.identity.layouts import Layout
+from vision.markers.row import M11, OK, OUTLIERS, S11, STRUCTURED, U, disc_start, radius_px
+from vision.tracking.camera_tracker import CameraTracker
 from vision.tracking.duplicate_assignments import unshared
 from vision.tracking.measure import _circle_shape
 from vision.tracking.state import _remember
@@ -26,29 +27,31 @@ def leaning_camera():
     )
 
 
-def eye_after(clear_frames):
-    """An eye that saw one marker of radius 2 mm, 10 px, in so many frames, and then covered: 9 px."""
+def tracker_after(clear_frames):
+    """A camera's tracker that saw one marker of radius 2 mm, 10 px, in so many frames, and then covered: 9 px."""
     layout = Layout(("ground",), ("G1",), np.zeros((1, 3)), np.array([0, 1]), np.array([1e-3]), np.array([True]), 0.05)
-    eye = Eye(leaning_camera(), (0, 0), layout)
+    tracker = CameraTracker(leaning_camera(), (0, 0), layout)
     clear, covered = disc_start(100, 100, 10, 95, -75), disc_start(101, 100, 9, 95, -75)
     clear[OK] = covered[OK] = 1
     covered[OUTLIERS] = STRUCTURED + 0.1
     for fit, radius_m in [(clear, 0.002)] * clear_frames + [(covered, 0.0)]:
-        eye.fits[0], eye.sight.seen_m[0] = fit, radius_m
-        _remember(eye.sight, 0)
-    return eye
+        tracker.detections.disc[0], tracker.detections.radius_m[0] = fit, radius_m
+        _remember(tracker.state, 0)
+    return tracker
 
 
 def test_a_known_size_is_kept_while_covered():
-    eye = eye_after(5)
-    assert radius_px(eye.starts[0]) == pytest.approx(10) and eye.sight.radius_m[0] == pytest.approx(0.002)
+    tracker = tracker_after(5)
+    assert radius_px(tracker.markers.disc[0]) == pytest.approx(10) and tracker.markers.radius_m[0] == pytest.approx(
+        0.002
+    )
     assert (
-        eye.starts[0, 0] == 101 and eye.starts[0, OUTLIERS] > STRUCTURED
+        tracker.markers.disc[0, U] == 101 and tracker.markers.disc[0, OUTLIERS] > STRUCTURED
     )  # place and state are those of the covered frame
 
 
 def test_an_unknown_size_is_what_was_last_seen():
-    assert radius_px(eye_after(1).starts[0]) == pytest.approx(9)
+    assert radius_px(tracker_after(1).markers.disc[0]) == pytest.approx(9)
 
 
 def test_the_shape_of_a_circle_is_that_of_its_projected_rim():
@@ -65,7 +68,7 @@ def test_the_shape_of_a_circle_is_that_of_its_projected_rim():
     )  # perspective bends it by 0.4 %; a radius 1 % off: 0.02
 
 
-def test_a_disc_that_two_bodies_claim_is_that_of_the_body_seen_better():
+def test_a_disc_that_two_bodies_match_is_that_of_the_body_seen_better():
     body_of = np.array([0, 0, 0, 1, 1, 1, 1])
     frames = np.repeat([3, 4, 5], 7)
     marker = np.tile(np.arange(7), 3)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vision.markers.detect import find_discs
-from vision.markers.fit import radius_px
+from vision.markers.row import radius_px
 
 
 def scene(shapes, size=(300, 500), background=100.0, noise=2.0, light=0.0, seed=0):

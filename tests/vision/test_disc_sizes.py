@@ -1,12 +1,12 @@
-"""Discs too small to be exact are told, those large enough are not."""
+"""Discs too small to be exact are noted, those large enough are not."""
 
 import numpy as np
 
-from vision.tracking.camera_tracker import Layout
+from vision.identity.layouts import Layout
 from vision.tracking.disc_sizes import size_notes
 
 
-def test_small_discs_are_told_by_body():
+def test_small_discs_are_noted_by_body():
     layout = Layout(
         ("host", "nes"), ("H1", "H2", "N1"), np.zeros((3, 3)), np.array([0, 2, 3]), np.ones(2), np.ones(2, bool), 0.05
     )

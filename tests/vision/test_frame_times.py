@@ -38,7 +38,7 @@ def test_a_trigger_counts_from_nought_or_as_the_pictures_names_do(tmp_path, firs
     assert bool(notes) == (first_row > 0) and all("as the pictures' names do" in note for note in notes)
 
 
-def test_missed_pulses_are_filled_in_and_told(tmp_path):
+def test_missed_pulses_are_filled_in_and_noted(tmp_path):
     rec, times = recording(tmp_path, 0, [0, 1, 2, 4, 5, 6, 7, 8, 9])
     found, notes = frame_times(rec, np.arange(10))
     assert found[3] == pytest.approx(0.5 * (times[2] + times[3])) and "no time for 1 frames (3)" in notes[0]

@@ -1,11 +1,10 @@
-"""Layouts that look the same after a turn are told; irregular ones are not."""
+"""Layouts that look the same after a turn are noted; irregular ones are not."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from vision.identity.layouts import symmetric_turn, symmetry_notes
-from vision.tracking.camera_tracker import Layout
+from vision.identity.layouts import Layout, symmetric_turn, symmetry_notes
 
 SQUARE = 0.006 * np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]])
 IRREGULAR = np.array([[0, 0], [0.0061, 0.0003], [-0.0008, 0.006], [-0.0058, -0.0017], [0.0024, -0.0056]])

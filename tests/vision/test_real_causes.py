@@ -12,7 +12,8 @@ from tests.vision.real_discs import picture
 from vision.calibration.boards import Board
 from vision.calibration.dot_grid import detect_dots
 from vision.markers.detect import disc_like, find_discs
-from vision.markers.fit import OK, SD, U, disc_start, fit_discs
+from vision.markers.fit import fit_discs
+from vision.markers.row import OK, SD, U, disc_start
 
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
 GRID = Board("dots", (14, 10), 0.007, kind="dots", rings=((2, 7), (11, 7), (2, 2)))

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter
 from ovines.camera import Camera
 from vision.calibration.boards import find_board
 from vision.rendering.board import render_board
-from vision.rendering.images import Band, Look, Markers, Pose, Rig, View, render_frame
+from vision.rendering.images import Band, Greys, Look, Markers, Pose, Rig, View, render_frame
 
 TILT = np.radians(25)
 ROTATION = np.array([[np.cos(TILT), 0, np.sin(TILT)], [0, -1, 0], [np.sin(TILT), 0, -np.cos(TILT)]])
@@ -54,7 +54,7 @@ def test_disc_equals_brute_force(radius_m, blur_px, grey):
         {"ground": Markers(("G",), centre[None], radius_m, 20.0)},
         host_inner_radius_m=None,
         nes_radius_m=None,
-        background_grey=200.0,
+        greys=Greys(background=200.0),
     )
     uv, expected = brute_force_disc(centre, radius_m, blur_px)
     image = unrounded(View(CAMERA), rig, Look(blur_px))[uv[1] - 20 : uv[1] + 21, uv[0] - 20 : uv[0] + 21]
@@ -99,14 +99,14 @@ def test_wall_hides_what_lies_behind_it():
         render_frame(View(CAMERA), rig, [{"nes": Pose(x)}], Look(0.8, 0.0))[1].visible[0]
         for x in (0.0, 0.0235, 0.026, -0.026)
     ]
-    eye = CAMERA.centre_m[0]
-    near = 0.026 if eye > 0 else -0.026
+    camera_x_m = CAMERA.centre_m[0]
+    near = 0.026 if camera_x_m > 0 else -0.026
     by_x = dict(zip((0.0, 0.0235, 0.026, -0.026), shares, strict=True))
     assert by_x[0.0] == 1.0 and by_x[-near] == 1.0 and by_x[near] < 0.5
 
 
 def test_shadow_band_darkens_only_its_band():
-    rig = Rig({}, host_inner_radius_m=None, nes_radius_m=None, background_grey=200.0)
+    rig = Rig({}, host_inner_radius_m=None, nes_radius_m=None, greys=Greys(background=200.0))
     image, _ = render_frame(View(CAMERA), rig, [{}], Look(0.8, 0.0, bands=(Band(200, 40, 0.5, softness_px=2),)))
     assert image[:, 200].mean() == pytest.approx(100, abs=2) and image[:, 50].mean() == 200
 

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ovines.camera import Camera
 from vision.calibration.boards import Board
 from vision.calibration.bundle_adjustment import pinhole
 from vision.calibration.detection import View
@@ -16,12 +15,17 @@ from vision.calibration.single_camera import VIEW_FACTOR, Single
 
 Array = NDArray[np.float64]
 CELLS = 8, 6  # of the sensor, for the share that board points have visited
-FEW_VIEWS, SMALL_MARKER_PX, LITTLE_COVERAGE, FLAT_DEG = 10, 20.0, 0.35, 15.0
+FEW_VIEWS, SMALL_MARKER_PX, LITTLE_COVERAGE = 10, 20.0, 0.35  # views; pixels; share of the sensor
+FLAT_DEG, TILTED_PERCENTILE = 15.0, 80  # tilt that so many percent of the views stay below where all are too flat
+SAME_DEPTH = 0.1  # range of the views' distances over their median, below which they are alike
+NAMED_SMALL, NAMED_RETAKES = 3, 5  # views named in a sentence
 EXTRINSIC = "extrinsic view"  # its name in `calibration_views`
 LEAST_RMS_PX = 0.1  # below, nothing is worth a remark
-ABOVE_NOISE = 4.0  # residual over the points' own sd: real corners' sd is told to a factor of two
+ABOVE_NOISE = 4.0  # residual over the points' own sd: real corners' sd is known to a factor of two
 PRINT_SHARE = 0.8  # of the residual that is left without the board's own errors, where these are what is wrong
-LOOSE_FOCAL, LOOSE_CENTRE, WRONG_LENGTH = 0.005, 0.01, 0.02
+LOOSE_FOCAL, LOOSE_CENTRE = 0.005, 0.01  # relative sd of a focal length; sd of the principal point over the sensor
+WRONG_LENGTH = 0.02  # relative error of a known length that is a wrong square size, not the calibration's own sd
+FEWEST_SIGHTINGS = 3  # views of a board's point from which its own place can be told
 
 
 def coverage(views: Sequence[View], size_px: tuple[int, int]) -> float:
@@ -43,29 +47,27 @@ def tilts_deg(single: Single) -> Array:
 
 
 def advise(
-    names: Sequence[str],
     singles: Mapping[str, Single],
     sensor_size_px: Mapping[str, tuple[int, int]],
-    parameters: pd.DataFrame,
-    cameras: Sequence[Camera],
-    known_baseline_m: float | None,
     board: Board,
+    parameters: pd.DataFrame,
     table: pd.DataFrame,
-    worlds: Mapping[str, str],
+    extrinsic_names: Mapping[str, str],
 ) -> list[str]:
     """One sentence for each thing to do better, with the figure behind it; an empty list when nothing is.
 
-    ``table``: `calibration_views`; ``worlds``: per camera the name of its extrinsic view.
+    ``parameters``, ``table``: tables `calibration_parameters` and `calibration_views`; ``extrinsic_names``: per camera
+    the name of its extrinsic view.
     """
     said = [
         sentence
-        for name in names
-        for sentence in _world_advice(name, table, singles[name].dropped.get(worlds.get(name, "")))
+        for name, single in singles.items()
+        for sentence in _extrinsic_advice(name, table, single.dropped.get(extrinsic_names.get(name, "")))
     ]
     sd = parameters.set_index(["camera", "parameter"])["sd"]
     value = parameters.set_index(["camera", "parameter"])["value"]
-    for name in names:
-        single, size = singles[name], sensor_size_px[name]
+    for name, single in singles.items():
+        size = sensor_size_px[name]
         count, share, tilt = len(single.views), coverage(single.views, size), tilts_deg(single)
         if count < FEW_VIEWS:
             said.append(f"{name}: {count} usable intrinsic views; take at least {FEW_VIEWS}, better 15 to 20.")
@@ -73,20 +75,15 @@ def advise(
             said.append(
                 f"{name}: the board visited {share:.0%} of the sensor; move it to the corners, or use a larger board."
             )
-        if np.percentile(tilt, 80) < FLAT_DEG:
-            said.append(
-                f"{name}: the board is tilted by less than {np.percentile(tilt, 80):.0f} degrees; tilt some views by "
-                f"30 to 45."
-            )
+        if (most := np.percentile(tilt, TILTED_PERCENTILE)) < FLAT_DEG:
+            said.append(f"{name}: the board is tilted by less than {most:.0f} degrees; tilt some views by 30 to 45.")
         depth = single.adjusted.state.translation[:, 2]
-        if np.ptp(depth) < 0.1 * np.median(depth):
+        if np.ptp(depth) < SAME_DEPTH * np.median(depth):
             said.append(f"{name}: all views at {np.median(depth):.2f} m; take some nearer and some farther.")
         small = [v.name for v in single.views if v.marker_px < SMALL_MARKER_PX]
         if small:
-            said.append(
-                f"{name}: markers below {SMALL_MARKER_PX:.0f} px in {len(small)} views ({', '.join(small[:3])}); come "
-                f"nearer."
-            )
+            named = ", ".join(small[:NAMED_SMALL])
+            said.append(f"{name}: markers below {SMALL_MARKER_PX:.0f} px in {len(small)} views ({named}); come nearer.")
         for focal in ("fx", "fy"):
             if sd[name, focal] > LOOSE_FOCAL * value[name, focal]:
                 said.append(
@@ -100,20 +97,15 @@ def advise(
                     f"directions help."
                 )
         said += _residual_advice(name, single, board)
-        retake = {view: why for view, why in single.dropped.items() if view != worlds.get(name)}
+        retake = {view: why for view, why in single.dropped.items() if view != extrinsic_names.get(name)}
         if retake:
-            said.append(f"{name}: retake {', '.join(f'{view} ({why})' for view, why in list(retake.items())[:5])}.")
-    if known_baseline_m is not None and len(cameras) == 2:
-        said += length_advice(
-            float(np.linalg.norm(cameras[0].centre_m - cameras[1].centre_m)),
-            known_baseline_m,
-            board,
-            "the cameras' distance",
-        )
+            said.append(
+                f"{name}: retake {', '.join(f'{view} ({why})' for view, why in list(retake.items())[:NAMED_RETAKES])}."
+            )
     return said
 
 
-def _world_advice(name: str, table: pd.DataFrame, dropped: str | None) -> list[str]:
+def _extrinsic_advice(name: str, table: pd.DataFrame, dropped: str | None) -> list[str]:
     """What is wrong with the extrinsic view: it has no other to outvote it."""
     own = table[(table["camera"] == name) & table["used"]]
     world, others = own[own["view"] == EXTRINSIC]["rms_px"], own[own["view"] != EXTRINSIC]["rms_px"]
@@ -166,7 +158,7 @@ def board_errors(single: Single, board: Board) -> tuple[float, float]:
         slopes.append(slope)
     seen = np.bincount(np.concatenate([view.points for view in single.views]), minlength=len(points))
     off = np.zeros((len(points), 2))
-    often = seen > 2
+    often = seen >= FEWEST_SIGHTINGS
     off[often] = np.linalg.solve(normal[often], right[often][..., None])[..., 0]
     left = [
         residual - np.einsum("nij,nj->ni", slope, off[view.points])

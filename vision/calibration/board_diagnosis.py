@@ -18,6 +18,7 @@ from vision.calibration.detection import detect, marker_parameters
 Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
 FEWEST_MARKERS = 4
+EXAMINED = 3  # images in which markers of other boards are looked for: each takes every dictionary
 COUNTED = 6  # images in which the squares of a chessboard are counted: some may show a part of it
 MOST_COLUMNS = 30
 # Corners of markers laid out as the board says fit a flat board's perspective to this share of a marker's edge, lens
@@ -48,12 +49,12 @@ def alternatives(images: Sequence[Image], board: Board) -> tuple[Board, str]:
         )
     for changed in _prints(board)[1:]:
         if any(len(detect(image, changed).points) for image in images):
-            told = [
+            settings = [
                 f"{key} = {str(getattr(changed, key)).lower()}"
                 for key in ("inverted", "legacy_pattern")
                 if getattr(changed, key) != getattr(board, key)
             ]
-            return changed, f"the board fits with {' and '.join(told)}, not as {board.name} says; correct its TOML"
+            return changed, f"the board fits with {' and '.join(settings)}, not as {board.name} says; correct its TOML"
     refuse_mirrored(images, board)
     if not _refuse_squares(images, board):
         _refuse_dictionary(images, board)
@@ -69,7 +70,7 @@ def refuse_mirrored(images: Sequence[Image], board: Board, whose: str = "") -> N
     right.
     """
     if board.kind != "charuco":
-        return  # nothing on a chessboard tells left from right
+        return  # nothing on a chessboard shows left and right
     for changed in _prints(board):
         if any(len(detect(np.ascontiguousarray(image[:, ::-1]), changed).points) for image in images):
             found = f"{whose}: " if whose else ""
@@ -102,7 +103,7 @@ def _markers(image: Image, dictionary: str) -> tuple[NDArray[np.int64], Array]:
 
 def _refuse_squares(images: Sequence[Image], board: Board) -> bool:
     """`InputError` when the markers lie as on a board of other squares; False when there are none of the dictionary."""
-    seen = [_markers(image, board.dictionary) for image in images[:3]]
+    seen = [_markers(image, board.dictionary) for image in images[:EXAMINED]]
     most = max(seen, key=lambda one: len(one[0]))
     if len(most[0]) < FEWEST_MARKERS:
         return False
@@ -145,7 +146,7 @@ def _refuse_dictionary(images: Sequence[Image], board: Board) -> None:
         # a board counts its markers from 0 without gaps: chance hits of large dictionaries do not
         found = sum(
             int(np.sum(np.unique(_markers(image, name)[0]) < board.squares[0] * board.squares[1]))
-            for image in images[:3]
+            for image in images[:EXAMINED]
         )
         if found > seen:
             best, seen = name, found

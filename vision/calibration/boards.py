@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parents[2] / "calibration_boards"
 KINDS = ("charuco", "chessboard", "dots")
 DICTIONARIES = tuple(sorted(name for name in dir(cv2.aruco) if re.fullmatch(r"DICT_\w+", name)))
+MOST_SQUARES, MOST_M = 1000, 100.0  # per side, and lengths: more is a slip
 WORLD_FROM_BOARD = np.diag([1.0, -1.0, -1.0])
 
 
@@ -53,7 +54,7 @@ class Board:
 
     @property
     def ends_alike(self) -> bool:
-        """Whether the board looks the same turned by half: nothing on it then tells which corner is the first."""
+        """Whether the board looks the same turned by half: nothing on it then shows which corner is the first."""
         return self.kind == "chessboard" and sum(self.squares) % 2 == 0
 
     def points_m(self) -> Array:
@@ -74,7 +75,7 @@ class Board:
         """Corners (4, 2) of each ChArUco marker on the board, by its number; squares of 1, whatever the dictionary
         holds.
         """
-        largest = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)  # only the places are asked for
+        largest = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)  # only the places are used
         board = cv2.aruco.CharucoBoard(self.squares, 1.0, self.marker_size_m / self.square_size_m, largest)
         board.setLegacyPattern(self.legacy_pattern)
         return {
@@ -148,7 +149,9 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
     squares: Any = content.get("squares")
     square: Any = content.get("square_size_m")
     check(
-        isinstance(squares, list) and len(squares) == 2 and all(type(n) is int and 2 <= n <= 1000 for n in squares),
+        isinstance(squares, list)
+        and len(squares) == 2
+        and all(type(n) is int and 2 <= n <= MOST_SQUARES for n in squares),
         "squares",
         "[columns, rows], whole numbers of at least 2",
     )
@@ -192,13 +195,13 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
 
 
 def _positive(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 100
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < MOST_M
 
 
 def charuco_rectangles(board: Board) -> tuple[Array, Array, Array]:
     """A ChArUco board as a grid of unequal lines: x (I,), y (J,) in metres and which cells are black (J-1, I-1).
 
-    Squares that hold a marker are white, the others black; where each marker lies is asked of OpenCV, so that
+    Squares that hold a marker are white, the others black; where each marker lies is OpenCV's, so that
     legacy and present patterns both come out as its detector expects them.  ``inverted`` swaps the colours.
     """
     cv_board = board.opencv()

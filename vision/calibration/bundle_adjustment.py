@@ -16,10 +16,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.robust import residual_sd
+
 Array = NDArray[np.float64]
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-HUBER = 2.5
-FIXED = -1
+FX, FY, CX, CY, K1, K2, P1, P2, K3 = range(9)  # their places
+POSE = ("rx", "ry", "rz", "tx", "ty", "tz")  # r: a rotation vector applied after the camera's own rotation
+N_INTRINSICS, N_POSE = len(INTRINSICS), len(POSE)
+N_ROTATION = 3  # of a pose's unknowns, then the translation
+N_CAMERA = N_INTRINSICS + N_POSE  # unknowns of a camera
+HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weight falls
+FIXED = -1  # number of the pose of the board that defines the world
+_ROUNDS, _SAME_SD = 4, 0.05  # of sd and weights, which settle in two; relative change that ends them
+_LEAST_SIGMA_PX = 1e-4  # of an exact film: weights stay finite
+_LEAST_FREEDOM = 0.1  # share of the residuals that the parameters leave at least
+# Levenberg's damping: at first, after a step down and up, and its bounds.
+_DAMPING, _DAMPING_DOWN, _DAMPING_UP, _LEAST_DAMPING, _MOST_DAMPING = 1e-4, 0.2, 8, 1e-9, 1e8
+_SETTLED = 1e-6  # relative gain that ends a descent
 
 
 @dataclass
@@ -89,15 +102,15 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     sigma = np.ones(cameras)
     if len(setting.sigma_px) == cameras:
         sigma = setting.sigma_px
-    for _ in range(4):  # sd and weights settle in two rounds
+    for _ in range(_ROUNDS):
         setting.sigma_px = sigma
         state = _descend(sightings, state, setting, iterations)
         sigma = _spread(sightings, state, setting)
-        if np.allclose(sigma, setting.sigma_px, rtol=0.05):
+        if np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
             break
     setting.sigma_px = sigma
     cost, normal, _ = _normal(sightings, state, setting)
-    kept = cameras * 15
+    kept = cameras * N_CAMERA
     used = np.flatnonzero(np.diag(normal)[:kept] > 0)
     covariance = np.full((kept, kept), np.nan)
     complement = _eliminated(normal, kept)[0][np.ix_(used, used)]
@@ -105,7 +118,7 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     covariance[np.ix_(used, used)] = np.linalg.pinv(complement * np.outer(scale, scale), hermitian=True) * np.outer(
         scale, scale
     )
-    labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, "rx", "ry", "rz", "tx", "ty", "tz")]
+    labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, *POSE)]
     return Adjusted(
         state,
         sigma,
@@ -134,14 +147,14 @@ def project(
     uv, by_intrinsics, by_point = pinhole(x_camera, state.intrinsics[c])
     if not derivatives:
         return uv, by_intrinsics, by_point, by_point
-    by_camera, by_pose = np.zeros((len(uv), 2, 6)), np.zeros((len(uv), 2, 6))
+    by_camera, by_pose = np.zeros((len(uv), 2, N_POSE)), np.zeros((len(uv), 2, N_POSE))
     if through:
-        by_camera[..., :3], by_camera[..., 3:] = by_point @ -_cross(rotated), by_point
+        by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = by_point @ -_cross(rotated), by_point
         if sighting.pose != FIXED:
             chained = by_point @ state.camera_rotation[c]
-            by_pose[..., :3], by_pose[..., 3:] = chained @ -_cross(turned), chained
+            by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = chained @ -_cross(turned), chained
     else:
-        by_pose[..., :3], by_pose[..., 3:] = by_point @ -_cross(turned), by_point
+        by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = by_point @ -_cross(turned), by_point
     return uv, by_intrinsics, by_camera, by_pose
 
 
@@ -219,11 +232,11 @@ def _cross(v: Array) -> Array:
 
 
 def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
-    """Robust cost, normal matrix and right-hand side.  Unknown order: 15 per camera, then 6 per pose; held ones are
-    zero.
+    """Robust cost, normal matrix and right-hand side.  Unknown order: N_CAMERA per camera, then N_POSE per pose; held
+    ones are zero.
     """
     cameras, poses = len(state.intrinsics), len(state.rotation)
-    size = 15 * cameras + 6 * poses
+    size = N_CAMERA * cameras + N_POSE * poses
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
     for sighting in sightings:
         c, sigma = sighting.camera, setting.sigma_px[sighting.camera]
@@ -233,10 +246,11 @@ def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tu
         weight = np.minimum(1.0, HUBER / np.maximum(length, 1e-12))
         cost += float(np.sum(np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2)))
         by_intrinsics = by_intrinsics * setting.free[c]
-        where = [*range(15 * c, 15 * c + 15)]
+        where = [*range(N_CAMERA * c, N_CAMERA * (c + 1))]
         blocks = [by_intrinsics, by_camera * setting.camera_poses_free]
         if sighting.pose != FIXED:
-            where += range(15 * cameras + 6 * sighting.pose, 15 * cameras + 6 * sighting.pose + 6)
+            first = N_CAMERA * cameras + N_POSE * sighting.pose
+            where += range(first, first + N_POSE)
             blocks.append(by_pose)
         jacobian = np.concatenate(blocks, -1) / sigma
         weighted = (jacobian * weight[:, None, None]).reshape(-1, len(where))
@@ -250,12 +264,12 @@ def _add_priors(state: State, setting: Setting, normal: Array, right: Array) -> 
     for c, values in enumerate(state.intrinsics):
         for k in np.flatnonzero(setting.free[c] & np.isfinite(setting.prior_sd[c])):
             pull = (setting.prior[c, k] - values[k]) / setting.prior_sd[c, k]
-            normal[15 * c + k, 15 * c + k] += setting.prior_sd[c, k] ** -2
-            right[15 * c + k] += pull / setting.prior_sd[c, k]
+            normal[N_CAMERA * c + k, N_CAMERA * c + k] += setting.prior_sd[c, k] ** -2
+            right[N_CAMERA * c + k] += pull / setting.prior_sd[c, k]
             cost += pull**2
-        if setting.free[c, 0] and setting.free[c, 1]:
-            sd = setting.aspect_sd * values[0]
-            pull, where = (values[0] - values[1]) / sd, [15 * c, 15 * c + 1]
+        if setting.free[c, FX] and setting.free[c, FY]:
+            sd = setting.aspect_sd * values[FX]
+            pull, where = (values[FX] - values[FY]) / sd, [N_CAMERA * c + FX, N_CAMERA * c + FY]
             normal[np.ix_(where, where)] += np.array([[1, -1], [-1, 1]]) / sd**2
             right[where] += np.array([-pull, pull]) / sd
             cost += pull**2
@@ -268,8 +282,8 @@ def _eliminated(normal: Array, kept: int) -> tuple[Array, Array, Array]:
     Poses do not touch each other: their part is made of 6 x 6 blocks, so that nothing large is ever inverted.
     Gives the complement (kept, kept), the blocks' inverses (n, 6, 6) and the coupling (n, kept, 6).
     """
-    count = (len(normal) - kept) // 6
-    where = kept + np.arange(6 * count).reshape(count, 6)
+    count = (len(normal) - kept) // N_POSE
+    where = kept + np.arange(N_POSE * count).reshape(count, N_POSE)
     inverses = np.linalg.inv(normal[where[:, :, None], where[:, None, :]])
     coupling = normal[:kept][:, where].transpose(1, 0, 2)
     return (
@@ -285,28 +299,28 @@ def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
     scaled, wanted = normal * np.outer(scale, scale), scale * right
     scaled[np.diag_indices_from(scaled)] = np.where(scale > 0, 1.0 + damping, 1.0)
     complement, inverses, coupling = _eliminated(scaled, kept)
-    pose_wanted = wanted[kept:].reshape(-1, 6)
+    pose_wanted = wanted[kept:].reshape(-1, N_POSE)
     cameras = np.linalg.solve(complement, wanted[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, pose_wanted))
     poses = np.einsum("npq,nq->np", inverses, pose_wanted - np.einsum("nkp,k->np", coupling, cameras))
     return np.asarray(scale * np.concatenate([cameras, poses.ravel()]))
 
 
 def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iterations: int) -> State:
-    damping = 1e-4
+    damping = _DAMPING
     cost, normal, right = _normal(sightings, state, setting)
     for _ in range(iterations):
-        step = _step(normal, right, damping, 15 * len(state.intrinsics))
+        step = _step(normal, right, damping, N_CAMERA * len(state.intrinsics))
         trial = _moved(state, step)
         new = _normal(sightings, trial, setting)
         if new[0] <= cost:
             gain, state = cost - new[0], trial
             cost, normal, right = new
-            damping = max(1e-9, 0.2 * damping)
-            if gain < 1e-6 * max(cost, 1.0):
+            damping = max(_LEAST_DAMPING, _DAMPING_DOWN * damping)
+            if gain < _SETTLED * max(cost, 1.0):
                 break
         else:
-            damping *= 8
-            if damping > 1e8:
+            damping *= _DAMPING_UP
+            if damping > _MOST_DAMPING:
                 break
     return state
 
@@ -314,18 +328,19 @@ def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iter
 def _moved(state: State, step: Array) -> State:
     trial, cameras = state.copy(), len(state.intrinsics)
     for c in range(cameras):
-        own = step[15 * c : 15 * c + 15]
-        trial.intrinsics[c] += own[:9]
-        trial.camera_rotation[c] = cv2.Rodrigues(own[9:12])[0] @ state.camera_rotation[c]
-        trial.camera_translation[c] += own[12:]
-    for p, own in enumerate(step[15 * cameras :].reshape(-1, 6)):
-        trial.rotation[p] = cv2.Rodrigues(own[:3])[0] @ state.rotation[p]
-        trial.translation[p] += own[3:]
+        own = step[N_CAMERA * c : N_CAMERA * (c + 1)]
+        turn, shift = np.split(own[N_INTRINSICS:], [N_ROTATION])
+        trial.intrinsics[c] += own[:N_INTRINSICS]
+        trial.camera_rotation[c] = cv2.Rodrigues(turn)[0] @ state.camera_rotation[c]
+        trial.camera_translation[c] += shift
+    for p, own in enumerate(step[N_CAMERA * cameras :].reshape(-1, N_POSE)):
+        trial.rotation[p] = cv2.Rodrigues(own[:N_ROTATION])[0] @ state.rotation[p]
+        trial.translation[p] += own[N_ROTATION:]
     return trial
 
 
 def _spread(sightings: Sequence[Sighting], state: State, setting: Setting) -> Array:
-    """Robust sd of a pixel coordinate per camera: 1.4826 median |residual|, corrected for the fitted parameters."""
+    """Robust sd of a pixel coordinate per camera, corrected for the fitted parameters."""
     cameras, sigma = len(state.intrinsics), []
     for c in range(cameras):
         own = [s for s in sightings if s.camera == c]
@@ -333,8 +348,7 @@ def _spread(sightings: Sequence[Sighting], state: State, setting: Setting) -> Ar
             sigma.append(1.0)
             continue
         residual = np.concatenate([(s.uv_px - project(s, state, setting)[0]).ravel() for s in own])
-        taken = setting.free[c].sum() + sum(6 * (0.5 if s.in_world else 1.0) for s in own)
-        sigma.append(
-            max(1e-4, 1.4826 * float(np.median(np.abs(residual)))) / np.sqrt(max(0.1, 1 - taken / residual.size))
-        )
+        taken = setting.free[c].sum() + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
+        freedom = max(_LEAST_FREEDOM, 1 - taken / residual.size)
+        sigma.append(max(_LEAST_SIGMA_PX, residual_sd(residual)) / np.sqrt(freedom))
     return np.full(cameras, np.sqrt(np.mean(np.square(sigma)))) if setting.one_sigma else np.array(sigma)

@@ -14,9 +14,11 @@ from vision.calibration.corners import refine_corners
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
-SEARCHED_PX = (
-    2000  # longer side in which a board is looked for first: on 8 megapixels that takes seconds, and finds no more
-)
+# Longer side in which a board is looked for first: on 8 megapixels that takes seconds, and finds no more.
+SEARCHED_PX = 2000
+# About a corner, in parts of the squares: OpenCV's window, and the neighbourhood that holds nothing else.
+WINDOW_SHARE, CLEAN_SHARE = 0.3, 0.42
+SUBPIX = (3, 50, 1e-3)  # OpenCV's criteria: 50 steps, or one below 1e-3 px
 LIKELY = 3  # sizes counted most often that are tried
 SMALLEST = (3, 3)  # inner corners from which OpenCV lets a chessboard grow to what is there
 
@@ -36,12 +38,12 @@ def detect_chessboard(image: Image, board: Board) -> tuple[Array, Array] | None:
     uv = grid.reshape(-1, 2)
     uv = (
         cv2.cornerSubPix(
-            image, uv.astype(np.float32).reshape(-1, 1, 2), (int(max(2, 0.3 * spacing)),) * 2, (-1, -1), (3, 50, 1e-3)
+            image, uv.astype(np.float32).reshape(-1, 1, 2), (int(max(2, WINDOW_SHARE * spacing)),) * 2, (-1, -1), SUBPIX
         )
         .reshape(-1, 2)
         .astype(float)
     )
-    return refine_corners(image, uv, np.full(len(uv), 0.42 * spacing))
+    return refine_corners(image, uv, np.full(len(uv), CLEAN_SHARE * spacing))
 
 
 def _search(image: Image, size: tuple[int, int], thorough: bool = True) -> Array | None:

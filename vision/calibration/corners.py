@@ -7,9 +7,17 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 Array = NDArray[np.float64]
-STEPS = 12
-REACH_SHARE = 0.25  # of the patch's side: farther pixels are too few to tell what they share
-PARAMETERS = 7  # u, v, two edge directions, mean grey, half contrast, blur
+STEPS, SETTLED_PX = 12, 1e-4  # steps at most, and the one that ends them
+REACH_SHARE = 0.25  # of the patch's side: farther pixels are too few to show what they share
+# Unknowns: place, the two edges' directions, mean grey, half contrast, blur.
+U, V, FIRST, SECOND, MEAN, HALF, BLUR = range(7)
+PARAMETERS = 7
+REACH_PX = (3.0, 12.0)  # radius of a corner's neighbourhood: enough pixels, and no more than edges stay straight for
+LEAST_BLUR_PX, WIDEST_BLUR = 0.3, 0.5  # sd: a pixel's own area, and in parts of the neighbourhood's radius
+LEFT_REACH, LEAST_HALF_CONTRAST = 0.5, 5.0  # parts of that radius, and greys, at which a corner is given up
+_MIDDLE_PX = 1.0  # about the corner, of pixels whose direction says nothing
+_EXTREMES = (5, 95)  # percentiles that stand for dark and light
+_DAMPING, _DAMPING_DOWN, _DAMPING_UP = 1e-3, 0.2, 10  # Levenberg's
 
 
 def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array) -> tuple[Array, Array]:
@@ -29,7 +37,7 @@ def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array)
     corners_px = np.asarray(corners_px, float)
     refined, sd = corners_px.copy(), np.full(len(corners_px), np.nan)
     for k, (corner, reach) in enumerate(zip(corners_px, reach_px, strict=True)):
-        fitted = _fit(image, corner, float(np.clip(reach, 3.0, 12.0)))
+        fitted = _fit(image, corner, float(np.clip(reach, *REACH_PX)))
         if fitted is not None:
             refined[k], sd[k] = fitted
     return refined, sd
@@ -45,8 +53,8 @@ def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, 
     inside = np.hypot(u - corner[0] + column, v - corner[1] + row) <= reach
     u, v, grey = u[inside].astype(float), v[inside].astype(float), patch[inside]
     p = _start(u - corner[0] + column, v - corner[1] + row, grey)
-    p[:2] = corner - (column, row)
-    damping, (model, jacobian) = 1e-3, _model(p, u, v)
+    p[[U, V]] = corner - (column, row)
+    damping, (model, jacobian) = _DAMPING, _model(p, u, v)
     cost = float(np.sum((grey - model) ** 2))
     for _ in range(STEPS):
         normal = jacobian.T @ jacobian
@@ -55,38 +63,37 @@ def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, 
         except np.linalg.LinAlgError:
             return None
         trial = p + step
-        trial[6] = np.clip(trial[6], 0.3, 0.5 * reach)
+        trial[BLUR] = np.clip(trial[BLUR], LEAST_BLUR_PX, WIDEST_BLUR * reach)
         tried = _model(trial, u, v)
         new_cost = float(np.sum((grey - tried[0]) ** 2))
         if new_cost < cost:
-            small = np.abs(step[:2]).max() < 1e-4
-            p, (model, jacobian), cost, damping = trial, tried, new_cost, 0.2 * damping
+            small = np.abs(step[[U, V]]).max() < SETTLED_PX
+            p, (model, jacobian), cost, damping = trial, tried, new_cost, _DAMPING_DOWN * damping
             if small:
                 break
         else:
-            damping *= 10
-    found = p[:2] + (column, row)
-    if np.hypot(*(found - corner)) > 0.5 * reach or abs(p[5]) < 5:
+            damping *= _DAMPING_UP
+    found = p[[U, V]] + (column, row)
+    if np.hypot(*(found - corner)) > LEFT_REACH * reach or abs(p[HALF]) < LEAST_HALF_CONTRAST:
         return None
-    told = (
-        np.linalg.pinv(jacobian.T @ jacobian)[:2] @ jacobian.T
-    )  # by how much a grey level in each pixel moves the corner
+    # By how much a grey level in each pixel moves the corner.
+    influence = np.linalg.pinv(jacobian.T @ jacobian)[[U, V]] @ jacobian.T
     return found, float(
-        np.sqrt(0.5 * _shared_variance(told, grey - model, inside) * len(grey) / max(1, len(grey) - PARAMETERS))
+        np.sqrt(0.5 * _shared_variance(influence, grey - model, inside) * len(grey) / max(1, len(grey) - PARAMETERS))
     )
 
 
-def _shared_variance(told: Array, residual: Array, inside: NDArray[np.bool_]) -> float:
+def _shared_variance(influence: Array, residual: Array, inside: NDArray[np.bool_]) -> float:
     """Variance of u and v together, from residuals that neighbouring pixels share: print, JPEG and a blur that is no
     Gaussian do not average out.
 
-    told : (2, n) how a pixel moves the corner;  residual : (n,);  inside : (rows, columns), where the n pixels lie.
+    influence : (2, n) how a pixel moves the corner;  residual : (n,);  inside : (rows, columns), where the pixels lie.
     Products of residuals at each distance up to REACH_SHARE of the patch, times how pixels at that distance move the
     corner together.
     """
     side = 2 * inside.shape[0]  # no wrapping
     pictures = np.zeros((4, *inside.shape))
-    for k, values in enumerate((*told, residual, np.ones_like(residual))):
+    for k, values in enumerate((*influence, residual, np.ones_like(residual))):
         pictures[k][inside] = values
     spectrum = np.abs(np.fft.rfft2(pictures, (side, side))) ** 2
     moves_u, moves_v, shared, pairs = np.fft.irfft2(spectrum, (side, side))
@@ -99,10 +106,11 @@ def _shared_variance(told: Array, residual: Array, inside: NDArray[np.bool_]) ->
 
 def _start(u: Array, v: Array, grey: Array) -> Array:
     """Edge directions from the second angular harmonic: the four quadrants alternate between dark and light."""
-    mean, angle, far = grey.mean(), np.arctan2(v, u), np.hypot(u, v) > 1.0
+    mean, angle, far = grey.mean(), np.arctan2(v, u), np.hypot(u, v) > _MIDDLE_PX
     harmonic = np.sum((grey - mean)[far] * np.exp(2j * angle[far]))
     middle = 0.5 * np.angle(harmonic)  # of a light quadrant
-    half = 0.5 * (np.percentile(grey, 95) - np.percentile(grey, 5))
+    dark, light = np.percentile(grey, _EXTREMES)
+    half = 0.5 * (light - dark)
     return np.array([0.0, 0.0, middle + np.pi / 4, middle - np.pi / 4, mean, half, 1.0])
 
 

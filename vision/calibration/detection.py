@@ -1,4 +1,4 @@
-"""A board found in an image: which of its points, where, how surely."""
+"""A board found in an image: which of its points, where, and their sds."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from vision.calibration.boards import Board
 from vision.calibration.chessboard import detect_chessboard
 from vision.calibration.corners import refine_corners
 from vision.calibration.dot_grid import detect_dots
-from vision.markers.fit import SD, U, V, radius_px
+from vision.markers.row import SD, U, V, radius_px
 
 Array = NDArray[np.float64]
 MINIMUM_POINTS = 6
 # Of the printed gap between a square's edge and its marker: the corner's neighbourhood is clean to sqrt(2) of it.
 CLEAN_SHARE = 1.15
+# Smallest perimeter of a marker: OpenCV's over the image's longer side, and in pixels for large images.
+PERIMETER_RATE, PERIMETER_PX = 0.03, 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +43,7 @@ class View:
 
     @property
     def when(self) -> str:
-        """What views of other cameras are asked for that may have been taken at once."""
+        """What views of other cameras have too that may have been taken at once."""
         return self.instant or self.name
 
     def only(self, chosen: NDArray[np.bool_]) -> View:
@@ -73,7 +75,7 @@ def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
     uv = corners.reshape(-1, 2).astype(float)
     edge = np.mean([np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).mean() for m in markers])
     gap = 0.5 * (board.square_size_m / board.marker_size_m - 1)
-    # The markers tell pixels per metre; a tilted board's narrower direction has the smaller gap.
+    # The markers give pixels per metre; a tilted board's narrower direction has the smaller gap.
     narrow = min(np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).min() for m in markers)
     uv, sd = refine_corners(image, uv, np.full(len(uv), CLEAN_SHARE * gap * 0.5 * (edge + narrow)))
     return View(name, np.asarray(numbers, np.int64).ravel(), uv, sd, float(edge))
@@ -92,5 +94,5 @@ def marker_parameters(shape: tuple[int, ...]) -> cv2.aruco.DetectorParameters:
     vanishes.
     """
     parameters = cv2.aruco.DetectorParameters()
-    parameters.minMarkerPerimeterRate = min(0.03, 40.0 / max(shape))
+    parameters.minMarkerPerimeterRate = min(PERIMETER_RATE, PERIMETER_PX / max(shape))
     return parameters

@@ -17,11 +17,12 @@ from ovines.recording import CameraSettings, Recording
 from vision.calibration.board_diagnosis import alternatives, refuse_mirrored
 from vision.calibration.boards import Board, find_board
 from vision.calibration.detection import MINIMUM_POINTS, View, detect
+from vision.markers.row import U, V
 
 TRIED = 4  # images of each camera in which another print of the board is looked for
-VIDEO_VIEWS = 40
+VIDEO_VIEWS, VIDEO_TRIED = 40, 6  # frames of a film that are views, and in which another print is looked for
 FRAME = "frame_"  # and its number: a view of a film
-ALIKE = 0.9  # of the longest film's frames that the shortest may have, and both still began together
+ALIKE = 0.9  # share of the longest film's frames that the shortest has where both began together
 VIDEOS = {".mp4", ".avi", ".mov", ".mkv", ".m4v"}
 Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
@@ -175,13 +176,13 @@ def _shifted(discs: Array | None, offset_px: tuple[int, int]) -> Array | None:
     if discs is None:
         return None
     moved = discs.copy()
-    moved[:, :2] += offset_px
+    moved[:, [U, V]] += offset_px
     return moved
 
 
 def _read(path: Path, camera: CameraSettings, few: bool = False, of: int | None = None) -> Iterable[tuple[str, Image]]:
     if path.suffix.lower() in VIDEOS:
-        count = 6 if few else VIDEO_VIEWS
+        count = VIDEO_TRIED if few else VIDEO_VIEWS
         numbers = None if of is None else np.linspace(0, of - 1, min(of, count)).astype(int).tolist()
         for name, image in video_frames(path, count, numbers):
             _check_size(image, path, camera)

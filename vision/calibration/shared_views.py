@@ -19,12 +19,11 @@ from vision.calibration.single_camera import Single, board_pose
 
 Array = NDArray[np.float64]
 Pose = tuple[Array, Array]  # X_camera = R X_board + t
-# Depth of a small board is known to a percent: views of one instant lie that far apart, in pixels of the second camera
-# ...
+# Views of one instant lie no farther apart, in pixels of the second camera: depth of a small board is known to a
+# percent.
 NEAR_PX = 200.0
-NEAR_SHARE = (
-    0.35  # ... and not by more than this of the board's own extent: numbered from the other end it is off by all of it
-)
+# Nor by more than this share of the board's own extent: numbered from the other end it is off by all of it.
+NEAR_SHARE = 0.35
 AGREE_SHARE = 0.6  # of the views of one name that were taken at once, if any were: the others were moved or mistaken
 FEWEST = 3  # views that agree with each other, from which on the extrinsic view is what is wrong
 

@@ -1,4 +1,4 @@
-"""One camera from its board views: first guesses, whether the data ask for k3, which views are outliers."""
+"""One camera from its board views: first guesses, whether the data need k3, which views are outliers."""
 
 from __future__ import annotations
 
@@ -11,21 +11,43 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import INTRINSICS, Adjusted, Setting, Sighting, State, adjust
+from vision.calibration.bundle_adjustment import (
+    CX,
+    CY,
+    FX,
+    FY,
+    K1,
+    K2,
+    K3,
+    N_INTRINSICS,
+    P1,
+    P2,
+    Adjusted,
+    Setting,
+    Sighting,
+    State,
+    adjust,
+)
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.markers.perspective import circle_centres
 
 Array = NDArray[np.float64]
-K1, K2, P1, P2, K3 = (INTRINSICS.index(name) for name in ("k1", "k2", "p1", "p2", "k3"))
 # k3 is freed when it lowers chi^2 by more than this (3 sigma).
-WORTH = 10.0
+K3_GAIN = 10.0
 # Industrial lenses and webcams alike have their principal point within a few percent of the middle.
 CENTRE_SD_SHARE = 0.03
-ASPECT_SD = 0.003
+ASPECT_SD = 0.003  # of fy / fx - 1: pixels are square
+# What a real lens does at the image's corner, as a share of the radius: k1, k2 and k3; and the least sd of each.
+CORNER_DISTORTION, LEAST_DISTORTION_SD = (0.3, 0.05, 0.05), 0.5
 # k2, p1 and p2 are always free, with what real lenses show as prior: held at zero they move k1 (by 5 sd on a rendered
 # rig) and the principal point (by 3.4 sd) by more than their sd say
 DECENTRING_SD = 5e-4
-OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0
+OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0  # of a point, in sds; of a view, in parts of the median view's rms
+FEWEST_VIEWS = 3
+_ROUNDS = 4  # in which outliers are left out
+_LEAST_VIEW_RMS_PX = 0.02  # of the median view: rendered views have less, and none of them is an outlier
+# Focal lengths in image widths: a first guess is believed between these, and else begins with the last.
+_FOCAL_RANGE, _FOCAL_GUESS = (0.2, 50.0), 1.5
 
 
 @dataclass
@@ -41,21 +63,21 @@ class Single:
 def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int, int]) -> Single | None:
     """Intrinsics and one pose per view; None when fewer than three views can be used."""
     kept, dropped = _usable(views, board)
-    if len(kept) < 3:
+    if len(kept) < FEWEST_VIEWS:
         return None
     state = _first_guess(kept, board, sensor_size_px)
     setting = make_setting([sensor_size_px], state)
     result = adjust(sightings_of(kept, board), state, setting)
-    for _ in range(4):
+    for _ in range(_ROUNDS):
         sightings = sightings_of(kept, board, result.state)
-        result = _with_k3_if_worth(sightings, repose(sightings, result.state), setting)
+        result = _with_k3_if_significant(sightings, repose(sightings, result.state), setting)
         bad = _outlying_views(result, kept)
-        cleaned = without_wild_points(kept, result.residuals_px, result.sigma_px[0])
+        cleaned = without_outliers(kept, result.residuals_px, result.sigma_px[0])
         stay = [k for k, view in enumerate(kept) if view.name not in bad]
         if len(stay) == len(kept) and all(len(a.points) == len(b.points) for a, b in zip(kept, cleaned, strict=True)):
             break
         dropped.update(bad)
-        if len(stay) < 3:
+        if len(stay) < FEWEST_VIEWS:
             return None
         kept, result.state = [cleaned[k] for k in stay], only_poses(result.state, stay)
     return Single(result, setting, kept, dropped)
@@ -95,15 +117,16 @@ def only_poses(state: State, stay: Sequence[int]) -> State:
 def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_board: Array | None = None) -> Setting:
     """Free all but k3, with priors that only bite where the views say nothing."""
     cameras = len(sizes_px)
-    free = np.zeros((cameras, 9), bool)
+    free = np.zeros((cameras, N_INTRINSICS), bool)
     free[:, :K3] = True
-    prior, sd = np.zeros((cameras, 9)), np.full((cameras, 9), np.nan)
+    prior, sd = np.zeros((cameras, N_INTRINSICS)), np.full((cameras, N_INTRINSICS), np.nan)
     for c, (width, height) in enumerate(sizes_px):
-        prior[c, 2:4] = 0.5 * (width - 1), 0.5 * (height - 1)
-        sd[c, 2:4] = CENTRE_SD_SHARE * max(width, height)
-        corner = np.hypot(width, height) / 2 / state.intrinsics[c, 0]
-        # what a real lens does at the image's corner: k1 up to a third in radius, k2 and k3 a twentieth
-        sd[c, [K1, K2, K3]] = np.maximum(0.5, np.array([0.3, 0.05, 0.05]) / corner ** np.array([2, 4, 6]))
+        prior[c, [CX, CY]] = 0.5 * (width - 1), 0.5 * (height - 1)
+        sd[c, [CX, CY]] = CENTRE_SD_SHARE * max(width, height)
+        corner = np.hypot(width, height) / 2 / state.intrinsics[c, FX]
+        sd[c, [K1, K2, K3]] = np.maximum(
+            LEAST_DISTORTION_SD, np.array(CORNER_DISTORTION) / corner ** np.array([2, 4, 6])
+        )
         sd[c, [P1, P2]] = DECENTRING_SD
     return Setting(
         free,
@@ -115,8 +138,8 @@ def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_b
     )
 
 
-def _with_k3_if_worth(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
-    """Free k3 only if the data ask for it.
+def _with_k3_if_significant(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
+    """Free k3 only if the data need it.
 
     A board that fills a corner of the sensor leaves it open; freed without need it takes the focal length and
     the principal point with it.
@@ -127,7 +150,7 @@ def _with_k3_if_worth(sightings: list[Sighting], state: State, setting: Setting)
     setting.free[0, K3] = True
     trial = adjust(sightings, best.state, setting)
     # same yardstick for both: sd of the larger model
-    if (best.sigma_px[0] / trial.sigma_px[0]) ** 2 * best.chi2 - trial.chi2 > WORTH:
+    if (best.sigma_px[0] / trial.sigma_px[0]) ** 2 * best.chi2 - trial.chi2 > K3_GAIN:
         return trial
     setting.free[0, K3] = False
     return best
@@ -158,10 +181,12 @@ def _first_guess(views: Sequence[View], board: Board, size_px: tuple[int, int]) 
         focal = float(matrix[0, 0])
     except cv2.error:
         focal = np.nan
-    if not (0.2 * width < focal < 50 * width):  # views too alike: Zhang's equations say nothing
-        focal = 1.5 * width
-    intrinsics = np.zeros((1, 9))
-    intrinsics[0, :4] = focal, focal, 0.5 * (width - 1), 0.5 * (height - 1)
+    if not (
+        _FOCAL_RANGE[0] * width < focal < _FOCAL_RANGE[1] * width
+    ):  # views too alike: Zhang's equations say nothing
+        focal = _FOCAL_GUESS * width
+    intrinsics = np.zeros((1, N_INTRINSICS))
+    intrinsics[0, [FX, FY, CX, CY]] = focal, focal, 0.5 * (width - 1), 0.5 * (height - 1)
     count = len(views)
     state = State(
         intrinsics, np.eye(3)[None], np.zeros((1, 3)), np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
@@ -201,7 +226,7 @@ def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array,
 
 def _outlying_views(result: Adjusted, views: Sequence[View]) -> dict[str, str]:
     rms = np.array([np.sqrt(np.mean(r**2)) for r in result.residuals_px])
-    limit = VIEW_FACTOR * max(float(np.median(rms)), 0.02)
+    limit = VIEW_FACTOR * max(float(np.median(rms)), _LEAST_VIEW_RMS_PX)
     return {
         view.name: f"reprojection {value:.2f} px, {value / np.median(rms):.1f} times the median view"
         for view, value in zip(views, rms, strict=True)
@@ -209,7 +234,7 @@ def _outlying_views(result: Adjusted, views: Sequence[View]) -> dict[str, str]:
     }
 
 
-def without_wild_points(views: Sequence[View], residuals_px: Sequence[Array], sigma_px: float) -> list[View]:
+def without_outliers(views: Sequence[View], residuals_px: Sequence[Array], sigma_px: float) -> list[View]:
     """Views without points beyond OUTLIER_SIGMAS; a view keeps at least MINIMUM_POINTS."""
     cleaned = []
     for view, residual in zip(views, residuals_px, strict=True):

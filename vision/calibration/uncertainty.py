@@ -11,19 +11,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.bundle_adjustment import INTRINSICS, pinhole
+from vision.calibration.bundle_adjustment import INTRINSICS, N_CAMERA, POSE, pinhole
 
 Array = NDArray[np.float64]
 
-PARAMETERS = (
-    *INTRINSICS,
-    "rx",
-    "ry",
-    "rz",
-    "tx",
-    "ty",
-    "tz",
-)  # r: a rotation vector applied after the camera's own rotation
+PARAMETERS = (*INTRINSICS, *POSE)
 _AT_ONCE = 10_000  # points: each takes 2 kB of derivatives
 
 
@@ -42,8 +34,10 @@ def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd
 
 def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
     """The matrix (15 C, 15 C) over ``PARAMETERS`` of each camera; 0 for what was held."""
-    place = {(camera.name, name): 15 * c + k for c, camera in enumerate(cameras) for k, name in enumerate(PARAMETERS)}
-    matrix = np.zeros((15 * len(cameras), 15 * len(cameras)))
+    place = {
+        (camera.name, name): N_CAMERA * c + k for c, camera in enumerate(cameras) for k, name in enumerate(PARAMETERS)
+    }
+    matrix = np.zeros((N_CAMERA * len(cameras), N_CAMERA * len(cameras)))
     for camera, name, other, other_name, value in table.itertuples(index=False):
         if (camera, name) in place and (other, other_name) in place:
             i, j = place[camera, name], place[other, other_name]
@@ -63,8 +57,8 @@ def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
         x, y, z = rotated.T
         zero = 0 * x
         turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
-        own = np.zeros((len(points_m), 2, 15 * len(cameras)))
-        own[..., 15 * c : 15 * c + 15] = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)
+        own = np.zeros((len(points_m), 2, N_CAMERA * len(cameras)))
+        own[..., N_CAMERA * c : N_CAMERA * (c + 1)] = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)
         by_parameter.append(own)
         by_point.append(by_place @ camera.rotation)
     jacobian, moved = np.concatenate(by_point, 1), np.concatenate(by_parameter, 1)

@@ -1,7 +1,7 @@
 """Frames that one camera dropped.
 
 A dropped frame leaves no hole in a folder of pictures; every later picture of that camera simply belongs to a later
-instant.  What two pictures of different instants show does not meet in space where things move: across the epipolar
+instant.  Where things move, the rays of two pictures of different instants do not intersect: across the epipolar
 lines (the residual that needs nothing but the calibration), and along them, where the markers' heights are known.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,19 +17,22 @@ import pandas as pd
 from ovines.camera import Camera, epipolar_residual_px
 from vision.compiled import compiled
 from vision.markers.perspective import where_on_plane
+from vision.robust import MEDIAN_TO_SD
 
 _REACH = 3  # frames that one camera may lack more than the other; more where their numbers of pictures say so
-_FARTHEST = 24
+_FARTHEST = 24  # of that many frames: beyond, the search takes too long
+_FEWEST_FRAMES = 10  # from which on a shift can be told from noise
 _SWITCH = 30.0  # log-likelihood that a step from one shift to another must win: dropped frames are rare
 _CAP = 25.0  # squared sigmas at which one residual stops counting: a bad point is no evidence
 _LEAST_SD_PX = 0.15  # calibration and perspective leave this much in a residual, however sharp the centres
-_WEIGHTS = (
-    3.0,
-    1.5,
-)  # of the mean over the markers, across and along the epipolar lines: height that varies is in the second
-_WHOLE = (
-    0.25  # a shift from the first frame on is one of whole frames if it leaves this share of what its neighbours leave
-)
+# Columns of a residual, and its weight in the mean over the markers: across the epipolar lines, and along them, where
+# height that varies is in it.
+ACROSS, ALONG = range(2)
+_WEIGHTS = (3.0, 1.5)
+# A shift from the first frame on is one of whole frames if it leaves this share of what its neighbours leave, and they
+# leave so many of the least sd.
+_WHOLE, _CLEAR_SDS = 0.25, 4.0
+_FIRST_SWITCH = 0.9  # of _SWITCH for a shift from the first frame on: less than a change one frame later
 _ROUNDS = 5
 _ABOUT = 6  # frames on each side of a change among which the dropped one is looked for
 
@@ -41,13 +45,21 @@ class DroppedFrames:
     from_frame: int
     n: int
     gain: float  # log-likelihood won by saying so
-    why: str = "from there on its pictures meet the other camera's {n} later (epipolar residual)"
+    why: str = "from there on its pictures match the other camera's {n} later (epipolar residual)"
 
     def __str__(self) -> str:
         return (
             f"{self.camera} dropped {self.n} frame{'s' if self.n > 1 else ''} before its frame {self.from_frame}: "
             + self.why.format(n=self.n)
         )
+
+
+class _View(NamedTuple):
+    """Frame numbers (f,) of a camera, where it saw each marker (f, m, 2): undistorted x/z and y/z, and on its plane."""
+
+    frames: np.ndarray
+    xy: np.ndarray
+    on_plane_m: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +86,11 @@ def find_dropped_frames(
 
     Every shift between the cameras has a likelihood in each frame; the most likely sequence of shifts that changes
     rarely (Viterbi) is taken.  `height_m`: of each marker over the sliding plane; without it only what moves across the
-    epipolar lines is evidence.  A shift from the first frame on is told where it is one of whole frames, a camera that
-    started late; a clock that is late by part of a frame is not.
+    epipolar lines is evidence.  A shift from the first frame on is reported where it is one of whole frames, a camera
+    that started late; a clock that is late by part of a frame is not.
     """
     evidence = _evidence(tracks, cameras, window_offset_px, height_m or {})
-    if len(evidence.frames) < 10:
+    if len(evidence.frames) < _FEWEST_FRAMES:
         return []
     still = int(np.flatnonzero(evidence.shifts == 0)[0])
     cost = _cost(evidence, *_constant_scale(evidence))
@@ -90,7 +102,7 @@ def find_dropped_frames(
         path, gain = _rare_changes(cost, still)
         if np.array_equal(path, before):
             break
-    return _told(evidence, cost, path, still, gain, [camera.name for camera in cameras])
+    return _drops(evidence, cost, path, still, gain, [camera.name for camera in cameras])
 
 
 def renumbered(tracks: pd.DataFrame, dropped: Sequence[DroppedFrames]) -> pd.DataFrame:
@@ -116,37 +128,36 @@ def _evidence(
     marker, names = pd.factorize(tracks["marker"])
     heights = np.array([height_m.get(name, np.nan) for name in names])
     views = [_by_frame(tracks, marker, heights, camera, offsets[camera.name]) for camera in cameras]
-    counts = [len(view[0]) for view in views]
+    counts = [len(view.frames) for view in views]
     reach = min(max(_REACH, abs(counts[0] - counts[1]) + 1), _FARTHEST)
     shifts = np.arange(-reach, reach + 1)
-    frames, others = views[0][0], views[1][0]
+    frames, others = views[0].frames, views[1].frames
     off = np.full((len(frames), len(heights), 2, len(shifts)), np.nan)
     if not min(counts):
         return _Evidence(frames[:0], shifts, off[:0])
     axis, px_per_m = _baseline(cameras)
     for k, shift in enumerate(shifts):
         at = np.searchsorted(others, frames - shift).clip(max=len(others) - 1)
-        meets = others[at] == frames - shift
-        off[meets, :, 0, k] = epipolar_residual_px(cameras, views[0][1][meets], views[1][1][at[meets]])
-        off[meets, :, 1, k] = (views[0][2][meets] - views[1][2][at[meets]]) @ axis * px_per_m
-    told = np.isfinite(off[:, :, 0]).any((1, 2))
-    markers = np.isfinite(off[:, :, 0]).any((0, 2))
-    return _Evidence(frames[told], shifts, off[told][:, markers])
+        paired = others[at] == frames - shift
+        partner = at[paired]
+        off[paired, :, ACROSS, k] = epipolar_residual_px(cameras, views[0].xy[paired], views[1].xy[partner])
+        off[paired, :, ALONG, k] = (views[0].on_plane_m[paired] - views[1].on_plane_m[partner]) @ axis * px_per_m
+    comparable = np.isfinite(off[:, :, ACROSS])
+    known = comparable.any((1, 2))
+    return _Evidence(frames[known], shifts, off[known][:, comparable.any((0, 2))])
 
 
 def _by_frame(
     tracks: pd.DataFrame, marker: np.ndarray, heights: np.ndarray, camera: Camera, offset_px: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frame numbers (f,) of a camera, where it saw each marker (f, m, 2), undistorted, and on the marker's plane [m];
-    NaN where it did not.
-    """
+) -> _View:
+    """What a camera saw of each marker; NaN where it did not."""
     own = (tracks["camera"] == camera.name).to_numpy()
     frames, row = np.unique(tracks["frame"].to_numpy()[own], return_inverse=True)
     sensor = tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + np.asarray(offset_px, float)
     seen, placed = (np.full((len(frames), len(heights), 2), np.nan) for _ in range(2))
     seen[row, marker[own]] = straight = camera.normalise(sensor)
     placed[row, marker[own]] = where_on_plane(camera, straight, heights[marker[own]])[:, :2]
-    return frames, seen, placed
+    return _View(frames, seen, placed)
 
 
 def _baseline(cameras: Sequence[Camera]) -> tuple[np.ndarray, float]:
@@ -170,7 +181,7 @@ def _median(values: np.ndarray) -> np.ndarray:
 def _scale(off_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is normal of residuals (f, ...): their median and robust spread."""
     middle = _median(off_px)
-    return middle, 1.4826 * _median(np.abs(off_px - middle))
+    return middle, MEDIAN_TO_SD * _median(np.abs(off_px - middle))
 
 
 def _constant_scale(evidence: _Evidence) -> tuple[np.ndarray, np.ndarray]:
@@ -195,9 +206,9 @@ def _cost(evidence: _Evidence, middle: np.ndarray, spread: np.ndarray) -> np.nda
     seen = np.isfinite(square)
     count = seen.sum(1)
     mean = np.where(seen, square, 0.0).sum(1) / np.maximum(count, 1)  # a body's markers err together: one vote
-    told = count > 0
-    least = np.where(told, mean, np.inf).min(-1, keepdims=True)
-    mean = np.where(told, mean, np.where(np.isfinite(least), np.maximum(least, 1.0), 0.0))
+    known = count > 0
+    least = np.where(known, mean, np.inf).min(-1, keepdims=True)
+    mean = np.where(known, mean, np.where(np.isfinite(least), np.maximum(least, 1.0), 0.0))
     return np.asarray(sum(0.5 * weight * mean[:, part] for part, weight in enumerate(_WEIGHTS)))
 
 
@@ -210,7 +221,7 @@ def _rare_changes(cost: np.ndarray, first: int) -> tuple[np.ndarray, float]:
     total, back = cost[0].copy(), np.zeros((n, k), np.int64)
     for column in range(k):
         if column != first:
-            total[column] += 0.9 * _SWITCH  # less than a change one frame later
+            total[column] += _FIRST_SWITCH * _SWITCH
     for i in range(1, n):
         change = np.argmin(total)
         switched = total[change] + _SWITCH
@@ -234,10 +245,10 @@ def _whole_frames(evidence: _Evidence, path: np.ndarray) -> bool:
     square, seen = (off - _median(off)) ** 2, np.isfinite(off)
     left = np.sqrt(np.where(seen, square, 0.0).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1))
     own, beside = left[:, near.index(k)], np.delete(left, near.index(k), axis=1).min(1)
-    return bool(np.any((own < _WHOLE * beside) & (beside > 4 * _LEAST_SD_PX)))
+    return bool(np.any((own < _WHOLE * beside) & (beside > _CLEAR_SDS * _LEAST_SD_PX)))
 
 
-def _told(
+def _drops(
     evidence: _Evidence, cost: np.ndarray, path: np.ndarray, still: int, gain: float, names: Sequence[str]
 ) -> list[DroppedFrames]:
     found = []
@@ -261,7 +272,7 @@ def _first_after(evidence: _Evidence, cost: np.ndarray, switch: int, path: np.nd
     """Number, in the dropping camera's own count, of its first frame after the drop.
 
     Around the drop the path is undecided (the dropped instant has no partner); each of the camera's own frames
-    is asked whether it meets the other camera better before or after.
+    matches the other camera better under the shift before or under that after.
     """
     frames = evidence.frames
     row = {int(frame): i for i, frame in enumerate(frames)}

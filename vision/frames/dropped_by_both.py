@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 MOST = 8  # frames
 _SIDE = 5  # frames on each side of a place through which one cubic must run
-_JUMP, _HEALED = (
-    40.0,
-    5.0,
-)  # times the usual sum of squares: from there on it is a jump, and at most so much may stay once it is told
-_WORDS = "so did the other camera: the Host's path jumps there by what it travels in that time"
+# Times the usual sum of squares: from there on it is a jump, and at most so much may stay once the gap is known.
+_JUMP, _HEALED = 40.0, 5.0
+_CUBIC = 4  # coefficients
+_EVEN = 1e-9  # of a run's length, by which its frames may differ from being evenly spaced
+_REASON = "so did the other camera: the Host's path jumps there by what it travels in that time"
 
 
 def find_common_gaps(
@@ -67,7 +67,7 @@ def as_dropped(
     for camera, own in gaps.items():
         numbers = np.unique(tracks.loc[tracks["camera"] == camera, "frame"].to_numpy())
         after = [numbers[np.searchsorted(true_numbers(numbers, dropped, camera), frame)] for frame, _ in own]
-        found += [DroppedFrames(camera, int(frame), n, 0.0, _WORDS) for frame, (_, n) in zip(after, own, strict=True)]
+        found += [DroppedFrames(camera, int(frame), n, 0.0, _REASON) for frame, (_, n) in zip(after, own, strict=True)]
     return found
 
 
@@ -84,11 +84,11 @@ def _jumps(
     plain = _left(windows, times_s, 0.0)
     usual = float(np.median(plain))
     period = float(np.median(np.diff(times_s, axis=1)))
-    doubtful = np.flatnonzero(plain > _JUMP * usual)
-    left = np.stack([_left(windows[doubtful], times_s[doubtful], k * period) for k in range(1, MOST + 1)], -1)
+    jumping = np.flatnonzero(plain > _JUMP * usual)
+    left = np.stack([_left(windows[jumping], times_s[jumping], k * period) for k in range(1, MOST + 1)], -1)
     found: list[tuple[int, int]] = []
     for i in np.argsort(left.min(-1, initial=np.inf)):
-        frame = int(first_after[doubtful[i]])
+        frame = int(first_after[jumping[i]])
         if left[i].min() < _HEALED * usual and all(abs(frame - other) > _SIDE for other, _ in found):
             found.append((frame, int(np.argmin(left[i])) + 1))
     return sorted(found)
@@ -127,9 +127,9 @@ def _left(windows: Array, times_s: Array, gap_s: float) -> Array:
     """Mean square (w,) that cubics leave of the series which are complete, when the second half is later by `gap_s`."""
     late = times_s + gap_s * (np.arange(2 * _SIDE) >= _SIDE)
     t = (late - late.mean(1, keepdims=True)) / np.ptp(late, axis=1)[:, None]
-    if len(t) and np.all(np.ptp(t, axis=0) < 1e-9):
+    if len(t) and np.all(np.ptp(t, axis=0) < _EVEN):
         t = t[:1]  # frames evenly spaced: one basis serves all
-    basis = np.linalg.qr(t[..., None] ** np.arange(4))[0]
+    basis = np.linalg.qr(t[..., None] ** np.arange(_CUBIC))[0]
     complete: NDArray[np.bool_] = np.all(np.isfinite(windows), axis=1)
     series = np.where(complete[:, None], windows, 0.0)
     series = series - series.mean(1, keepdims=True)

@@ -14,9 +14,9 @@ from ovines.recording import Recording
 from vision.frames.sources import Source, open_sources, stream
 
 Image = NDArray[np.uint8] | NDArray[np.uint16]
-_DROPPED = re.compile(
-    r"^(.+) dropped (\d+) frames? before its frame (\d+):"
-)  # as vision.frames.dropped.DroppedFrames says it
+# As vision.frames.dropped.DroppedFrames says it.
+_DROPPED = re.compile(r"^(.+) dropped (\d+) frames? before its frame (\d+):")
+_THINNED, _GREYS = 4, (0.1, 99.9)  # every fourth row and column; percentiles that become black and white
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def _range(image: Image) -> tuple[float, float]:
     """Grey levels that become black and white: all of 8 bit, of 16 bit what the first picture uses."""
     if image.dtype == np.uint8:
         return 0.0, 255.0
-    low, high = np.percentile(image[::4, ::4], (0.1, 99.9))
+    low, high = np.percentile(image[::_THINNED, ::_THINNED], _GREYS)
     return float(low), max(float(high), float(low) + 1.0)
 
 

@@ -25,6 +25,7 @@ from ovines.recording import CameraSettings, Recording
 from vision.frames.image_header import ImageError, read_header
 
 VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
+_LISTED, _NAMED_BAD = 8, 5  # frames named in a note on missing ones, and pictures that cannot be read
 _CHUNK = 8  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
 
 
@@ -88,8 +89,8 @@ def open_sources(recording: Recording) -> tuple[list[Source], list[str]]:
 
 
 def _listed(numbers: list[int]) -> str:
-    text = ", ".join(str(number) for number in numbers[:8])
-    return text + (f" and {len(numbers) - 8} more" if len(numbers) > 8 else "")
+    text = ", ".join(str(number) for number in numbers[:_LISTED])
+    return text + (f" and {len(numbers) - _LISTED} more" if len(numbers) > _LISTED else "")
 
 
 def _by_number(files: list[Path]) -> dict[int, Path]:
@@ -191,7 +192,7 @@ def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterato
 def stream_chunks(
     sources: list[Source], notes: list[str], workers: int = 2
 ) -> Iterator[tuple[list[int], list[list[np.ndarray | None]]]]:
-    """As `stream`, a few frames at a time; their list is emptied when the next are asked for.
+    """As `stream`, a few frames at a time; their list is emptied when the next are taken.
 
     At most 4 `_CHUNK` frames per camera are held, however long the recording: in hand, twice ahead, being given back.
     """
@@ -244,7 +245,7 @@ class _Reader:
             return read_image(path, self.source.camera.window_px)
         except ImageError as error:
             self.bad += 1
-            if self.bad <= 5:
+            if self.bad <= _NAMED_BAD:
                 self.notes.append(f"{self.source.camera.name} frame {number} ({path.name}): {error}; left out")
             return None
 
@@ -256,5 +257,5 @@ class _Reader:
                 "PNG, TIFF, BMP or JPEG files",
                 "check the files that 'frames' names",
             )
-        if self.video is None and self.bad > 5:
+        if self.video is None and self.bad > _NAMED_BAD:
             self.notes.append(f"{name}: {self.bad} pictures could not be read")

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 
 from ovines.recording import Recording, read_trigger
 
+_LISTED = 5  # frames named in a note
+
 
 def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, list[str]]:
     """Times [s] of frame numbers (n,) and notes; a missing trigger is interpolated between its neighbours.
@@ -44,12 +46,12 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
         notes.append(
             f"{trigger} goes on for {int(np.sum(numbers > frames.max()))} frames after the last picture (frame "
             f"{frames.max()}): cameras stopped "
-            "earlier, or dropped frames that nothing in the pictures tells of"
+            "earlier, or dropped frames that nothing in the pictures shows"
         )
     if not absent.any():
         return times, notes
-    first = ", ".join(str(n) for n in frames[absent][:5])
-    more = ", ..." if absent.sum() > 5 else ""
+    first = ", ".join(str(n) for n in frames[absent][:_LISTED])
+    more = ", ..." if absent.sum() > _LISTED else ""
     notes.append(
         f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
         "pulses about them"

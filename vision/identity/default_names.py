@@ -26,7 +26,7 @@ def names_by_geometry(
     on them.
 
     None where every moving body has its layout, where a camera lacks its first picture, or where the discs found do not
-    tell a body: the names must then come from `--names`.
+    show a body: the names must then come from `--names`.
     """
     bodies = [
         name for name, body in recording.bodies.items() if name != "ground" and body.markers and body.layout_m is None

@@ -1,7 +1,7 @@
 """Which disc of the first frame may be which marker, from geometry alone: a suggestion that a person then corrects.
 
-Discs of two cameras are paired where their rays meet; many pairs share a height, because the markers of a body lie in
-one plane, and wrong pairs do not.  The NES' markers are those that fit on the smallest disk, the Host's those of one
+Discs of two cameras are paired where their rays intersect; many pairs share a height, because the markers of a body lie
+in one plane, and wrong pairs do not.  The NES' markers are those that fit on the smallest disk, the Host's those of one
 height on a circle around it, the ground's the lowest of the rest.
 """
 
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from ovines.camera import Camera, triangulate_points
 from ovines.recording import Recording
 from vision.identity.layouts import rig_radius
-from vision.markers.fit import CONTRAST, U, V, radius_px
+from vision.markers.row import CONTRAST, U, V, radius_px
 
 Array = NDArray[np.float64]
-# of the sensor's width: by how much two pictures of one thing may miss each other's epipolar lines, for the calibration
+# Share of the sensor's width by which two pictures of one thing may miss each other's epipolar lines, for the
+# calibration.
 EPIPOLAR = 1e-3
 # Lengths in radii of the rig (`vision.identity.layouts.rig_radius`).
 _HEIGHT = (-0.2, 1.6)  # of markers over the sliding plane
@@ -28,6 +29,9 @@ _SAME_HEIGHT = 0.012  # two cameras see a height so exactly
 _LEVEL = 0.06  # markers of the NES differ no more in height
 _STRAIN = 0.02  # by which a ring's markers may differ in height or distance: one unit of strain
 _MOST_STRAIN = 5.0
+_COMPANY = 0.5  # what each e-fold of discs at its own height takes off a pair's miss of the epipolar lines
+# A circle smaller than the wall, the NES outside it, and one larger than the wall by half: units of strain per radius.
+_OUTSIDE_STRAIN, _LARGE_STRAIN, _LARGE = 10, 2, 1.5
 _UNLIKE = 1.6  # markers of one body do not differ more in size
 _MOST_HOST = 12  # candidates among which the Host's markers are looked for: combinations grow fast
 
@@ -59,16 +63,16 @@ def pair_discs(
     if not len(a):
         return Pairs(np.empty((0, 2), np.intp), np.empty((0, 3)), np.empty(0))
     seen = [own[k][:, [U, V]] + offset for own, k, offset in zip(discs, (a, b), offsets_px, strict=True)]
-    met = triangulate_points(cameras, seen, [np.ones(len(a))] * 2)
+    found = triangulate_points(cameras, seen, [np.ones(len(a))] * 2)
     off, height = (
-        np.abs(met.epipolar_px) / (EPIPOLAR * max(camera.sensor_size_px[0] for camera in cameras)),
-        met.points_m[:, 2] / rig_m,
+        np.abs(found.epipolar_px) / (EPIPOLAR * max(camera.sensor_size_px[0] for camera in cameras)),
+        found.points_m[:, 2] / rig_m,
     )
     fits = (off < 1.0) & (height > _HEIGHT[0]) & (height < _HEIGHT[1])
-    a, b, off, place = a[fits], b[fits], off[fits], met.points_m[fits]
+    a, b, off, place = a[fits], b[fits], off[fits], found.points_m[fits]
     company = (np.abs(place[:, None, 2] - place[None, :, 2]) < _SAME_HEIGHT * rig_m).sum(1)
     chosen: list[int] = []
-    for k in np.argsort(off - 0.5 * np.log(company)):
+    for k in np.argsort(off - _COMPANY * np.log(company)):
         if all(a[k] != a[j] and b[k] != b[j] for j in chosen):
             chosen.append(int(k))
     a, b, place = a[chosen], b[chosen], place[chosen]
@@ -76,7 +80,7 @@ def pair_discs(
 
 
 def _radii(camera: Camera, fits: Array, place_m: Array) -> Array:
-    """Signed radii [m] from their size in one picture: good enough to tell a marker from a disk that carries some."""
+    """Signed radii [m] from their size in one picture: good enough to know a marker from a disk that carries some."""
     depth_m = (place_m @ camera.rotation.T + camera.translation_m)[:, 2]
     return -np.sign(fits[:, CONTRAST]) * radius_px(fits) * depth_m / camera.matrix[0, 0]
 
@@ -153,9 +157,11 @@ def _around(
         if inner_radius_m is not None and n >= 3:
             centre, radius = _circle(points[:, :2])
             away = np.hypot(*(points[:, :2] - centre).T)
-            strain += float(np.ptp(away)) / strain_m + 10 * max(0.0, inner_radius_m - radius) / inner_radius_m
-            strain += 10 * max(0.0, float(np.hypot(*(middle - centre))) / inner_radius_m - 1)
-            strain += 2 * max(0.0, radius / inner_radius_m - 1.5)
+            strain += (
+                float(np.ptp(away)) / strain_m + _OUTSIDE_STRAIN * max(0.0, inner_radius_m - radius) / inner_radius_m
+            )
+            strain += _OUTSIDE_STRAIN * max(0.0, float(np.hypot(*(middle - centre))) / inner_radius_m - 1)
+            strain += _LARGE_STRAIN * max(0.0, radius / inner_radius_m - _LARGE)
         if strain < best[0]:
             best = (strain, list(chosen))
     return best[1]

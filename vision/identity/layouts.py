@@ -12,10 +12,9 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 
-_CALIBRATED, _PLACED = (
-    0.003,
-    0.0006,
-)  # radii of the rig: what the calibration does to a layout, and sd of markers of whose placing nothing is known
+# Radii of the rig: what the calibration does to a layout, and sd of markers of whose placing nothing is known.
+_CALIBRATED, _PLACED = 0.003, 0.0006
+_SDS = 3.0  # of that placing within which a marker lies
 _LEAN = 0.006  # of the plane [rad]
 _OF_SPACING = 0.08  # of the least distance of two markers: with more a layout fits its own neighbours
 _NES_RADII = 5.0  # that the rig has where no Host says, as in the thesis
@@ -49,8 +48,8 @@ def layout_tolerance(layout_xy_m: np.ndarray, rig_m: float, sd_m: float | None) 
     """
     extent_m = float(np.ptp(layout_xy_m, axis=0).max()) if len(layout_xy_m) > 1 else 0.0
     apart = np.hypot(*(layout_xy_m[:, None] - layout_xy_m[None]).T)[np.triu_indices(len(layout_xy_m), 1)]
-    unplaced_m = (_CALIBRATED + (3 * _PLACED if sd_m is None else 0.0)) * rig_m + _LEAN * extent_m
-    return min(unplaced_m, _OF_SPACING * float(min(apart, default=np.inf))) + 3 * (sd_m or 0.0)
+    unplaced_m = (_CALIBRATED + (_SDS * _PLACED if sd_m is None else 0.0)) * rig_m + _LEAN * extent_m
+    return min(unplaced_m, _OF_SPACING * float(min(apart, default=np.inf))) + _SDS * (sd_m or 0.0)
 
 
 def layout_of(recording: Recording, names: pd.DataFrame | None = None, cameras: Sequence[Camera] = ()) -> Layout:
@@ -78,8 +77,7 @@ def layout_of(recording: Recording, names: pd.DataFrame | None = None, cameras: 
             raise InputError(
                 f"[bodies.{name}] has no layout_m, and its markers are not named",
                 "layout_m, or where each marker is in the first frame",
-                "add layout_m, or run `ovines track RECORDING --names first_frame.csv` "
-                "(columns camera,marker,u_px,v_px)",
+                "add layout_m, or run `ovines track RECORDING --names names.csv` (columns camera,marker,u_px,v_px)",
             )
     return Layout(
         tuple(name for name, _ in bodies),

@@ -2,7 +2,7 @@
 
 Discs are carried to the plane of their markers (z = marker height) and compared there: every pair of discs that
 is as far apart as two markers of the layout proposes a pose (x, y, angle), and the pose under which the whole
-layout fits best wins.  Look-alike markers are told apart by the layout's own irregularity, and where it has
+layout fits best wins.  Look-alike markers are distinguished by the layout's own irregularity, and where it has
 none, by how far the pose would have jumped.
 """
 
@@ -13,8 +13,14 @@ from typing import overload
 
 import numpy as np
 
-_MISSING = 9.0  # cost of a marker without a disc: as much as one 3 tolerances off
-_KEEP = 8
+_GATE = 3.0  # tolerances that a disc may lie off its marker's place
+_MISSING = _GATE**2  # cost of a marker without a disc: as much as one that far off
+_KEEP = 8  # matches
+_AT_ONCE = 2000  # poses whose costs are taken together: each takes an array of discs times markers
+_PRIOR_SDS = (4.0, 5.0)  # of position and angle about the expected pose
+_SAME_POSE = 2.0  # tolerances within which two poses are one
+_ROUNDS = 3  # in which discs and pose settle
+_ALONE, _TOGETHER = 3, 5  # discs that name a body: in one camera alone, and in both together
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,25 +79,28 @@ def match_layout(
     poses = _pair_poses(seen_xy_m, layout_xy_m, tolerance_m)
     if prior is not None and len(poses):
         poses = poses[
-            (np.hypot(*(poses[:, :2] - prior[:2]).T) < 4 * prior_sd[0])
-            & (np.abs(wrapped(poses[:, 2] - prior[2])) < 5 * prior_sd[1])
+            (np.hypot(*(poses[:, :2] - prior[:2]).T) < _PRIOR_SDS[0] * prior_sd[0])
+            & (np.abs(wrapped(poses[:, 2] - prior[2])) < _PRIOR_SDS[1] * prior_sd[1])
         ]
     if not len(poses):
         return []
     costs = np.concatenate(
-        [_costs(part, seen_xy_m, layout_xy_m, tolerance_m)[0] for part in np.array_split(poses, len(poses) // 2000 + 1)]
+        [
+            _costs(part, seen_xy_m, layout_xy_m, tolerance_m)[0]
+            for part in np.array_split(poses, len(poses) // _AT_ONCE + 1)
+        ]
     )
     poses = poses[np.argsort(costs)]
     extent = np.ptp(layout_xy_m, axis=0).max()
     matches: list[Match] = []
     while len(poses) and len(matches) < _KEEP:
         pose = poses[0]
-        same = (np.hypot(*(poses[:, :2] - pose[:2]).T) < 2 * tolerance_m) & (
-            np.abs(wrapped(poses[:, 2] - pose[2])) < 3 * tolerance_m / extent
+        same = (np.hypot(*(poses[:, :2] - pose[:2]).T) < _SAME_POSE * tolerance_m) & (
+            np.abs(wrapped(poses[:, 2] - pose[2])) < _GATE * tolerance_m / extent
         )
         same[0] = True
         poses = poses[~same]
-        match = _settle(pose, seen_xy_m, layout_xy_m, tolerance_m, prior, prior_sd)
+        match = _refine(pose, seen_xy_m, layout_xy_m, tolerance_m, prior, prior_sd)
         if match is None:
             if len(matches) >= 2:
                 break
@@ -118,7 +127,7 @@ def _pair_poses(seen: np.ndarray, layout: np.ndarray, tolerance: float) -> np.nd
             length = np.hypot(*span)
             between = seen[None, :, j] - seen[:, None, i]
             distance = np.hypot(between[..., 0], between[..., 1])
-            first, second = np.nonzero(np.abs(distance - length) < 3 * tolerance)
+            first, second = np.nonzero(np.abs(distance - length) < _GATE * tolerance)
             keep = first != second
             first, second = first[keep], second[keep]
             along = between[first, second]
@@ -143,7 +152,7 @@ def _costs(poses: np.ndarray, seen: np.ndarray, layout: np.ndarray, tolerance: f
     return np.minimum(best, _MISSING).sum(1), np.where(best < _MISSING, nearest, -1)
 
 
-def _settle(
+def _refine(
     pose: np.ndarray,
     seen: np.ndarray,
     layout: np.ndarray,
@@ -153,7 +162,7 @@ def _settle(
 ) -> Match | None:
     marker = np.arange(len(layout))
     before = None
-    for _ in range(3):
+    for _ in range(_ROUNDS):
         cost, disc = _costs(pose[None], seen, layout, tolerance)
         if before is not None and np.array_equal(disc, before):
             break
@@ -181,7 +190,7 @@ def match_in_both(
     best: tuple[float, list[Match | None]] = (np.inf, [None] * len(matches))
     for i, own in enumerate(matches):
         for match in own:
-            if match.n_found >= 3:
+            if match.n_found >= _ALONE:
                 alone: list[Match | None] = [None] * len(matches)
                 alone[i] = match
                 total = match.cost + (len(matches) - 1) * n_markers * _MISSING
@@ -191,7 +200,7 @@ def match_in_both(
             for b in matches[1]:
                 apart = np.hypot(*(a.pose[:2] - b.pose[:2])) / reach_m
                 turned = abs(wrapped(a.pose[2] - b.pose[2])) / reach_rad
-                if apart < 1 and turned < 1 and a.n_found + b.n_found >= min(5, 2 * n_markers):
+                if apart < 1 and turned < 1 and a.n_found + b.n_found >= min(_TOGETHER, 2 * n_markers):
                     total = a.cost + b.cost + apart**2 + turned**2
                     if total < best[0]:
                         best = (total, [a, b])

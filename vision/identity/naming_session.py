@@ -12,7 +12,7 @@ SAME_PX = 3.0  # two markers of one camera closer than this are one disc
 
 
 class Naming:
-    """Places (u, v in window pixels) by (camera, marker); markers are asked for in the order given."""
+    """Places (u, v in window pixels) by (camera, marker); markers are chosen in the order given."""
 
     def __init__(self, cameras: Sequence[str], markers: Sequence[str], suggested: Iterable[Row] = ()) -> None:
         self.cameras, self.markers = tuple(cameras), tuple(markers)
@@ -51,7 +51,7 @@ class Naming:
             self.forward()
 
     def remove(self, camera: str, place: Place, reach_px: float) -> str | None:
-        """Take the name off the nearest named place within reach, and ask for that marker; its name, or None."""
+        """Take the name off the nearest named place within reach, and choose that marker; its name, or None."""
         marker = self.marker_at(camera, place, reach_px)
         if marker is not None:
             self._remember()

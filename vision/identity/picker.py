@@ -1,6 +1,6 @@
 """A matplotlib window in which markers are named by clicking, in one frame of each camera.
 
-Left click: the marker asked for is here (the disc nearest to the click).  Right click: this disc has no name.  The list
+Left click: the chosen marker is here (the disc nearest to the click).  Right click: this disc has no name.  The list
 beside the pictures chooses a marker; keys: up and down the same, u undo, c clear, Enter save, Escape leave without
 saving.
 """
@@ -19,17 +19,17 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.identity.naming_session import Naming
-from vision.markers.fit import U, V
+from vision.markers.row import U, V
 
 Array = NDArray[np.float64]
-SNAP_PX, REACH_PX = 25.0, 25.0
+SNAP_PX, REACH_PX = 25.0, 25.0  # from a click to the disc that it means, and to the name that it removes
 # Okabe and Ito's colours, as in every figure of the application.
 COLOURS = {"nes": "#56B4E9", "host": "#D55E00", "ground": "#009E73"}
 CHOSEN = "#F0E442"
 OUTWARDS_PT = 24.0  # distance of a name from its disc
-HEIGHTS = np.linspace(
-    -0.005, 0.045, 40
-)  # at which the marker may lie, for the line in the other camera: parts of that camera's own height
+# Heights at which the marker may lie, for the line in the other camera: parts of that camera's own height.
+HEIGHTS = np.linspace(-0.005, 0.045, 40)
+CENTRAL = 0.3  # of the farthest named disc's distance from their middle, within which a disc has no direction outwards
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Frame:
 
 
 class PickWindow:
-    """The window on a figure; ``saved`` tells how it was left."""
+    """The window on a figure; ``saved``: whether it was left by saving."""
 
     def __init__(self, figure: Figure, frames: Sequence[Frame], naming: Naming, body_of: Mapping[str, str]) -> None:
         self.figure, self.frames, self.naming, self.body_of = figure, list(frames), naming, body_of
@@ -63,7 +63,7 @@ class PickWindow:
         )
         self.pictures = [figure.add_subplot(grid[0, i]) for i in range(len(frames))]
         self.list = figure.add_subplot(grid[0, len(frames)])
-        self.told = figure.text(0.01, 0.035, "", fontsize=10)
+        self.prompt = figure.text(0.01, 0.035, "", fontsize=10)
         self._drawn: list[Any] = []
         for ax, frame in zip(self.pictures, self.frames, strict=True):
             self._picture(ax, frame)
@@ -141,10 +141,10 @@ class PickWindow:
             colour = COLOURS.get(self.body_of.get(marker, ""), "#222222")
             self._drawn.append(self.list.plot(0.03, row, "o", color=colour, ms=7, clip_on=False)[0])
             self._drawn.append(self.list.text(0.12, row, text, va="center", fontsize=9, bbox=box, parse_math=False))
-        self.told.set_text(self._told())
+        self.prompt.set_text(self._prompt_text())
         self.figure.canvas.draw_idle()
 
-    def _told(self) -> str:
+    def _prompt_text(self) -> str:
         keys = "right click: remove   up/down: choose   u: undo   c: clear   Esc: leave"
         missing = self.naming.missing
         if not missing:
@@ -184,15 +184,16 @@ class PickWindow:
             )
 
     def _where_it_may_be(self, ax: Axes, frame: Frame) -> None:
-        """The line on which the marker asked for must lie in this camera, where another camera has it already."""
+        """The line on which the chosen marker must lie in this camera, where another camera has it already."""
         marker = self.naming.current
         if (frame.camera.name, marker) in self.naming.places:
             return
         for other in self.frames:
             place = self.naming.places.get((other.camera.name, marker))
             if place is not None:
-                ray, eye = other.camera.rays(np.asarray(place, float) + other.offset_px), other.camera.centre_m
-                line = frame.camera.project(eye + ((HEIGHTS - 1.0) * eye[2] / ray[2])[:, None] * ray) - frame.offset_px
+                ray, centre_m = other.camera.rays(np.asarray(place, float) + other.offset_px), other.camera.centre_m
+                points_m = centre_m + ((HEIGHTS - 1.0) * centre_m[2] / ray[2])[:, None] * ray
+                line = frame.camera.project(points_m) - frame.offset_px
                 self._drawn += ax.plot(line[:, 0], line[:, 1], "-", color=CHOSEN, lw=1.2, scalex=False, scaley=False)
 
 
@@ -203,9 +204,9 @@ def _outwards(place: Array, fellows: Array) -> Array:
     away = fellows - fellows.mean(0)
     own = place - fellows.mean(0)
     reach = np.hypot(*away.T)
-    if np.hypot(*own) > 0.3 * max(reach.max(), 1.0):
+    if np.hypot(*own) > CENTRAL * max(reach.max(), 1.0):
         return own / np.hypot(*own)
-    others = np.sort(np.arctan2(*away[reach > 0.3 * reach.max()].T[::-1])) if reach.max() > 0 else np.empty(0)
+    others = np.sort(np.arctan2(*away[reach > CENTRAL * reach.max()].T[::-1])) if reach.max() > 0 else np.empty(0)
     if not len(others):
         return np.array([1.0, 0.0])
     gaps = np.diff(np.append(others, others[0] + 2 * np.pi))

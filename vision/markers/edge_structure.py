@@ -5,7 +5,7 @@ Pixel noise alone makes a centre uncertain by what the normal equations say.  Pa
 edge and another edge running through leave residuals that neighbours share, and how far those move the centre depends
 on how they lie around the disc: a halo of sharpening, equal on all sides, moves it not at all.  A shift of the centre
 displaces the edge by cos(angle) and has been fitted away; the displacements by cos(k angle) for k of 3 and more have
-not, and their power tells the power at 1.  Even k are equal on opposite sides, as the pixels' lattice, smear and an
+not, and their power gives the power at 1.  Even k are equal on opposite sides, as the pixels' lattice, smear and an
 octagon are: those of far more power than their odd neighbours are such, and do not count.
 """
 
@@ -15,29 +15,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.compiled import compiled, compiled_fast
-from vision.markers.window import LIT_X, LIT_Y, NX, NY, SLOPE, STEP_X, STEP_Y, R, W
+from vision.markers.window import LIT_X, LIT_Y, NX, NY, RESIDUAL, SLOPE, STEP_X, STEP_Y, WEIGHT
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 FIRST = 3  # lowest frequency that neither position nor an ellipse's shape takes
-LOW, SHAPE_LAST = (
-    4,
-    6,
-)  # last one of the slow frequencies, nearest to a shift's, and of those that tell a disc from other shapes
-MOST = 9  # last one asked for: of a disc of 4 px radius finer ones are within its blur
+LAST_SLOW = 4  # last of the slow frequencies, those nearest to a shift's
+LAST_SHAPE = 6  # last of those that distinguish a disc from other shapes
+LAST = 9  # last one computed: of a disc of 4 px radius finer ones are within its blur
+_PER_RADIUS = 2.0  # frequencies per pixel of the radius: finer ones are within the blur of a smaller disc
 _ZERO = np.float32(0.0)
 _LITTLE = np.float32(1e-12)
-# of a frequency's mean power that its cap, the sum of its neighbours', leaves where all are alike: E[min(chi^2_2,
-# chi^2_4)] / 2
+# Share of a frequency's mean power that its cap, the sum of its neighbours', leaves where all are alike:
+# E[min(chi^2_2, chi^2_4)] / 2.
 _CAPPED = 0.75
-_RED_POWER = (
-    1.0 / 3.0
-)  # how slow over fast power goes on growing down to 1: between rendered texture (0) and rough print (0.5)
+# Exponent with which slow over fast power goes on growing down to frequency 1: between rendered texture (0) and rough
+# print (0.5).
+_RED_POWER = 1.0 / 3.0
 _RED_SHARE = 4.0  # squared ratio of slow to all power from which the slow ones decide: chance has 2 in one of ten discs
-_LEAST_FAST = 0.3  # of all power: slow ones of a shadow's edge leave 0.3 to 0.5 to the fast ones
-_AGREEING = 20.0  # as many frequencies' worth the pixels' own noise counts where it agrees with the frequencies' power
-_DISAGREE = 4.0  # and how fast that falls with the squared logarithm of their ratio: to a third for a factor of 1.7
+_LEAST_FAST = 0.3  # share of all power: slow ones of a shadow's edge leave 0.3 to 0.5 to the fast ones
+_AGREEING = 20.0  # frequencies' worth at which the pixels' own noise counts where it agrees with the frequencies' power
+_DISAGREE = 4.0  # rate at which that falls with the squared logarithm of their ratio: to a third for a factor of 1.7
 
 
 @compiled_fast
@@ -45,21 +44,21 @@ def _sums(rows: Singles, n: int, last: int, moved: Array, weight: Array) -> None
     """Per frequency FIRST..last and phase: residual times displacement, and squared displacement, summed over the
     edge's pixels.
     """
-    told, weighed, re, im = rows[STEP_X], rows[STEP_Y], rows[LIT_X], rows[LIT_Y]
+    pull, stiffness, re, im = rows[STEP_X], rows[STEP_Y], rows[LIT_X], rows[LIT_Y]
     nx, ny = rows[NX], rows[NY]
     for j in range(n):
-        g = rows[W, j] * rows[SLOPE, j]
-        told[j], weighed[j], re[j], im[j] = g * rows[R, j], g * rows[SLOPE, j], nx[j], ny[j]
+        g = rows[WEIGHT, j] * rows[SLOPE, j]
+        pull[j], stiffness[j], re[j], im[j] = g * rows[RESIDUAL, j], g * rows[SLOPE, j], nx[j], ny[j]
     for k in range(2, last + 1):
         a = b = c = d = _ZERO
         for j in range(n):
             x = re[j] * nx[j] - im[j] * ny[j]
             y = re[j] * ny[j] + im[j] * nx[j]
             re[j], im[j] = x, y
-            a += told[j] * x
-            b += told[j] * y
-            c += weighed[j] * x * x
-            d += weighed[j] * y * y
+            a += pull[j] * x
+            b += pull[j] * y
+            c += stiffness[j] * x * x
+            d += stiffness[j] * y * y
         if k >= FIRST:
             moved[k, 0], moved[k, 1], weight[k, 0], weight[k, 1] = a, b, c + _LITTLE, d + _LITTLE
 
@@ -74,29 +73,30 @@ def edge_structure(rows: Singles, n: int, radius_px: float, noise: float) -> tup
     rows : work of a window, its edge's rows; radius_px : of the disc; noise : rms of a pixel by itself [grey levels]
 
     Returns
-    ------- Rms [grey levels] of independent pixels that would move the centre as much; power of slow displacements of
+    -------
+    Rms [grey levels] of independent pixels that would move the centre as much; power of slow displacements of
     the edge over that of fast ones; rms of displacements of frequency 3 to 6, beyond what that noise makes, over the
     radius: the disc's difference from an ellipse.
     """
-    last = min(max(int(2.0 * radius_px), SHAPE_LAST), MOST)
-    moved, weight = np.zeros((MOST + 1, 2)), np.zeros((MOST + 1, 2))
+    last = min(max(int(_PER_RADIUS * radius_px), LAST_SHAPE), LAST)
+    moved, weight = np.zeros((LAST + 1, 2)), np.zeros((LAST + 1, 2))
     _sums(rows, n, last, moved, weight)
     total = slow = shape = 0.0
-    powers = np.zeros(MOST + 1)
+    powers = np.zeros(LAST + 1)
     for k in range(FIRST, last + 1):
         for phase in range(2):
             power = moved[k, phase] ** 2 / weight[k, phase]
             powers[k] += power
-            if k <= SHAPE_LAST:
+            if k <= LAST_SHAPE:
                 shape += 0.5 * (power - noise * noise) / weight[k, phase]
     for k in range(FIRST, last + 1):
         power = powers[k]
         if k % 2 == 0:
             power = min(power, powers[k - 1] + powers[k + 1 if k < last else k - 1]) / _CAPPED
         total += power
-        if k <= LOW:
+        if k <= LAST_SLOW:
             slow += power
-    n_all, n_slow = 2.0 * (last - FIRST + 1), 2.0 * (LOW - FIRST + 1)
+    n_all, n_slow = 2.0 * (last - FIRST + 1), 2.0 * (LAST_SLOW - FIRST + 1)
     fast, mean, slow = (total - slow) / (n_all - n_slow), total / n_all + 1e-6, slow / n_slow
     ratio = mean / (noise * noise)
     agreeing = _AGREEING * np.exp(-_DISAGREE * np.log(ratio) ** 2)

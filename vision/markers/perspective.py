@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.markers.fit import U, V, radius_px
+from vision.markers.row import U, V, radius_px
 
 Array = NDArray[np.float64]
 
 
 def on_plane(camera: Camera, uv_px: Array, height_m: Array | float) -> Array:
-    """World points (n, 3) where full-sensor pixels (n, 2) meet the plane(s) z = height_m."""
+    """World points (n, 3) where the rays of full-sensor pixels (n, 2) intersect the plane(s) z = height_m."""
     return where_on_plane(camera, camera.normalise(uv_px), height_m)
 
 

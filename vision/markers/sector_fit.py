@@ -17,23 +17,68 @@ from numpy.typing import NDArray
 
 from vision.compiled import compiled, compiled_fast
 from vision.markers.normal_equations import at_edge
+from vision.markers.row import (
+    BY_SECTORS,
+    CONTRAST,
+    CONTRAST_U,
+    CONTRAST_V,
+    COVERAGE,
+    LEVEL,
+    LEVEL_U,
+    LEVEL_V,
+    M11,
+    M12,
+    M22,
+    MISFIT,
+    NOISE,
+    OK,
+    OUTLIERS,
+    S11,
+    S22,
+    SD,
+    U,
+    V,
+    determinant,
+)
 from vision.markers.solve import factor, solve
-from vision.markers.window import GREY, N_WORK, PER_SIGMA, SCRATCH, SLOPE, STEP, T, X, Y, span, take
+from vision.markers.window import DISTANCE, GREY, N_EDGE_ROWS, N_WORK, PER_SIGMA, SCRATCH, SLOPE, STEP, X, Y, span, take
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 _MOST, _FEWEST, _ARC_PX = 24, 10, 3.0  # sectors, and their length along the edge
-_FLAT_PX = 2.0  # of each side's plain level beyond the blurred edge
-_TUKEY = 4.685
-_LEAST_SHARE = 0.6  # of the sectors that must agree
+_BAND_SIGMAS, _FLAT_PX = 2.5, 2.0  # of the blurred edge, and of each side's plain level beyond it
+_WIDEST = 4.0  # times the band of a round disc that a flat one's may have: of a shape gone astray not the whole picture
+_TUKEY = 4.685  # robust sd at which a sector drops out: Tukey's biweight of 95 % efficiency
+_TO_SD = 1.4826  # sd of a normal distribution over its median absolute deviation
+_LEAST_SHARE = 0.6  # share of the sectors that must agree
+_LEAST_WEIGHT = 0.3  # of a sector that counts as agreeing
+_MOST_NOISE = 4.0  # times the median sector's: another edge runs through
 _HALF_COVERED = 2.0
-_LEAST_IN_PICTURE = (
-    0.98  # of the edge: a sector that the picture's border cuts is off by up to a pixel, and does not know it
-)
-BY_SECTORS = 2.0  # added to a fit's share of outliers: how this fit was made
+_BEST_SECTORS = 20.0  # percentile of the sectors' rms that stands for the best of them
+# Share of the edge in the picture: a sector that the picture's border cuts is off by up to a pixel, and does not know
+# it.
+_LEAST_IN_PICTURE = 0.98
 _ARCTAN = tuple(np.float32(c) for c in (0.9998660, -0.3302995, 0.1801410, -0.0851330, 0.0208351))
-_N_SUMS = 11  # per sector: the six of the 3 x 3 normal matrix, the three right-hand sides, squares, pixels
+_FEWEST_PIXELS = 8  # of a sector, for its three unknowns
+_ROUNDING2 = 1.0 / 12.0  # squared noise of whole grey levels
+_ROUNDS, _REWEIGHTINGS = 8, 6
+_SETTLED_PX, _SETTLED_RADIUS_PX = 0.003, 0.02  # steps that end the fit
+# Parts of the radius: the step of the centre, of the radius, and the way from the start, beyond which it went astray.
+_MOST_STEP, _MOST_GROWTH, _MOST_WAY = 0.6, 0.4, 1.5
+_LEAST_CONTRAST = 4.0  # in parts of the noise
+_SURE_PX = 0.15  # sd of the centre from which on it is no disc
+# Sums per sector over its pixels.  Of a pixel's share outside the edge, inside it, and bell (slope of the step) their
+# products, and those with its grey; squared greys; pixels.
+OUT_OUT, OUT_IN, IN_IN, OUT_BELL, IN_BELL, BELL_BELL, OUT_GREY, IN_GREY, BELL_GREY, GREY_GREY, PIXELS = range(11)
+_N_SUMS = 11
+# Of each sector: how far the edge lies outside the ellipse [px], its sd for unit noise, rms and both levels [grey
+# levels].
+OFFSET, OFFSET_SD, RMS, OUTSIDE, WITHIN = range(5)
+_N_FOUND = 5
+# Steps of the ellipse: centre, radius, and the two differences that make it oval [px].
+D_CENTRE_U, D_CENTRE_V, D_RADIUS, D_OVAL_STRAIGHT, D_OVAL_SLANTED = range(5)
+_N_STEP, _N_STEP_HELD = 5, 2
 
 
 @compiled
@@ -41,18 +86,18 @@ def _band_pixels(image: NDArray[Any], p: Array, band: float) -> tuple[Singles, i
     """Pixels (3, enough) within about `band` px of the edge that lie in the picture; how many, and how many there would
     be.
     """
-    half_trace = 0.5 * (p[2] + p[4])
-    root = math.sqrt(max(half_trace * half_trace - (p[2] * p[4] - p[3] * p[3]), 0.0))
+    half_trace = 0.5 * (p[M11] + p[M22])
+    root = math.sqrt(max(half_trace * half_trace - determinant(p), 0.0))
     r_max, r_min = 1.0 / math.sqrt(half_trace - root), 1.0 / math.sqrt(half_trace + root)
-    outer = 1.0 + min(band / r_min, 4.0 * band / r_max)  # of a shape gone astray not the whole picture
+    outer = 1.0 + min(band / r_min, _WIDEST * band / r_max)
     q_in2, q_out2 = max(1.0 - band / r_min, 0.0) ** 2, outer**2
     half_width = r_max * outer
     side = 2 * int(half_width) + 5
-    pixels = np.empty((3, side * side), np.float32)
+    pixels = np.empty((N_EDGE_ROWS, side * side), np.float32)
     n = wanted = 0
-    for row in range(math.floor(p[1] - half_width), math.ceil(p[1] + half_width) + 1):
-        first, last = span(p, q_out2, row - p[1])
-        in_first, in_last = span(p, q_in2, row - p[1])
+    for row in range(math.floor(p[V] - half_width), math.ceil(p[V] + half_width) + 1):
+        first, last = span(p, q_out2, row - p[V])
+        in_first, in_last = span(p, q_in2, row - p[V])
         if in_first > in_last:  # no middle in this row
             in_first, in_last = last + 1, last
         wanted += max(last - first + 1, 0) - (in_last - in_first + 1)
@@ -93,28 +138,28 @@ def _gather(image: NDArray[Any], p: Array, n_sectors: int, sums: Array) -> float
     picture.
     """
     sums[:] = 0.0
-    band = 2.5 * math.sqrt(max(p[5], p[7])) + _FLAT_PX
+    band = _BAND_SIGMAS * math.sqrt(max(p[S11], p[S22])) + _FLAT_PX
     pixels, n, wanted = _band_pixels(image, p, band)
     rows = np.empty((N_WORK, n + 1), np.float32)
     at_edge(p.astype(np.float32), pixels, n, rows)
     _sectors(pixels, n, n_sectors, rows[SCRATCH])
     for k in range(n):
-        if abs(rows[T, k]) > band * rows[PER_SIGMA, k]:
+        if abs(rows[DISTANCE, k]) > band * rows[PER_SIGMA, k]:
             continue
         value, inside, bell = float(pixels[GREY, k]), float(rows[STEP, k]), float(rows[SLOPE, k])
         outside = 1.0 - inside
         s = sums[int(rows[SCRATCH, k])]
-        s[0] += outside * outside
-        s[1] += outside * inside
-        s[2] += inside * inside
-        s[3] += outside * bell
-        s[4] += inside * bell
-        s[5] += bell * bell
-        s[6] += outside * value
-        s[7] += inside * value
-        s[8] += bell * value
-        s[9] += value * value
-        s[10] += 1.0
+        s[OUT_OUT] += outside * outside
+        s[OUT_IN] += outside * inside
+        s[IN_IN] += inside * inside
+        s[OUT_BELL] += outside * bell
+        s[IN_BELL] += inside * bell
+        s[BELL_BELL] += bell * bell
+        s[OUT_GREY] += outside * value
+        s[IN_GREY] += inside * value
+        s[BELL_GREY] += bell * value
+        s[GREY_GREY] += value * value
+        s[PIXELS] += 1.0
     return n / max(wanted, 1)
 
 
@@ -127,9 +172,10 @@ def _offsets(sums: Array, n_sectors: int, sign: float, found: Array) -> float:
     for k in range(n_sectors):
         s = sums[k]
         found[k] = np.nan
-        a[0, 0], a[1, 0], a[1, 1], a[2, 0], a[2, 1], a[2, 2] = s[0], s[1], s[2], s[3], s[4], s[5]
-        b[:] = s[6:9]
-        if s[10] < 8 or not factor(a, 3):
+        a[0, 0], a[1, 0], a[1, 1] = s[OUT_OUT], s[OUT_IN], s[IN_IN]
+        a[2, 0], a[2, 1], a[2, 2] = s[OUT_BELL], s[IN_BELL], s[BELL_BELL]
+        b[0], b[1], b[2] = s[OUT_GREY], s[IN_GREY], s[BELL_GREY]
+        if s[PIXELS] < _FEWEST_PIXELS or not factor(a, 3):
             continue
         solve(a, b, 0, 3)
         contrast = b[1] - b[0]
@@ -138,59 +184,53 @@ def _offsets(sums: Array, n_sectors: int, sign: float, found: Array) -> float:
         unit[0] = unit[1] = 0.0
         unit[2] = 1.0
         solve(a, unit, 0, 3)
-        squares = max(s[9] - b[0] * s[6] - b[1] * s[7] - b[2] * s[8], 0.0)
-        rms = math.sqrt(squares / max(s[10] - 3.0, 1.0) + 1.0 / 12.0)
-        found[k, 0], found[k, 1], found[k, 2] = b[2] / contrast, math.sqrt(unit[2]) / abs(contrast), rms
-        found[k, 3], found[k, 4] = b[0], b[1]
-    return float(np.nanmedian(found[:n_sectors, 2]))
+        squares = max(s[GREY_GREY] - b[0] * s[OUT_GREY] - b[1] * s[IN_GREY] - b[2] * s[BELL_GREY], 0.0)
+        rms = math.sqrt(squares / max(s[PIXELS] - 3.0, 1.0) + _ROUNDING2)
+        found[k, OFFSET], found[k, OFFSET_SD] = b[2] / contrast, math.sqrt(unit[2]) / abs(contrast)
+        found[k, RMS], found[k, OUTSIDE], found[k, WITHIN] = rms, b[0], b[1]
+    return float(np.nanmedian(found[:n_sectors, RMS]))
 
 
 @compiled
-def _move(
-    p: Array, n_sectors: int, found: Array, noise: float, n_free: int, weight: Array, step: Array, matrix: Array
-) -> float:
-    """Robust least squares of the offsets: shift (2), size and flattening (3); mean squared residual in sds, <0:
-    none.
+def _move(p: Array, found: Array, noise: float, n_free: int, weight: Array, step: Array, matrix: Array) -> float:
+    """Tukey's robust least squares of the sectors' offsets, for a `step` of the first `n_free` of D_CENTRE_U...; mean
+    squared residual in sds, <0: none.
     """
+    n_sectors = len(found)
     turn = 2 * math.pi / n_sectors
-    rows = np.empty((n_sectors, 5))
+    rows = np.empty((n_sectors, _N_STEP))
     for k in range(n_sectors):
         angle = (k + 0.5) * turn - math.pi
         x, y = math.cos(angle), math.sin(angle)
-        mx, my = p[2] * x + p[3] * y, p[3] * x + p[4] * y
+        mx, my = p[M11] * x + p[M12] * y, p[M12] * x + p[M22] * y
         norm = math.hypot(mx, my)
-        rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4] = (
-            mx / norm,
-            my / norm,
-            1.0,
-            x * x - y * y,
-            2.0 * x * y,
-        )
+        rows[k, D_CENTRE_U], rows[k, D_CENTRE_V], rows[k, D_RADIUS] = mx / norm, my / norm, 1.0
+        rows[k, D_OVAL_STRAIGHT], rows[k, D_OVAL_SLANTED] = x * x - y * y, 2.0 * x * y
     step[:] = 0.0
-    step[2] = np.nanmedian(found[:n_sectors, 0]) if n_free > 2 else 0.0
+    step[D_RADIUS] = np.nanmedian(found[:, OFFSET]) if n_free > _N_STEP_HELD else 0.0
     residual = np.empty(n_sectors)
-    for _ in range(6):
+    for _ in range(_REWEIGHTINGS):
         for k in range(n_sectors):
-            sd = found[k, 1] * max(noise, found[k, 2])
-            left = found[k, 0]
+            sd = found[k, OFFSET_SD] * max(noise, found[k, RMS])
+            left = found[k, OFFSET]
             for i in range(n_free):
                 left -= rows[k, i] * step[i]
             residual[k] = left / sd
-        scale = max(1.0, 1.4826 * float(np.nanmedian(np.abs(residual))))
+        scale = max(1.0, _TO_SD * float(np.nanmedian(np.abs(residual))))
         matrix[:] = 0.0
-        right = np.zeros(5)
+        right = np.zeros(_N_STEP)
         total = squares = 0.0
         for k in range(n_sectors):
             u = residual[k] / (_TUKEY * scale)
-            good = np.isfinite(u) and abs(u) < 1.0 and found[k, 2] < 4.0 * noise
-            weight[k] = (1.0 - u * u) ** 2 if good else 0.0
-            if not good:
+            agrees = np.isfinite(u) and abs(u) < 1.0 and found[k, RMS] < _MOST_NOISE * noise
+            weight[k] = (1.0 - u * u) ** 2 if agrees else 0.0
+            if not agrees:
                 continue
-            w = weight[k] / (found[k, 1] * max(noise, found[k, 2])) ** 2
+            w = weight[k] / (found[k, OFFSET_SD] * max(noise, found[k, RMS])) ** 2
             total += weight[k]
             squares += weight[k] * residual[k] ** 2
             for i in range(n_free):
-                right[i] += w * rows[k, i] * found[k, 0]
+                right[i] += w * rows[k, i] * found[k, OFFSET]
                 for j in range(i + 1):
                     matrix[i, j] += w * rows[k, i] * rows[k, j]
         if total < _LEAST_SHARE * n_sectors or not factor(matrix, n_free):
@@ -202,53 +242,54 @@ def _move(
 
 @compiled
 def fit_by_sectors(image: NDArray[Any], start: Array, hold_shape: bool) -> Array:
-    """Fit one disc from a row of `centre.disc_start` or of an earlier fit; a row of the same columns, OK 0 where it
-    fails.
+    """Fit one disc from a row of `vision.markers.row.disc_start` or of an earlier fit; a row of the same columns, OK 0
+    where it fails.
 
     Blur is taken from the start; `hold_shape` takes the shape from there too.  LEVEL and CONTRAST are medians.
     """
     p = start.copy()
-    p[9] = p[10] = p[12] = p[13] = p[19] = 0.0
-    r = max(p[2] * p[4] - p[3] * p[3], 1e-12) ** -0.25
+    p[LEVEL_U] = p[LEVEL_V] = p[CONTRAST_U] = p[CONTRAST_V] = p[OK] = 0.0
+    r = max(determinant(p), 1e-12) ** -0.25
     n = min(max(int(2 * math.pi * r / _ARC_PX), _FEWEST), _MOST)
-    n_free = 2 if hold_shape else 5
-    sums, found, weight = np.empty((n, _N_SUMS)), np.full((n, 5), np.nan), np.zeros(n)
-    step, matrix = np.zeros(5), np.zeros((5, 5))
-    for _ in range(8):
-        p[17] = _gather(image, p, n, sums)
-        noise = _offsets(sums, n, p[11], found)
+    n_free = _N_STEP_HELD if hold_shape else _N_STEP
+    sums, found, weight = np.empty((n, _N_SUMS)), np.full((n, _N_FOUND), np.nan), np.zeros(n)
+    step, matrix = np.zeros(_N_STEP), np.zeros((_N_STEP, _N_STEP))
+    for _ in range(_ROUNDS):
+        p[COVERAGE] = _gather(image, p, n, sums)
+        noise = _offsets(sums, n, p[CONTRAST], found)
         # Where half of the sectors fit far worse than the best do, the disc itself is half covered.
         if (
             not np.isfinite(noise)
-            or p[17] < _LEAST_IN_PICTURE
-            or noise > _HALF_COVERED * np.nanpercentile(found[:, 2], 20.0)
+            or p[COVERAGE] < _LEAST_IN_PICTURE
+            or noise > _HALF_COVERED * np.nanpercentile(found[:, RMS], _BEST_SECTORS)
         ):
             return p
-        chi2 = _move(p, n, found, noise, n_free, weight, step, matrix)
-        length = math.hypot(step[0], step[1])
-        if chi2 < 0.0 or length > 0.6 * r or abs(step[2]) > 0.4 * r:
+        chi2 = _move(p, found, noise, n_free, weight, step, matrix)
+        length = math.hypot(step[D_CENTRE_U], step[D_CENTRE_V])
+        if chi2 < 0.0 or length > _MOST_STEP * r or abs(step[D_RADIUS]) > _MOST_GROWTH * r:
             return p
-        p[0] += step[0]
-        p[1] += step[1]
+        p[U] += step[D_CENTRE_U]
+        p[V] += step[D_CENTRE_V]
         grow = -2.0 / r**3
-        p[2] += grow * (step[2] + step[3])
-        p[3] += grow * step[4]
-        p[4] += grow * (step[2] - step[3])
-        if p[2] * p[4] - p[3] * p[3] <= 0.0 or math.hypot(p[0] - start[0], p[1] - start[1]) > 1.5 * r:
+        p[M11] += grow * (step[D_RADIUS] + step[D_OVAL_STRAIGHT])
+        p[M12] += grow * step[D_OVAL_SLANTED]
+        p[M22] += grow * (step[D_RADIUS] - step[D_OVAL_STRAIGHT])
+        if determinant(p) <= 0.0 or math.hypot(p[U] - start[U], p[V] - start[V]) > _MOST_WAY * r:
             return p
-        if length < 0.003 and abs(step[2]) < 0.02:
+        if length < _SETTLED_PX and abs(step[D_RADIUS]) < _SETTLED_RADIUS_PX:
             break
     trace = 0.0
     for i in range(2):
-        unit = np.zeros(5)
+        unit = np.zeros(_N_STEP)
         unit[i] = 1.0
         solve(matrix, unit, 0, n_free)
         trace += unit[i]
-    used = weight > 0.3
-    p[8] = np.median(found[:, 3][used])
-    p[11] = np.median(found[:, 4][used]) - p[8]
-    p[14] = math.sqrt(0.5 * trace * max(chi2, 1.0))
-    p[15] = p[16] = noise
-    p[18] = BY_SECTORS + 1.0 - np.mean(used)
-    p[19] = 1.0 if abs(p[11]) > 4.0 * noise and np.mean(used) > _LEAST_SHARE and p[14] < 0.15 else 0.0
+    used = weight > _LEAST_WEIGHT
+    p[LEVEL] = np.median(found[:, OUTSIDE][used])
+    p[CONTRAST] = np.median(found[:, WITHIN][used]) - p[LEVEL]
+    p[SD] = math.sqrt(0.5 * trace * max(chi2, 1.0))
+    p[NOISE] = p[MISFIT] = noise
+    p[OUTLIERS] = BY_SECTORS + 1.0 - np.mean(used)
+    agreed = np.mean(used) > _LEAST_SHARE and p[SD] < _SURE_PX
+    p[OK] = 1.0 if abs(p[CONTRAST]) > _LEAST_CONTRAST * noise and agreed else 0.0
     return p

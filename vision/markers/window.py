@@ -14,32 +14,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.compiled import compiled, inlined
+from vision.markers.row import M11, M12, M22, S11, S12, S22, U, V, determinant
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
-X, Y, GREY = range(3)  # from the centre [px], and grey
-AGAIN, INSIDE = 3, 4  # of plain pixels: 1 where the left neighbour came just before, 1 inside the disc
-# Rows of a list's work: residual, weight; derivatives by level, contrast, shape and blur (the even unknowns) and by
-# position, light's slopes, contrast's slopes (the odd ones); what they are made of.
-R, W, ONE, STEP, SHAPE, GX, GY, LIT_X, LIT_Y, STEP_X, STEP_Y = 0, 1, 2, 3, 4, 10, 11, 12, 13, 14, 15
-SLOPE, NX, NY, T, PER_PX, PER_SIGMA, SCRATCH = range(16, 23)
+# Rows of a list of pixels: place from the centre [px], and grey.
+X, Y, GREY = range(3)
+N_EDGE_ROWS = 3
+# Of plain pixels too: 1 where the left neighbour came just before, 1 inside the disc.
+ADJACENT, INSIDE = 3, 4
+N_PLAIN_ROWS = 5
+# Rows of a list's work: residual and weight; derivatives by the even unknowns (level, contrast, shape and blur, three
+# rows each) and by the odd ones (position, slopes of light and contrast); what they are made of: slope of the edge
+# [grey levels/px], its normal, distance from it [sigmas], scales of shape and blur.
+RESIDUAL, WEIGHT = range(2)
+ONE, STEP, SHAPE, BLUR = 2, 3, 4, 7
+GX, GY, LIT_X, LIT_Y, STEP_X, STEP_Y = range(10, 16)
+SLOPE, NX, NY, DISTANCE, PER_PX, PER_SIGMA, SCRATCH = range(16, 23)
 N_WORK = 23
 _EDGE_SIGMAS = 3.2  # beyond, the Gaussian step is within 0.1 % of its level
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
-# of plain background about the edge: it holds the light's slope (2 px cost a disc of 6 px 15 % of its precision)
+_EDGE_PX = 0.5  # beyond them: a pixel's own half width
+# Width of the ring of plain background about the edge: it holds the light's slope (2 px cost a disc of 6 px 15 % of its
+# precision).
 _RING_PX = 4.0
-_NARROW_RING_PX = 1.0  # of it where something else is near
-_NARROW_SIGMAS = 1.8  # beyond the edge, where even that is too near: a marker on its own small paper
+_NARROW_RING_PX = 1.0  # its width where something else is near
+_NARROW_SIGMAS = 1.8  # what is left beyond the edge where even that is too near: a marker on its own small paper
 NARROWEST = 2
 # The largest grey of 8-bit pictures and, in 16-bit ones, of 10, 12, 14 and 16 bits, counted from the lowest bit or the
 # highest.
 _FULL = np.array([255.0, 1023.0, 4095.0, 16383.0, 65535.0, 65472.0, 65520.0, 65532.0])
+_FAR_GREY = 1e12  # of a black or white that the window does not touch
 
 
 class Window(NamedTuple):
-    """Pixels at the edge (3, enough) and plain ones (5, enough), how many of each, edge pixels wanted, room for the
-    sums' work, and the greys at which the window's pixels are cut off (far away where none is).
+    """What a fit reads of the picture.
+
+    ``edge`` (N_EDGE_ROWS, enough), ``plain`` (N_PLAIN_ROWS, enough): pixels, ``n_edge`` and ``n_plain`` of them;
+    ``n_wanted``: edge pixels there would be without the picture's border; ``work``: room for the sums; ``black``,
+    ``white``: greys at which the window's pixels are clipped, far away where none is.
     """
 
     edge: Singles
@@ -55,12 +69,12 @@ class Window(NamedTuple):
 @compiled
 def _reach(p: Array, narrow: int) -> tuple[float, float, float, float]:
     """Where the edge band begins and ends and the window ends, as x' M x, and the window's half width [px]."""
-    half_trace = 0.5 * (p[2] + p[4])
-    root = math.sqrt(max(half_trace * half_trace - (p[2] * p[4] - p[3] * p[3]), 0.0))
+    half_trace = 0.5 * (p[M11] + p[M22])
+    root = math.sqrt(max(half_trace * half_trace - determinant(p), 0.0))
     r_max = 1.0 / math.sqrt(half_trace - root)
     r_min = 1.0 / math.sqrt(half_trace + root)
-    blur = math.sqrt(0.5 * (p[5] + p[7]) + math.sqrt(0.25 * (p[5] - p[7]) ** 2 + p[6] * p[6]))
-    band = _EDGE_SIGMAS * blur + 0.5
+    blur = math.sqrt(0.5 * (p[S11] + p[S22]) + math.sqrt(0.25 * (p[S11] - p[S22]) ** 2 + p[S12] * p[S12]))
+    band = _EDGE_SIGMAS * blur + _EDGE_PX
     outer = band if narrow < NARROWEST else _NARROW_SIGMAS * blur
     ring = outer if narrow == NARROWEST else band + (_NARROW_RING_PX if narrow else _RING_PX)
     return (
@@ -74,19 +88,19 @@ def _reach(p: Array, narrow: int) -> tuple[float, float, float, float]:
 @inlined
 def span(p: Array, q2: float, y: float) -> tuple[int, int]:
     """First and last column where x' M x < q2 along the row `y` px below the centre; none: first > last."""
-    middle = -p[3] * y / p[2]
-    square = middle * middle - (p[4] * y * y - q2) / p[2]
+    middle = -p[M12] * y / p[M11]
+    square = middle * middle - (p[M22] * y * y - q2) / p[M11]
     if square <= 0.0:
         return 1, 0
     half = math.sqrt(square)
-    return math.ceil(p[0] + middle - half), math.floor(p[0] + middle + half)
+    return math.ceil(p[U] + middle - half), math.floor(p[U] + middle + half)
 
 
 @compiled
 def take(image: NDArray[Any], row: int, first: int, last: int, p: Array, pixels: Singles, n: int) -> int:
     """Append the pixels first..last of a row that lie in the picture; how many the list now has."""
     first, last = max(first, 0), min(last, image.shape[1] - 1)
-    x, y = np.float32(first - p[0]), np.float32(row - p[1])
+    x, y = np.float32(first - p[U]), np.float32(row - p[V])
     for col in range(first, last + 1):
         pixels[X, n] = x
         pixels[Y, n] = y
@@ -103,7 +117,7 @@ def _take_plain(
     """As `take`, for pixels away from the edge."""
     until = take(image, row, first, last, p, pixels, n)
     for k in range(n, until):
-        pixels[AGAIN, k] = _ONE if k > n else _ZERO
+        pixels[ADJACENT, k] = _ONE if k > n else _ZERO
         pixels[INSIDE, k] = inside
     return until
 
@@ -113,10 +127,11 @@ def collect(image: NDArray[Any], p: Array, narrow: int) -> Window:
     """The window of the ellipse and blur `p`; `narrow` 0 to NARROWEST: how little of its surroundings it holds."""
     q_in2, q_edge2, q_out2, half_width = _reach(p, narrow)
     side = 2 * int(half_width) + 5
-    edge, plain = np.empty((3, side * side), np.float32), np.empty((5, side * side), np.float32)
+    edge = np.empty((N_EDGE_ROWS, side * side), np.float32)
+    plain = np.empty((N_PLAIN_ROWS, side * side), np.float32)
     n_edge = n_plain = n_wanted = 0
-    for row in range(math.floor(p[1] - half_width), math.ceil(p[1] + half_width) + 1):
-        y = row - p[1]
+    for row in range(math.floor(p[V] - half_width), math.ceil(p[V] + half_width) + 1):
+        y = row - p[V]
         out_first, out_last = span(p, q_out2, y)
         if out_first > out_last:
             continue
@@ -135,15 +150,15 @@ def collect(image: NDArray[Any], p: Array, narrow: int) -> Window:
         n_plain = _take_plain(image, row, in_first, in_last, p, 1.0, plain, n_plain)
         n_edge = take(image, row, in_last + 1, edge_last, p, edge, n_edge)
         n_plain = _take_plain(image, row, edge_last + 1, out_last, p, 0.0, plain, n_plain)
-    black, white = _cut_off(edge, n_edge, plain, n_plain)
+    black, white = _clipping_levels(edge, n_edge, plain, n_plain)
     return Window(
         edge, plain, n_edge, n_plain, n_wanted, np.empty((N_WORK, max(n_edge, n_plain) + 1), np.float32), black, white
     )
 
 
 @compiled
-def _cut_off(edge: Singles, n_edge: int, plain: Singles, n_plain: int) -> tuple[float, float]:
-    """Black and white, where the window touches them."""
+def _clipping_levels(edge: Singles, n_edge: int, plain: Singles, n_plain: int) -> tuple[float, float]:
+    """Black and white, where the window touches them (`Window`)."""
     least, most = np.int32(65535), np.int32(0)  # whole numbers: least and most of them are found several at a time
     for k in range(n_edge):
         grey = np.int32(edge[GREY, k])
@@ -151,11 +166,17 @@ def _cut_off(edge: Singles, n_edge: int, plain: Singles, n_plain: int) -> tuple[
     for k in range(n_plain):
         grey = np.int32(plain[GREY, k])
         least, most = min(least, grey), max(most, grey)
-    white = 1e12
+    white = _FAR_GREY
     for full in _FULL:
         if most == full:
             white = full
-    return 0.0 if least == 0 else -1e12, white
+    return 0.0 if least == 0 else -_FAR_GREY, white
+
+
+@compiled
+def is_clipped(window: Window) -> bool:
+    """Whether the window holds black or white pixels."""
+    return window.black > -_FAR_GREY or window.white < _FAR_GREY
 
 
 @compiled

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
@@ -13,6 +15,18 @@ from vision.rendering.images import Look, View, finish
 
 Array = NDArray[np.float64]
 FINE = 4  # sub-samples per pixel and axis, each a box average of the print
+_REACH_BLURS, _REACH_PX = 5, 3  # about the board that are drawn: blurs, and pixels
+_FAR_M = 1e3  # of a line of the print that is beyond every picture
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Greys of paper, ink and what lies behind, and the rim of paper around the print."""
+
+    paper_grey: float = 215.0
+    ink_grey: float = 30.0
+    background_grey: float = 120.0
+    margin_m: float = 0.004
 
 
 def render_board(
@@ -22,11 +36,7 @@ def render_board(
     translation_m: Array,
     look: Look = Look(),
     rng: np.random.Generator | None = None,
-    *,
-    paper_grey: float = 215.0,
-    ink_grey: float = 30.0,
-    background_grey: float = 120.0,
-    margin_m: float = 0.004,
+    paper: Paper = Paper(),
 ) -> tuple[NDArray[np.uint8], Array]:
     """One view of a ChArUco board.
 
@@ -35,7 +45,7 @@ def render_board(
     view : camera and window; its pose in the world is not used
     rotation, translation_m : ``X_camera = rotation @ X_board + translation_m`` (board frame: OpenCV's)
     look, rng : as for :func:`vision.rendering.images.render_frame`
-    margin_m : rim of paper around the print
+    paper : greys and margin of the print
 
     Returns
     -------
@@ -51,8 +61,8 @@ def render_board(
         np.asarray(translation_m, float),
     )
     width, height = view.size_px
-    image = np.full((height, width), background_grey)
-    w, h = board.size_m
+    image = np.full((height, width), paper.background_grey)
+    (w, h), margin_m = board.size_m, paper.margin_m
     outline = np.array(
         [
             [-margin_m, -margin_m, 0],
@@ -62,12 +72,12 @@ def render_board(
         ]
     )
     seen = camera.project(outline) - view.window_offset_px
-    reach = int(np.ceil(5 * look.blur_px)) + 3
+    reach = int(np.ceil(_REACH_BLURS * look.blur_px)) + _REACH_PX
     low = np.maximum(np.floor(seen.min(0)).astype(int) - reach, 0)
     high = np.minimum(np.ceil(seen.max(0)).astype(int) + reach, [width - 1, height - 1])
     if (low <= high).all():
         xn, yn = view.normalised((low[0], high[0]), (low[1], high[1]))
-        fine = _print(board, camera, _finer(xn), _finer(yn), margin_m, (paper_grey, ink_grey, background_grey))
+        fine = _print(board, camera, _finer(xn), _finer(yn), paper)
         fine = gaussian_filter(fine, look.blur_px * FINE, mode="nearest", truncate=5)
         rows, columns = xn.shape
         image[low[1] : high[1] + 1, low[0] : high[0] + 1] = fine.reshape(rows, FINE, columns, FINE).mean((1, 3))
@@ -82,9 +92,7 @@ def _finer(grid: Array) -> Array:
     return np.asarray(fine.reshape(grid.shape[0] * FINE, grid.shape[1] * FINE))
 
 
-def _print(
-    board: Board, camera: Camera, xn: Array, yn: Array, margin_m: float, greys: tuple[float, float, float]
-) -> Array:
+def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> Array:
     """Grey on each ray: the mean of the print over the sub-sample's box, exact by an integral over the grid of
     lines.
     """
@@ -93,13 +101,13 @@ def _print(
     ahead = np.stack([depth * xn, depth * yn, depth], -1) - point
     x, y = ahead @ camera.rotation[:, 0], ahead @ camera.rotation[:, 1]
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
-    paper, ink, background = greys
+    margin_m, background = paper.margin_m, paper.background_grey
     gx, gy, black = charuco_rectangles(board)
-    gx = np.concatenate([[-1e3, -margin_m], gx, [board.size_m[0] + margin_m, 1e3]])
-    gy = np.concatenate([[-1e3, -margin_m], gy, [board.size_m[1] + margin_m, 1e3]])
+    gx = np.concatenate([[-_FAR_M, -margin_m], gx, [board.size_m[0] + margin_m, _FAR_M]])
+    gy = np.concatenate([[-_FAR_M, -margin_m], gy, [board.size_m[1] + margin_m, _FAR_M]])
     cells = np.full((len(gy) - 1, len(gx) - 1), background)
-    cells[1:-1, 1:-1] = paper if not board.inverted else ink
-    cells[2:-2, 2:-2] = np.where(black, ink, paper)
+    cells[1:-1, 1:-1] = paper.ink_grey if board.inverted else paper.paper_grey
+    cells[2:-2, 2:-2] = np.where(black, paper.ink_grey, paper.paper_grey)
     cells = cells - background  # so that the far rim adds no large numbers to the integral
     sums = np.zeros((len(gy), len(gx)))
     sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)

@@ -23,10 +23,16 @@ from scipy.interpolate import RectBivariateSpline
 from ovines.camera import Camera
 from ovines.errors import InputError
 from vision.rendering import kernel
-from vision.rendering.scene import BODIES, Markers, Pose, Rig, layers_of, visible_share
+from vision.rendering.scene import BODIES, Greys, Markers, Pose, Rig, layers_of, visible_share
 
-__all__ = ["Band", "Glare", "Look", "Markers", "Pose", "Rig", "View", "render_frame", "truth_of"]
+__all__ = ["Band", "Glare", "Greys", "Look", "Markers", "Pose", "Rig", "View", "render_frame", "truth_of"]
 Array = NDArray[np.float64]
+SPLINE_PX = 16  # between a lens' spline's knots: it is smooth (error < 1e-9)
+_LEAST_KNOTS = 8  # per axis
+_CELL_BLURS, _MOST_CELLS = 0.5, 4  # cells of a pixel: no wider than two blurs, and at most so many per axis
+# Room about a layer for its blurred edge: blurs, and pixels.
+_MARGIN_BLURS, _MARGIN_PX = 7, 2
+_STEEPEST = 50  # exponent beyond which a band's edge is flat
 
 
 @dataclass(frozen=True)
@@ -85,9 +91,9 @@ class View:
 
     @cached_property
     def _splines(self) -> tuple[RectBivariateSpline, RectBivariateSpline]:
-        """x/z and y/z over the window.  Cubic splines through every 16th pixel: a lens is smooth (error < 1e-9)."""
+        """x/z and y/z over the window.  Cubic splines through every SPLINE_PX-th pixel."""
         width, height = self.size_px
-        u, v = (np.linspace(-16, n + 16, max(8, n // 16 + 3)) for n in (width, height))
+        u, v = (np.linspace(-SPLINE_PX, n + SPLINE_PX, max(_LEAST_KNOTS, n // SPLINE_PX + 3)) for n in (width, height))
         grid = np.stack(np.meshgrid(u, v), -1) + self.window_offset_px
         xy = self.camera.normalise(grid)
         if not np.isfinite(xy).all():
@@ -128,18 +134,17 @@ def render_frame(
     image : (height, width) uint8, window pixels
     truth : :func:`truth_of` at the middle of the exposure
     """
-    scenes = [_complete(each) for each in poses]
+    instants = [_complete(each) for each in poses]
     width, height = view.size_px
-    image = np.full((height, width), rig.background_grey)
-    drawn = [layers_of(rig, each) for each in scenes]
-    bounds = [_bounds(view, outlines, look.blur_px) for _, _, outlines in drawn]
-    for columns, rows in _regions(drawn[0][0], bounds, (width, height)):
-        xn, yn = view.normalised(columns, rows)
-        total = np.zeros(xn.shape)
-        for scene, (layers, vertices, _), bound in zip(scenes, drawn, bounds, strict=True):
-            total += _shade(view, rig, look, scene, layers, vertices, bound, columns, rows, xn, yn)
+    image = np.full((height, width), rig.greys.background)
+    scenes = [_scene(view, rig, each, look.blur_px) for each in instants]
+    for columns, rows in _regions(scenes[0].layers, [scene.bounds_px for scene in scenes], (width, height)):
+        patch = kernel.Patch(*view.normalised(columns, rows), columns[0], rows[0])
+        total = np.zeros(patch.xn.shape)
+        for scene in scenes:
+            total += _shade(scene, look.blur_px, patch, view.camera)
         image[rows[0] : rows[1] + 1, columns[0] : columns[1] + 1] = total / len(scenes)
-    return finish(image, look, rng), truth_of(view, rig, _middle(scenes))
+    return finish(image, look, rng), truth_of(view, rig, _middle(instants))
 
 
 def finish(image: Array, look: Look, rng: np.random.Generator | None) -> NDArray[np.uint8]:
@@ -159,7 +164,7 @@ def light_field(look: Look, columns: int, rows: int) -> tuple[Array, Array]:
     for band in look.bands:
         along = u * np.cos(band.angle_rad) + v * np.sin(band.angle_rad) - band.position_px
         beyond = (np.abs(along) - 0.5 * band.width_px) / band.softness_px
-        light = light * (1 - band.depth / (1 + np.exp(np.clip(beyond, -50, 50))))
+        light = light * (1 - band.depth / (1 + np.exp(np.clip(beyond, -_STEEPEST, _STEEPEST))))
     added = np.zeros((1, 1))
     for glare in look.glares:
         added = added + glare.level * np.exp(
@@ -205,8 +210,8 @@ def _middle(scenes: Sequence[Mapping[str, Pose]]) -> Mapping[str, Pose]:
 
 
 def _bounds(view: View, outlines: Sequence[Array], blur_px: float) -> NDArray[np.int64]:
-    """Window rectangle (first and last column and row) of each layer with room for its blurred edge, (L, 4)."""
-    margin = np.ceil(7 * blur_px + 2)
+    """Window rectangle (kernel.FIRST_COLUMN...) of each layer with room for its blurred edge, (L, 4)."""
+    margin = np.ceil(_MARGIN_BLURS * blur_px + _MARGIN_PX)
     rectangles = []
     for outline in outlines:
         uv = view.camera.project(outline) - view.window_offset_px
@@ -218,50 +223,35 @@ def _bounds(view: View, outlines: Sequence[Array], blur_px: float) -> NDArray[np
 def _regions(layers: Array, bounds: Sequence[NDArray[np.int64]], size_px: tuple[int, int]) -> list[Any]:
     """Rectangles to draw: one for each ground marker, one for Host and NES together; clipped to the window."""
     every = np.stack(bounds)
-    spans = np.stack([every[..., 0].min(0), every[..., 1].max(0), every[..., 2].min(0), every[..., 3].max(0)], -1)
+    firsts, lasts = every.min(0), every.max(0)
+    spans = np.where(np.isin(np.arange(4), (kernel.FIRST_COLUMN, kernel.FIRST_ROW)), firsts, lasts)
     ground = layers[:, kernel.BODY] == BODIES.index("ground")
     groups = [spans[[k]] for k in np.flatnonzero(ground)] + ([spans[~ground]] if (~ground).any() else [])
     regions = []
     for group in groups:
-        columns = max(0, int(group[:, 0].min())), min(size_px[0] - 1, int(group[:, 1].max()))
-        rows = max(0, int(group[:, 2].min())), min(size_px[1] - 1, int(group[:, 3].max()))
+        columns = (
+            max(0, int(group[:, kernel.FIRST_COLUMN].min())),
+            min(size_px[0] - 1, int(group[:, kernel.LAST_COLUMN].max())),
+        )
+        rows = max(0, int(group[:, kernel.FIRST_ROW].min())), min(size_px[1] - 1, int(group[:, kernel.LAST_ROW].max()))
         if columns[0] <= columns[1] and rows[0] <= rows[1]:
             regions.append((columns, rows))
     return regions
 
 
-def _shade(
-    view: View,
-    rig: Rig,
-    look: Look,
-    scene: Mapping[str, Pose],
-    layers: Array,
-    vertices: Array,
-    bounds: NDArray[np.int64],
-    columns: tuple[int, int],
-    rows: tuple[int, int],
-    xn: Array,
-    yn: Array,
-) -> Array:
-    camera = view.camera
-    turns = np.stack([scene[body].rotation.T @ camera.rotation.T for body in BODIES])
-    origins = np.stack([(camera.centre_m - scene[body].position_m) @ scene[body].rotation for body in BODIES])
+def _shade(scene: kernel.Scene, blur_px: float, patch: kernel.Patch, camera: Camera) -> Array:
+    """Grey values of one rectangle; the pixel's size in image coordinates is its mean there."""
+    xn, yn = patch.xn, patch.yn
     pixel_x = abs(float(xn[:, -1].mean() - xn[:, 0].mean())) / max(1, xn.shape[1] - 1) or 1 / camera.matrix[0, 0]
     pixel_y = abs(float(yn[-1].mean() - yn[0].mean())) / max(1, yn.shape[0] - 1) or 1 / camera.matrix[1, 1]
-    samples = 2 * int(np.clip(np.ceil(0.5 / look.blur_px), 1, 4))
-    return kernel.shade(
-        xn,
-        yn,
-        pixel_x,
-        pixel_y,
-        columns[0],
-        rows[0],
-        layers,
-        bounds,
-        vertices,
-        origins,
-        turns,
-        rig.background_grey,
-        look.blur_px,
-        samples,
-    )
+    samples = 2 * int(np.clip(np.ceil(_CELL_BLURS / blur_px), 1, _MOST_CELLS))
+    return kernel.shade(scene, kernel.Optics(pixel_x, pixel_y, blur_px, samples), patch)
+
+
+def _scene(view: View, rig: Rig, poses: Mapping[str, Pose], blur_px: float) -> kernel.Scene:
+    """What the camera sees of the rig in these poses."""
+    layers, vertices, outlines = layers_of(rig, poses)
+    camera = view.camera
+    turns = np.stack([poses[body].rotation.T @ camera.rotation.T for body in BODIES])
+    origins = np.stack([(camera.centre_m - poses[body].position_m) @ poses[body].rotation for body in BODIES])
+    return kernel.Scene(layers, _bounds(view, outlines, blur_px), vertices, origins, turns, rig.greys.background)

@@ -10,6 +10,7 @@ per axis (it has the pixel's own variance; equal steps would make every edge too
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,69 @@ from numpy.typing import NDArray
 from vision.compiled import compiled
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 DISC, CYLINDER, POLYGON = 0, 1, 2
-# columns of a layer's row
+# Columns of a layer: its kind and body; centre, top and bottom, radius [m] and grey; CLIP: the layer through which it
+# is seen (one opening for all), ON: the layer whose outline it shares in part and lies on, each -1 for none; its
+# vertices.
 KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES, ON = range(12)
 COLUMNS = 12
-FAR_PX = 1e9
-TILE = 8
+FIRST_COLUMN, LAST_COLUMN, FIRST_ROW, LAST_ROW = range(4)  # of a layer's bounds
+FAR_PX = 1e9  # of an edge that is not there
+TILE = 8  # side [px] of the squares in which nothing is drawn anew where no edge is near
+_SIGMAS = 6.0  # of the blur beyond which an edge is not seen: 1e-9 of the contrast
+_PIXEL_PX = 0.75  # half a pixel's diagonal and a little
+_TILE_REACH = 1.5  # sides of a tile between its middle and whatever may matter in it
+_GAUSS = 0.28867513459481287  # Gauss' two points: 1 / sqrt(12) from a cell's middle
+_LEAST_RADIUS = 0.5  # radii from a disc's centre within which its curvature is held: it has no edge there
+_POINT_M = 1e-12  # distance that is none
+
+
+class Scene(NamedTuple):
+    """What is drawn: ``layers`` (L, COLUMNS), far to near; ``bounds_px`` (L, 4) of the window outside which each covers
+    nothing; ``vertices`` (V, 2) of polygons; ``origins`` (B, 3), ``turns`` (B, 3, 3): the camera's centre and the map
+    (xn, yn, 1) -> ray in each body's frame; ``background`` grey.
+    """
+
+    layers: Array
+    bounds_px: Ints
+    vertices: Array
+    origins: Array
+    turns: Array
+    background: float
+
+
+class Patch(NamedTuple):
+    """A rectangle of the window: undistorted image coordinates ``xn``, ``yn`` (rows, columns) of its pixels' centres,
+    and where it lies in the window.
+    """
+
+    xn: Array
+    yn: Array
+    first_column: int
+    first_row: int
+
+
+class Optics(NamedTuple):
+    """Size of a pixel in undistorted image coordinates, sd of the blur, sub-samples per pixel and axis where an edge is
+    near (an even number).
+    """
+
+    pixel_x: float
+    pixel_y: float
+    blur_px: float
+    samples: int
+
+
+class Work(NamedTuple):
+    """Of each layer whether it may matter here (L,) 0/1, and the distance of its edge (L,) [px]; number of the layer
+    that is the opening, -1 for none.
+    """
+
+    used: Ints
+    edges: Array
+    opening: int
 
 
 @compiled
@@ -43,28 +100,18 @@ def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -
         if (ay > py) != (by > py) and px < ax + (py - ay) / (by - ay) * ex:
             inside = not inside
     distance = math.sqrt(best)
-    if distance < 1e-12:
+    if distance < _POINT_M:
         return 0.0, 1.0, 0.0
     sign = -1.0 if inside else 1.0
     return sign * distance, sign * nx / distance, sign * ny / distance
 
 
 @compiled
-def _edge_px(
-    layers: Array,
-    k: int,
-    vertices: Array,
-    origins: Array,
-    turns: Array,
-    xn: float,
-    yn: float,
-    pixel_x: float,
-    pixel_y: float,
-    blur_px: float,
-) -> float:
+def _edge_px(scene: Scene, optics: Optics, k: int, xn: float, yn: float) -> float:
     """Distance in pixels from a ray to layer k's edge, negative inside (scalar indexing: array views cost more than the
     sums).
     """
+    layers, turns, origins, blur_px = scene.layers, scene.turns, scene.origins, optics.blur_px
     body = int(layers[k, BODY])
     dx = turns[body, 0, 0] * xn + turns[body, 0, 1] * yn + turns[body, 0, 2]
     dy = turns[body, 1, 0] * xn + turns[body, 1, 1] * yn + turns[body, 1, 2]
@@ -73,7 +120,7 @@ def _edge_px(
     px, py = origins[body, 0] + t * dx - layers[k, X], origins[body, 1] + t * dy - layers[k, Y]
     curvature = 0.0
     if layers[k, KIND] == POLYGON:
-        distance, nx, ny = _to_polygon(px, py, vertices, int(layers[k, FIRST_VERTEX]), int(layers[k, VERTICES]))
+        distance, nx, ny = _to_polygon(px, py, scene.vertices, int(layers[k, FIRST_VERTEX]), int(layers[k, VERTICES]))
     else:
         if layers[k, KIND] == CYLINDER:  # the ray's path between the two heights, seen from above, is a segment
             t_bottom = (layers[k, BOTTOM] - origins[body, 2]) / dz
@@ -83,15 +130,15 @@ def _edge_px(
             px, py, t = px + along * ex, py + along * ey, t + along * (t_bottom - t)
         r = math.sqrt(px * px + py * py)
         distance = r - layers[k, RADIUS]
-        nx, ny = (px / r, py / r) if r > 1e-12 else (1.0, 0.0)
-        curvature = 1.0 / max(r, 0.5 * layers[k, RADIUS])
+        nx, ny = (px / r, py / r) if r > _POINT_M else (1.0, 0.0)
+        curvature = 1.0 / max(r, _LEAST_RADIUS * layers[k, RADIUS])
     gx = (
         t
         * (
             nx * (turns[body, 0, 0] - dx * turns[body, 2, 0] / dz)
             + ny * (turns[body, 1, 0] - dy * turns[body, 2, 0] / dz)
         )
-        * pixel_x
+        * optics.pixel_x
     )
     gy = (
         t
@@ -99,7 +146,7 @@ def _edge_px(
             nx * (turns[body, 0, 1] - dx * turns[body, 2, 1] / dz)
             + ny * (turns[body, 1, 1] - dy * turns[body, 2, 1] / dz)
         )
-        * pixel_y
+        * optics.pixel_y
     )
     metres_per_px = math.sqrt(gx * gx + gy * gy)
     return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
@@ -108,34 +155,22 @@ def _edge_px(
 @compiled
 def _coverage(edge_px: float, blur_px: float) -> float:
     scaled = edge_px / blur_px
-    if scaled > 6.0:
+    if scaled > _SIGMAS:
         return 0.0
-    if scaled < -6.0:
+    if scaled < -_SIGMAS:
         return 1.0
     return 0.5 * math.erfc(scaled * 0.7071067811865476)
 
 
 @compiled
-def _colour(
-    layers: Array,
-    used: NDArray[np.int64],
-    vertices: Array,
-    origins: Array,
-    turns: Array,
-    xn: float,
-    yn: float,
-    pixel_x: float,
-    pixel_y: float,
-    blur_px: float,
-    background: float,
-    edges: Array,
-    opening: int,
-) -> float:
+def _colour(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
     """Grey along one ray.  Outlines that coincide are not blended twice: what lies in the opening is painted apart and
     put under it once, and a layer ON another replaces that one's grey by as much as it covers."""
+    layers, background, blur_px = scene.layers, scene.background, optics.blur_px
+    used, edges, opening = work
     for k in range(len(used)):
         if used[k]:
-            edges[k] = _edge_px(layers, k, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px)
+            edges[k] = _edge_px(scene, optics, k, xn, yn)
         else:
             edges[k] = FAR_PX
     outer, inner, open_share = background, background, 0.0
@@ -157,142 +192,59 @@ def _place(k: int, samples: int) -> float:
     """Where sub-sample k of an even number lies in the pixel (-0.5..0.5): Gauss' two points in each of samples / 2
     cells.
     """
-    cell = k // 2 + 0.5 + (0.28867513459481287 if k % 2 else -0.28867513459481287)
+    cell = k // 2 + 0.5 + (_GAUSS if k % 2 else -_GAUSS)
     return 2.0 * cell / samples - 0.5
 
 
 @compiled
-def _pixel(
-    layers: Array,
-    used: NDArray[np.int64],
-    vertices: Array,
-    origins: Array,
-    turns: Array,
-    xn: float,
-    yn: float,
-    pixel_x: float,
-    pixel_y: float,
-    blur_px: float,
-    background: float,
-    edges: Array,
-    opening: int,
-    samples: int,
-) -> float:
-    """Mean over the pixel's area; one ray is enough where no edge is near."""
-    grey = _colour(
-        layers, used, vertices, origins, turns, xn, yn, pixel_x, pixel_y, blur_px, background, edges, opening
-    )
+def _nearest(work: Work) -> float:
+    """Distance of the nearest edge [px]."""
     nearest = FAR_PX
-    for k in range(len(used)):
-        nearest = min(nearest, abs(edges[k]))
-    if nearest > 6.0 * blur_px + 0.75:
+    for k in range(len(work.edges)):
+        nearest = min(nearest, abs(work.edges[k]))
+    return nearest
+
+
+@compiled
+def _pixel(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
+    """Mean over the pixel's area; one ray is enough where no edge is near."""
+    grey, samples = _colour(scene, optics, work, xn, yn), optics.samples
+    if _nearest(work) > _SIGMAS * optics.blur_px + _PIXEL_PX:
         return grey
     grey = 0.0
     for a in range(samples):
         for b in range(samples):
-            grey += _colour(
-                layers,
-                used,
-                vertices,
-                origins,
-                turns,
-                xn + _place(b, samples) * pixel_x,
-                yn + _place(a, samples) * pixel_y,
-                pixel_x,
-                pixel_y,
-                blur_px,
-                background,
-                edges,
-                opening,
-            )
+            x, y = xn + _place(b, samples) * optics.pixel_x, yn + _place(a, samples) * optics.pixel_y
+            grey += _colour(scene, optics, work, x, y)
     return grey / (samples * samples)
 
 
 @compiled
-def shade(
-    xn: Array,
-    yn: Array,
-    pixel_x: float,
-    pixel_y: float,
-    first_column: int,
-    first_row: int,
-    layers: Array,
-    bounds_px: NDArray[np.int64],
-    vertices: Array,
-    origins: Array,
-    turns: Array,
-    background: float,
-    blur_px: float,
-    samples: int,
-) -> Array:
-    """Grey values of one rectangle of the window.
-
-    Parameters
-    ----------
-    xn, yn : (rows, columns) undistorted image coordinates of the pixels' centres
-    pixel_x, pixel_y : size of a pixel in those coordinates
-    first_column, first_row : where the rectangle lies in the window
-    layers : (L, COLUMNS), far to near; CLIP: the layer through which this one is seen (one opening for all), ON: the
-    layer whose
-        outline this one shares in part and lies on, each -1 for none
-    bounds_px : (L, 4) first and last column and row (window) outside which a layer covers nothing
-    origins, turns : (B, 3), (B, 3, 3) the camera's centre and the map (xn, yn, 1) -> ray, in each body's frame
-    samples : sub-samples per pixel and axis where an edge is near, an even number
-    """
+def shade(scene: Scene, optics: Optics, patch: Patch) -> Array:
+    """Grey values (rows, columns) of one rectangle of the window."""
+    layers, bounds_px, xn, yn = scene.layers, scene.bounds_px, patch.xn, patch.yn
     rows, columns = xn.shape
     opening = -1
     for k in range(len(layers)):
         opening = max(opening, int(layers[k, CLIP]))
     out = np.empty((rows, columns))
-    used, edges = np.zeros(len(layers), np.int64), np.empty(len(layers))
+    work = Work(np.zeros(len(layers), np.int64), np.empty(len(layers)), opening)
     for top in range(0, rows, TILE):
         for left in range(0, columns, TILE):
             bottom, right = min(rows, top + TILE) - 1, min(columns, left + TILE) - 1
             for k in range(len(layers)):
-                used[k] = (
-                    bounds_px[k, 0] <= first_column + right
-                    and first_column + left <= bounds_px[k, 1]
-                    and bounds_px[k, 2] <= first_row + bottom
-                    and first_row + top <= bounds_px[k, 3]
+                work.used[k] = (
+                    bounds_px[k, FIRST_COLUMN] <= patch.first_column + right
+                    and patch.first_column + left <= bounds_px[k, LAST_COLUMN]
+                    and bounds_px[k, FIRST_ROW] <= patch.first_row + bottom
+                    and patch.first_row + top <= bounds_px[k, LAST_ROW]
                 )
             i, j = (top + bottom) // 2, (left + right) // 2
-            flat = _colour(
-                layers,
-                used,
-                vertices,
-                origins,
-                turns,
-                xn[i, j],
-                yn[i, j],
-                pixel_x,
-                pixel_y,
-                blur_px,
-                background,
-                edges,
-                opening,
-            )
-            nearest = FAR_PX
-            for k in range(len(layers)):
-                nearest = min(nearest, abs(edges[k]))
-            if nearest > 6.0 * blur_px + 1.5 * TILE:  # no edge reaches into this tile
+            flat = _colour(scene, optics, work, xn[i, j], yn[i, j])
+            if _nearest(work) > _SIGMAS * optics.blur_px + _TILE_REACH * TILE:  # no edge reaches into this tile
                 out[top : bottom + 1, left : right + 1] = flat
                 continue
             for i in range(top, bottom + 1):
                 for j in range(left, right + 1):
-                    out[i, j] = _pixel(
-                        layers,
-                        used,
-                        vertices,
-                        origins,
-                        turns,
-                        xn[i, j],
-                        yn[i, j],
-                        pixel_x,
-                        pixel_y,
-                        blur_px,
-                        background,
-                        edges,
-                        opening,
-                        samples,
-                    )
+                    out[i, j] = _pixel(scene, optics, work, xn[i, j], yn[i, j])
     return out

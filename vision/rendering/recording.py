@@ -25,7 +25,19 @@ from vision.rendering.motion import bouncing
 
 Array = NDArray[np.float64]
 PNG = [cv2.IMWRITE_PNG_COMPRESSION, 3]  # noise does not compress: 9 costs ten times the time for 3 % less
+_WHOLLY_VISIBLE = 0.99  # share of a marker's disc from which it counts as visible
+_JPEG = [cv2.IMWRITE_JPEG_QUALITY, 93]
 Motion = Callable[[float], Mapping[str, Pose]]
+
+
+@dataclass(frozen=True)
+class Files:
+    """What is written: the recording's name, views of the board per camera, suffixes of frames and views."""
+
+    name: str = "rendered"
+    views: int = 12
+    suffix: str = ".png"
+    board_suffix: str = ".png"
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +153,14 @@ def thesis_rig() -> Rig:
 
 def board_poses(setup: Setup, camera: int, count: int, rng: np.random.Generator) -> list[tuple[Array, Array]]:
     """Poses of a hand-held board: about the rig's place, tilted up to 40 degrees, 15 % nearer and farther."""
-    eye = setup.cameras[camera]
+    own = setup.cameras[camera]
     width, height = setup.board.size_m
     poses = []
     for k in range(count):
         tilt = rng.uniform(0.15, 0.7) * np.array([np.cos(2.4 * k), np.sin(2.4 * k), 0]) + [0, 0, rng.uniform(-0.6, 0.6)]
         turn = np.asarray(cv2.Rodrigues(tilt)[0], float)
-        depth = rng.uniform(0.85, 1.15) * eye.translation_m[2]
-        spread = np.array([eye.sensor_size_px[0], eye.sensor_size_px[1]]) / eye.matrix[0, 0] * depth
+        depth = rng.uniform(0.85, 1.15) * own.translation_m[2]
+        spread = np.array(own.sensor_size_px) / own.matrix[0, 0] * depth
         middle = np.append(rng.uniform(-0.40, 0.40, 2) * spread, depth)
         poses.append((turn, middle - turn @ np.array([width / 2, height / 2, 0])))
     return poses
@@ -160,10 +172,7 @@ def render_recording(
     motion: Motion,
     frames: int,
     rng: np.random.Generator,
-    views: int = 12,
-    suffix: str = ".png",
-    name: str = "rendered",
-    board_suffix: str = ".png",
+    files: Files = Files(),
     *,
     looks: Callable[[str, int], Look] | None = None,
     clock_s: float = 0.0,
@@ -178,7 +187,7 @@ def render_recording(
     """
     folder = Path(folder)
     for c, camera in enumerate(setup.cameras):
-        _write_views(folder, setup, c, views, rng, board_suffix)
+        _write_views(folder, setup, c, files, rng)
         (folder / camera.name).mkdir(parents=True, exist_ok=True)
     truths = []
     windows = [
@@ -194,7 +203,7 @@ def render_recording(
             image, truth = render_frame(
                 view, setup.rig, poses, setup.look if looks is None else looks(view.camera.name, frame), rng
             )
-            _write(folder / view.camera.name / f"frame_{frame:05d}{suffix}", image)
+            _write(folder / view.camera.name / f"frame_{frame:05d}{files.suffix}", image)
             here = motion(seen_s)
             truths.append(
                 truth.assign(
@@ -209,11 +218,13 @@ def render_recording(
                 )
             )
     truth = pd.concat(truths, ignore_index=True)
-    truth["visible"] = truth["visible"] > 0.99
+    truth["visible"] = truth["visible"] > _WHOLLY_VISIBLE
     truth = truth.sort_values(["camera", "frame", "marker"], ignore_index=True)
-    write_table(truth, "truth", folder / "truth.parquet", provenance("render", {"frames": frames, "name": name}, {}))
+    write_table(
+        truth, "truth", folder / "truth.parquet", provenance("render", {"frames": frames, "name": files.name}, {})
+    )
     write_calibration(setup.cameras, folder / "true_calibration.json")
-    (folder / "recording.toml").write_text(_toml(setup, name, suffix, board_suffix), encoding="utf-8")
+    (folder / "recording.toml").write_text(_toml(setup, files), encoding="utf-8")
     return truth
 
 
@@ -228,12 +239,13 @@ def _steps(view: View, setup: Setup, motion: Motion, time_s: float) -> int:
     return 1 + 2 * int(np.ceil(0.5 * max(moved) / setup.look.blur_px))
 
 
-def _write_views(folder: Path, setup: Setup, c: int, views: int, rng: np.random.Generator, suffix: str) -> None:
+def _write_views(folder: Path, setup: Setup, c: int, files: Files, rng: np.random.Generator) -> None:
+    suffix = files.board_suffix
     camera = setup.cameras[c]
     here = folder / "calibration" / camera.name
     (here / "intrinsic").mkdir(parents=True, exist_ok=True)
     view = View(camera)
-    poses = board_poses(setup, c, views, rng)
+    poses = board_poses(setup, c, files.views, rng)
     for k, (turn, shift) in enumerate(poses):
         _write(
             here / "intrinsic" / f"view_{k:02d}{suffix}",
@@ -246,16 +258,16 @@ def _write_views(folder: Path, setup: Setup, c: int, views: int, rng: np.random.
 
 
 def _write(path: Path, image: NDArray[np.uint8]) -> None:
-    cv2.imwrite(str(path), image, {".png": PNG, ".jpg": [cv2.IMWRITE_JPEG_QUALITY, 93]}.get(path.suffix, []))
+    cv2.imwrite(str(path), image, {".png": PNG, ".jpg": _JPEG}.get(path.suffix, []))
 
 
-def _toml(setup: Setup, name: str, suffix: str, board_suffix: str) -> str:
-    lines = ["format = 1", f'name = "{name}"', "", "[time]", f"frame_rate_hz = {setup.frame_rate_hz}", ""]
+def _toml(setup: Setup, files: Files) -> str:
+    lines = ["format = 1", f'name = "{files.name}"', "", "[time]", f"frame_rate_hz = {setup.frame_rate_hz}", ""]
     for camera, offset in zip(setup.cameras, setup.window_offset_px, strict=True):
         lines += [
             "[[cameras]]",
             f'name = "{camera.name}"',
-            f'frames = "{camera.name}/*{suffix}"',
+            f'frames = "{camera.name}/*{files.suffix}"',
             f"sensor_size_px = {list(camera.sensor_size_px)}",
             f"window_offset_px = {list(offset)}",
             f"window_size_px = {list(setup.window_size_px)}",
@@ -265,8 +277,8 @@ def _toml(setup: Setup, name: str, suffix: str, board_suffix: str) -> str:
     lines += [
         "[calibration]",
         f'board = "{setup.board.name}"',
-        f'intrinsic = "calibration/{{camera}}/intrinsic/*{board_suffix}"',
-        f'extrinsic = "calibration/{{camera}}/extrinsic{board_suffix}"',
+        f'intrinsic = "calibration/{{camera}}/intrinsic/*{files.board_suffix}"',
+        f'extrinsic = "calibration/{{camera}}/extrinsic{files.board_suffix}"',
         "",
     ]
     for body, markers in setup.rig.markers.items():
@@ -319,8 +331,7 @@ def main() -> None:
         bouncing(args.frames / setup.frame_rate_hz),
         args.frames,
         rng,
-        args.views,
-        board_suffix=".jpg" if args.half else ".png",
+        Files(views=args.views, board_suffix=".jpg" if args.half else ".png"),
     )
 
 

@@ -10,7 +10,8 @@ from vision.identity.layouts import Layout
 # Radius [px] of the smallest disc whose sd is honest: of discs of 2.8 px 92 % of the errors lie within 1.645 sd, of 1.8
 # px 81 % (benchmarks/track_rigs.py, whose cameras look down at 20 degrees).
 SMALLEST_PX = 2.5
-LARGEST_PX = 60.0  # radius of the largest that is looked for (`vision.markers.detect`)
+# Radius of the largest asked for: `vision.markers.detect` finds those a little larger that lie nearer.
+LARGEST_PX = 60.0
 
 
 def size_notes(camera: str, layout: Layout, marker: NDArray[np.int64], radius_px: NDArray[np.float64]) -> list[str]:
@@ -25,9 +26,9 @@ def size_notes(camera: str, layout: Layout, marker: NDArray[np.int64], radius_px
             small[name] = float(np.median(own))
     if not small:
         return []
-    told = ", ".join(f"{name} {radius:.1f} px" for name, radius in small.items())
+    listed = ", ".join(f"{name} {radius:.1f} px" for name, radius in small.items())
     note = (
-        f"{camera} sees discs of small radius ({told}): below {SMALLEST_PX:g} px centres are less exact than sd_px "
+        f"{camera} sees discs of small radius ({listed}): below {SMALLEST_PX:g} px centres are less exact than sd_px "
         f"says, and some are not found; "
         "larger markers or a closer view help"
     )

@@ -1,11 +1,11 @@
-"""One disc is one marker: where two bodies lay claim to the same, it is that body's of which the camera sees more."""
+"""One disc is one marker: where two bodies match the same, it is that body's of which the camera sees more."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-SAME = 0.4  # of a disc's radius: discs do not overlap, and a covered one draws a fit aside
+SAME = 0.4  # radii of a disc: discs do not overlap, and a covered one draws a fit aside
 
 
 def unshared(
@@ -35,8 +35,8 @@ def unshared(
     lost = np.zeros_like(seen)
     low, high = np.fmin.reduce(place, axis=0) - SAME * radius_px.max(), np.fmax.reduce(place, axis=0)
     for i in range(len(body_of)):
-        meets = np.all((low[i] <= high) & (low <= high[i]), axis=1)  # few markers ever come near another body's
-        for j in np.flatnonzero((body_of != body_of[i]) & meets):
+        overlaps = np.all((low[i] <= high) & (low <= high[i]), axis=1)  # few markers ever come near another body's
+        for j in np.flatnonzero((body_of != body_of[i]) & overlaps):
             same = np.hypot(*(place[:, i] - place[:, j]).T) < SAME * np.minimum(size[:, i], size[:, j])
             lost[:, i] |= same & (count[:, i] <= count[:, j])
     keep &= ~lost[row, marker]

@@ -15,19 +15,20 @@ from vision.identity.matching import wrapped
 
 Array = NDArray[np.float64]
 
-_LARGEST_HALF_ANGLE = 1.0  # beyond, a smear is no disc
+_FARTHEST = 2  # frames between two angles that give a spin
+_LARGEST_HALF_ANGLE = 1.0  # rad; beyond, a smear is no disc
 
 
 def spins(frames: NDArray[np.int64], angle_rad: Array, times_s: Array) -> Array:
     """Spin [rad/s] at each frame of one body, (F,): from the neighbours before and after; 0 where there are none.
 
-    An angle whose neighbour is more than two frames off says nothing: the body was not seen between.  Whole turns do
+    An angle whose neighbour is farther off says nothing: the body was not seen between.  Whole turns do
     not count.
     """
     spin = np.zeros(len(frames))
     if len(frames) < 2:
         return spin
-    near = np.diff(frames) <= 2
+    near = np.diff(frames) <= _FARTHEST
     step = np.where(near, wrapped(np.diff(angle_rad)) / np.diff(times_s), np.nan)
     before, after = np.append(np.nan, step), np.append(step, np.nan)
     seen = np.isfinite(before).astype(int) + np.isfinite(after)

@@ -1,9 +1,8 @@
-"""Markers named by hand in the first frame: `first_frame.csv` with columns camera, marker, u_px, v_px."""
+"""Markers named by hand in the first frame: a table camera, marker, u_px, v_px, as `names.csv` holds it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,58 +11,51 @@ from ovines.camera import triangulate_points
 from ovines.errors import InputError
 from vision.identity.layouts import layout_tolerance
 from vision.identity.matching import rigid_pose
-from vision.markers.fit import U, V, radius_px
 from vision.markers.perspective import on_plane
-from vision.tracking.camera_tracker import Eye
+from vision.markers.row import U, V, radius_px
+from vision.tracking.camera_tracker import CameraTracker
 
 COLUMNS = ("camera", "marker", "u_px", "v_px")
 _REACH = 3.0  # radii of a disc within which a click means it
-_TRIANGULATED = 0.0002  # radii of the rig: sd of a layout that two cameras tell
+_TRIANGULATED = 0.0002  # radii of the rig: sd of a layout that two cameras measured
 
 
-def read_names(path: Path) -> pd.DataFrame:
-    """The table of a ``first_frame.csv`` (window pixels), refused when a column is missing or no number."""
-    try:
-        names = pd.read_csv(path, skipinitialspace=True, dtype={"camera": str, "marker": str})
-    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise InputError(f"{path}: {error}", f"a CSV file with columns {','.join(COLUMNS)}", "check the path") from None
-    return check_names(names, str(path))
-
-
-def check_names(names: pd.DataFrame, where: str = "names") -> pd.DataFrame:
-    """`names` as they are, or `InputError`."""
+def check_names(names: pd.DataFrame) -> pd.DataFrame:
+    """`names` (window pixels) with pixels as numbers; `InputError` where a column or a cell is missing, or a
+    marker named twice.
+    """
     missing = [column for column in COLUMNS if column not in names]
     if missing:
-        raise InputError(f"{where}: no column {', '.join(missing)}", f"columns {','.join(COLUMNS)}", "add it")
+        raise InputError(f"names: no column {', '.join(missing)}", f"columns {','.join(COLUMNS)}", "add it")
     places = names[["u_px", "v_px"]].apply(pd.to_numeric, errors="coerce")
     if not np.isfinite(places.to_numpy(float)).all() or names[["camera", "marker"]].isna().any().any():
         raise InputError(
-            f"{where}: an empty or non-numeric cell", "a camera, a marker and two pixels in each row", "fill it in"
+            "names: an empty or non-numeric cell", "a camera, a marker and two pixels in each row", "fill it in"
         )
     if names.duplicated(["camera", "marker"]).any():
         twice = names[names.duplicated(["camera", "marker"])].iloc[0]
         raise InputError(
-            f"{where}: marker {twice.marker} of {twice.camera} twice", "each marker once per camera", "remove one"
+            f"names: marker {twice.marker} of {twice.camera} twice", "each marker once per camera", "remove one"
         )
     return names.assign(u_px=places["u_px"], v_px=places["v_px"])
 
 
 def adopt_names(
-    names: pd.DataFrame, eyes: Sequence[Eye], discs: Sequence[np.ndarray], images: Sequence[np.ndarray]
+    names: pd.DataFrame, cameras: Sequence[CameraTracker], discs: Sequence[np.ndarray], images: Sequence[np.ndarray]
 ) -> list[str]:
-    """Give each eye the named discs as its markers; a body without layout takes theirs.  Returns notes."""
-    layout = eyes[0].layout
+    """Give each camera's tracker the named discs as its markers; a body without layout takes theirs.  Returns notes."""
+    layout = cameras[0].layout
     strangers = sorted(set(names["marker"]) - set(layout.markers)) + sorted(
-        set(names["camera"]) - {e.camera.name for e in eyes}
+        set(names["camera"]) - {one.camera.name for one in cameras}
     )
     if strangers:
         raise InputError(
             f"names speak of {strangers[0]!r}",
             "markers and cameras of recording.toml",
-            "correct the CSV or recording.toml",
+            "correct names.csv or recording.toml",
         )
     notes: list[str] = []
-    picked = [_pick(names, eye, own, notes) for eye, own in zip(eyes, discs, strict=True)]
+    picked = [_pick(names, one, own, notes) for one, own in zip(cameras, discs, strict=True)]
     for body, name in enumerate(layout.bodies):
         part = layout.of(body)
         markers = range(part.start, part.stop)
@@ -77,45 +69,48 @@ def adopt_names(
                     f"all markers of {name}, which has no layout_m",
                     "add the missing rows, or layout_m to recording.toml",
                 )
-            _build(body, eyes, picked)
-        for eye, own, image in zip(eyes, picked, images, strict=True):
+            _build(body, cameras, picked)
+        for one, own, image in zip(cameras, picked, images, strict=True):
             mine = [m for m in markers if m in own]
             for m in mine:
-                eye.starts[m] = own[m]
+                one.markers.disc[m] = own[m]
             if len(mine) < min(2, len(markers)):
                 continue
             seen = np.array(
-                [on_plane(eye.camera, own[m][None, [U, V]] + eye.offset, eye.place_m[m, 2])[0, :2] for m in mine]
+                [
+                    on_plane(one.camera, own[m][None, [U, V]] + one.offset, one.markers.place_m[m, 2])[0, :2]
+                    for m in mine
+                ]
             )
             pose = (
-                rigid_pose(eye.place_m[mine, :2], seen)
+                rigid_pose(one.markers.place_m[mine, :2], seen)
                 if len(mine) > 1
-                else np.array([*seen[0] - eye.place_m[mine[0], :2], 0])
+                else np.array([*seen[0] - one.markers.place_m[mine[0], :2], 0])
             )
-            if eye.look_at(image, body, pose, 1):
-                eye.accept(body)
+            if one.measure_at(image, body, pose, 1):
+                one.accept(body)
             else:
                 notes.append(
-                    f"{eye.camera.name}: the named {name} markers do not lie as the layout says; left to the search"
+                    f"{one.camera.name}: the named {name} markers do not lie as the layout says; left to the search"
                 )
     return notes
 
 
-def _pick(names: pd.DataFrame, eye: Eye, discs: np.ndarray, notes: list[str]) -> dict[int, np.ndarray]:
+def _pick(names: pd.DataFrame, one: CameraTracker, discs: np.ndarray, notes: list[str]) -> dict[int, np.ndarray]:
     own: dict[int, np.ndarray] = {}
-    for row in names[names["camera"] == eye.camera.name].itertuples():
+    for row in names[names["camera"] == one.camera.name].itertuples():
         away = np.hypot(discs[:, U] - row.u_px, discs[:, V] - row.v_px) if len(discs) else np.array([np.inf])
         nearest = int(np.argmin(away))
         if not away[nearest] < _REACH * radius_px(discs[nearest]):
-            notes.append(f"{eye.camera.name}: no disc within {_REACH:.0f} of its radii of the place named {row.marker}")
+            notes.append(f"{one.camera.name}: no disc within {_REACH:.0f} of its radii of the place named {row.marker}")
             continue
-        own[eye.layout.markers.index(row.marker)] = discs[nearest]
+        own[one.layout.markers.index(row.marker)] = discs[nearest]
     return own
 
 
-def _build(body: int, eyes: Sequence[Eye], picked: Sequence[dict[int, np.ndarray]]) -> None:
+def _build(body: int, cameras: Sequence[CameraTracker], picked: Sequence[dict[int, np.ndarray]]) -> None:
     """A body's layout from where its named markers are in space; its origin is below their middle."""
-    layout = eyes[0].layout
+    layout = cameras[0].layout
     part = layout.of(body)
     both = [m for m in range(part.start, part.stop) if all(m in own for own in picked)]
     if not both:
@@ -124,19 +119,18 @@ def _build(body: int, eyes: Sequence[Eye], picked: Sequence[dict[int, np.ndarray
             "the body's markers named in both cameras",
             "add rows for the other camera",
         )
-    uv = [np.array([own[m][[U, V]] for m in both]) + eye.offset for eye, own in zip(eyes, picked, strict=True)]
-    points = dict(
-        zip(both, triangulate_points([e.camera for e in eyes], uv, [np.ones(len(both))] * 2).points_m, strict=True)
-    )
+    uv = [np.array([own[m][[U, V]] for m in both]) + one.offset for one, own in zip(cameras, picked, strict=True)]
+    found = triangulate_points([one.camera for one in cameras], uv, [np.ones(len(both))] * 2)
+    points = dict(zip(both, found.points_m, strict=True))
     height = float(np.mean([point[2] for point in points.values()]))
     for m in range(part.start, part.stop):
         if m not in points:
-            eye, own = next((eye, own) for eye, own in zip(eyes, picked, strict=True) if m in own)
-            points[m] = on_plane(eye.camera, own[m][None, [U, V]] + eye.offset, height)[0]
+            one, own = next((one, own) for one, own in zip(cameras, picked, strict=True) if m in own)
+            points[m] = on_plane(one.camera, own[m][None, [U, V]] + one.offset, height)[0]
     middle = np.mean([points[m][:2] for m in points], axis=0)
     for m, point in points.items():
         layout.position_m[m] = [*point[:2] - middle, point[2]]
-        for eye in eyes:
-            eye.place_m[m] = layout.position_m[m]
+        for one in cameras:
+            one.markers.place_m[m] = layout.position_m[m]
     layout.tolerance_m[body] = layout_tolerance(layout.position_m[part, :2], layout.rig_m, _TRIANGULATED * layout.rig_m)
     layout.known[body] = True

@@ -1,111 +1,160 @@
-"""One camera, one frame: markers looked for where their bodies should be, and the bodies laid through them."""
+"""One camera, one frame: markers measured where their bodies are predicted, and the bodies' poses fitted to them."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.compiled import compiled, inlined
-from vision.markers.fit import M11, N_FIT, OK, OUTLIERS, STRUCTURED
+from vision.markers.row import M11, M12, M22, N_FIT, OK, OUTLIERS, STRUCTURED, U, V, determinant
 from vision.tracking.marker_validation import find, find_though_covered, nothing_there
-from vision.tracking.planar_pose import project, robust_pose
-from vision.tracking.relocate import jumped, seek
-from vision.tracking.state import SIZED, Sight, accept, disc_m, gate_m, good, lost, predict, record, sure
+from vision.tracking.planar_pose import (
+    ANGLE,
+    AT_U,
+    AT_V,
+    DU_DX,
+    DU_DY,
+    DV_DX,
+    DV_DY,
+    N_PROJECTED,
+    X,
+    Y,
+    project,
+    px2_per_m2,
+    robust_pose,
+    wrapped_turn,
+)
+from vision.tracking.relocate import lost_lock, relocate
+from vision.tracking.state import (
+    SIZED,
+    TrackState,
+    accept,
+    disc_radius_m,
+    frames_lost,
+    gate_m,
+    identified,
+    predict,
+    record,
+    within_gate,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
-_SOUGHT = 4  # frames after which a body lost is no longer near its prediction
+_RELOCATED = 4  # frames after which a body lost is no longer near its prediction
 # Two cameras that differ by more do not see the same body: radii of the rig, the body's largest steps (one may have
 # dropped a few frames), turn.
 _APART, _APART_STEPS, _APART_RAD = 0.3, 4.0, 0.35
-_ASTRAY = 0.15  # radii of a disc that the first look may have been off without a second
-_BESIDE = (
-    0.7  # radii of a disc outside the picture where it may be expected and yet be seen: there a prediction was off
-)
+# Radii of a disc, and turn, that the first measurement may have been off without a second.
+_ASTRAY, _ASTRAY_RAD = 0.15, 0.02
+# Radii of a disc outside the picture where it may be predicted and yet be seen: a prediction is off there.
+_BESIDE = 0.7
+_COVERABLE = 3  # markers from which a body without any plain one is not looked for among the covered
+
+
+class Progress(NamedTuple):
+    """What `track_independently` fills in: ``floats``, ``ints`` (f, ...) the state's memory before each frame,
+    ``poses`` (f, b, 3), ``rows`` as `record`, ``n_rows`` (f + 1,) of them filled after each frame, n_rows[0]
+    before the first.
+    """
+
+    floats: Floats
+    ints: Ints
+    poses: Floats
+    rows: Floats
+    n_rows: Ints
 
 
 @compiled
-def _circle_shape(at: Floats, radius_m: float, row: Floats) -> None:
-    """The ellipse in which a horizontal circle of `radius_m` is seen: row[M11:S11], from the derivatives that `project`
-    gave.
+def _circle_shape(at: Floats, radius_m: float, disc: Floats) -> None:
+    """The ellipse in which a horizontal circle of `radius_m` is seen, disc[M11:S11], from the derivatives that
+    `project` gave.
     """
-    a, b, c, d = at[2], at[3], at[4], at[5]
+    a, b, c, d = at[DU_DX], at[DU_DY], at[DV_DX], at[DV_DY]
     scale = 1.0 / ((a * d - b * c) * radius_m) ** 2
-    row[M11], row[M11 + 1], row[M11 + 2] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
+    disc[M11], disc[M12], disc[M22] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
 
 
-# Inlined, as `_follow` is: whatever calls a compiled function is compiled together with all that is below it.
+# Inlined, as `_measure_once` is: whatever calls a compiled function is compiled together with all that is below it.
 @inlined
-def _look_for(
-    image: NDArray[Any], sight: Sight, i: int, pose: Floats, hold_shape: bool, covered: bool, at: Floats, start: Floats
+def _measure_marker(
+    image: NDArray[Any],
+    state: TrackState,
+    i: int,
+    pose: Floats,
+    hold_shape: bool,
+    covered: bool,
+    at: Floats,
+    start: Floats,
 ) -> bool:
-    """Look for marker `i`, plain or as one that is partly `covered`, where a body's `pose` puts it; `at` (6,), `start`
-    (20,): room.
+    """Measure marker `i`, plain or as one that is partly `covered`, where a body's `pose` puts it; `at` (N_PROJECTED,),
+    `start` (N_FIT,): room.
     """
-    if sight.starts[i, 2] <= 0.0:
+    markers, detections = state.markers, state.detections
+    if markers.disc[i, M11] <= 0.0:
         return False
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    x = pose[0] + c * sight.place_m[i, 0] - s * sight.place_m[i, 1]
-    y = pose[1] + s * sight.place_m[i, 0] + c * sight.place_m[i, 1]
-    project(sight.cam, x, y, sight.place_m[i, 2], at)
-    start[:] = sight.starts[i]
-    beside = _BESIDE * (start[2] * start[4] - start[3] ** 2) ** -0.25
-    if not (-beside < at[0] < image.shape[1] + beside and -beside < at[1] < image.shape[0] + beside):
+    c, s = math.cos(pose[ANGLE]), math.sin(pose[ANGLE])
+    x = pose[X] + c * markers.place_m[i, 0] - s * markers.place_m[i, 1]
+    y = pose[Y] + s * markers.place_m[i, 0] + c * markers.place_m[i, 1]
+    project(state.geometry.camera, x, y, markers.place_m[i, 2], at)
+    start[:] = markers.disc[i]
+    beside = _BESIDE * determinant(start) ** -0.25
+    if not (-beside < at[AT_U] < image.shape[1] + beside and -beside < at[AT_V] < image.shape[0] + beside):
         return False
-    if start[OK] > 0.0 and nothing_there(image, start, at[0], at[1]):
+    if start[OK] > 0.0 and nothing_there(image, start, at[AT_U], at[AT_V]):
         return False
-    sized = sight.sized[i] >= SIZED and sight.radius_m[i] > 0.0
+    sized = markers.n_sized[i] >= SIZED and markers.radius_m[i] > 0.0
     if sized and start[OUTLIERS] >= STRUCTURED:
-        _circle_shape(at, sight.radius_m[i], start)
-    fit = sight.fits[i]
-    fit[:] = start
-    fit[0], fit[1] = at[0], at[1]
-    sight.seen_m[i] = 0.0
-    one = sight.fits[i : i + 1]
+        _circle_shape(at, markers.radius_m[i], start)
+    disc = detections.disc[i]
+    disc[:] = start
+    disc[U], disc[V] = at[AT_U], at[AT_V]
+    detections.radius_m[i] = 0.0
+    one = detections.disc[i : i + 1]
     if not (
         find_though_covered(image, start, hold_shape, sized, one)
         if covered
         else find(image, start, hold_shape, sized, one)
     ):
         return False
-    du, dv = fit[0] - at[0], fit[1] - at[1]
-    det = at[2] * at[5] - at[3] * at[4]
-    if fit[OUTLIERS] < STRUCTURED:
-        sight.seen_m[i] = (fit[2] * fit[4] - fit[3] ** 2) ** -0.25 / math.sqrt(abs(det))
-    sight.xy[i, 0] = x + (at[5] * du - at[3] * dv) / det
-    sight.xy[i, 1] = y + (at[2] * dv - at[4] * du) / det
+    du, dv = disc[U] - at[AT_U], disc[V] - at[AT_V]
+    det = px2_per_m2(at)
+    if disc[OUTLIERS] < STRUCTURED:
+        detections.radius_m[i] = determinant(disc) ** -0.25 / math.sqrt(abs(det))
+    detections.xy_m[i, 0] = x + (at[DV_DY] * du - at[DU_DY] * dv) / det
+    detections.xy_m[i, 1] = y + (at[DU_DX] * dv - at[DV_DX] * du) / det
     return True
 
 
 @inlined
-def _follow(image: NDArray[Any], sight: Sight, body: int, hold_shape: bool) -> None:
-    """Look for every marker of a body where `sight.found` puts it: replaced by what is found.
+def _measure_once(image: NDArray[Any], state: TrackState, body: int, hold_shape: bool) -> None:
+    """Measure every marker of a body where its measured pose puts it, and replace that pose by theirs.
 
-    A body of which no marker is plainly there has jumped, and is not worth the dear fits: the search will find it.
+    A body of which no marker is plainly there has lost lock, and is not worth the dear fits: the search will find it.
     """
-    at, start, pose = np.empty(6), np.empty(N_FIT), sight.found[body]
-    lo, hi = sight.first[body], sight.first[body + 1]
-    sight.use[lo:hi] = 0
+    at, start, pose = np.empty(N_PROJECTED), np.empty(N_FIT), state.measured.pose[body]
+    lo, hi = state.geometry.first[body], state.geometry.first[body + 1]
+    used = state.detections.used
+    used[lo:hi] = 0
     seen = 0
     for covered in range(2):
-        if covered == 0 or seen > 0 or hi - lo < 3:
+        if covered == 0 or seen > 0 or hi - lo < _COVERABLE:
             for i in range(lo, hi):
-                if sight.use[i] == 0:
-                    sight.use[i] = _look_for(image, sight, i, pose, hold_shape, covered == 1, at, start)
-                    seen += sight.use[i]
-    sight.n_seen[body], sight.rms_m[body] = robust_pose(
-        sight.place_m[lo:hi], sight.xy[lo:hi], sight.use[lo:hi], hi - lo, gate_m(sight, body), pose
+                if used[i] == 0:
+                    used[i] = _measure_marker(image, state, i, pose, hold_shape, covered == 1, at, start)
+                    seen += used[i]
+    state.measured.n_markers[body], state.measured.rms_m[body] = robust_pose(
+        state.markers.place_m[lo:hi], state.detections.xy_m[lo:hi], used[lo:hi], hi - lo, gate_m(state, body), pose
     )
 
 
 @compiled
-def look(image: NDArray[Any], sight: Sight, body: int, frame: int) -> None:
-    """Follow a body from `sight.found`; a second look where the first was off.
+def measure(image: NDArray[Any], state: TrackState, body: int, frame: int) -> None:
+    """Measure a body from the pose in `state.measured`; a second time where that was off.
 
     image : (h, w) uint8 or uint16
     """
@@ -113,119 +162,112 @@ def look(image: NDArray[Any], sight: Sight, body: int, frame: int) -> None:
     hold_shape = (
         frame % _SHAPE_EVERY != 0
     )  # each marker's shape and blur of the frame before serve, where they still do
-    found = sight.found[body]
+    pose = state.measured.pose[body]
     for _ in range(2):
-        before[:] = found
-        _follow(image, sight, body, hold_shape)
+        before[:] = pose
+        _measure_once(image, state, body, hold_shape)
         known = 0
-        for i in range(sight.first[body], sight.first[body + 1]):
-            known += sight.starts[i, 2] > 0.0
-        if not 2 <= sight.n_seen[body] < known:
+        for i in range(state.geometry.first[body], state.geometry.first[body + 1]):
+            known += state.markers.disc[i, M11] > 0.0
+        if not 2 <= state.measured.n_markers[body] < known:
             break
         if (
-            math.hypot(found[0] - before[0], found[1] - before[1]) < _ASTRAY * disc_m(sight, body)
-            and abs(found[2] - before[2]) < 0.02
+            math.hypot(pose[X] - before[X], pose[Y] - before[Y]) < _ASTRAY * disc_radius_m(state, body)
+            and abs(pose[ANGLE] - before[ANGLE]) < _ASTRAY_RAD
         ):
             break
 
 
 @compiled
-def see(image: NDArray[Any], sight: Sight, known: Ints, frame: int) -> None:
-    """Look for all known bodies, (b,) 0/1, that were seen before: where their motion carries them, or near there if
-    they jumped.
+def predict_and_measure(image: NDArray[Any], state: TrackState, known: Ints, frame: int) -> None:
+    """Measure all known bodies, (b,) 0/1, that were seen before: where their motion carries them, or relocated near
+    there if they lost lock.
     """
+    predict(state, frame)
     for b in range(len(known)):
-        if not known[b] or sight.last[b] < 0:
+        if not known[b] or state.bodies.last_frame[b] < 0:
             continue
-        sight.found[b] = sight.expected[b]
-        leapt = lost(sight, b, frame) < _SOUGHT and jumped(image, sight, b) and seek(image, sight, b, sight.found[b])
-        for at_expected in range(2):
-            if at_expected:
-                sight.found[b] = sight.expected[b]
-            look(image, sight, b, frame)
-            if not leapt or _settled(sight, b, frame):
+        state.measured.pose[b] = state.measured.predicted[b]
+        relocated = (
+            frames_lost(state, b, frame) < _RELOCATED
+            and lost_lock(image, state, b)
+            and relocate(image, state, b, state.measured.pose[b])
+        )
+        for at_prediction in range(2):
+            if at_prediction:
+                state.measured.pose[b] = state.measured.predicted[b]
+            measure(image, state, b, frame)
+            if not relocated or _locked(state, b, frame):
                 break
 
 
 @compiled
-def _settled(sight: Sight, body: int, frame: int) -> bool:
+def _locked(state: TrackState, body: int, frame: int) -> bool:
     """Whether this camera needs no other to know where the body is."""
-    return sure(sight, body) and good(sight, body, frame)
+    return identified(state, body) and within_gate(state, body, frame)
 
 
 @compiled
-def apart_m(sight: Sight, body: int) -> float:
+def agreement_m(state: TrackState, body: int) -> float:
     """How far two cameras may differ about where a body is."""
-    return max(_APART * sight.rig_m, _APART_STEPS * sight.step_m[body])
+    return max(_APART * state.geometry.rig_m, _APART_STEPS * state.bodies.step_m[body])
 
 
 @compiled
-def apart(one: Floats, other: Floats, within_m: float) -> bool:
-    """Whether two cameras found a body at poses (3,) that cannot be one."""
-    turn = one[2] - other[2]
-    off = math.hypot(one[0] - other[0], one[1] - other[1])
-    return off > within_m or abs(turn - 2.0 * math.pi * round(turn / (2.0 * math.pi))) > _APART_RAD
+def disagree(one: Floats, other: Floats, within_m: float) -> bool:
+    """Whether two cameras measured a body at poses (3,) that cannot be one."""
+    off = math.hypot(one[X] - other[X], one[Y] - other[Y])
+    return off > within_m or abs(wrapped_turn(one[ANGLE], other[ANGLE])) > _APART_RAD
 
 
 @compiled
-def together(one: Floats, other: Floats, known: Ints, sight: Sight) -> int:
-    """In how many frames from the first on two cameras' poses (f, b, 3) of the known bodies are one; `sight`: of
-    either, for `apart_m`.
+def frames_in_agreement(one: Floats, other: Floats, known: Ints, state: TrackState) -> int:
+    """In how many frames from the first on two cameras' poses (f, b, 3) of the known bodies are one; `state`: of
+    either, for `agreement_m`.
     """
     for k in range(min(len(one), len(other))):
         for b in range(len(known)):
-            if known[b] and apart(one[k, b], other[k, b], apart_m(sight, b)):
+            if known[b] and disagree(one[k, b], other[k, b], agreement_m(state, b)):
                 return k
     return min(len(one), len(other))
 
 
 @compiled
-def accept_steady(one: Sight, other: Sight, known: Ints, frame: int, settled: Ints) -> None:
-    """Accept every body that both cameras surely see; `settled` (b,) 0/1: out.  What is left needs a closer look."""
+def accept_locked(one: TrackState, other: TrackState, known: Ints, frame: int, locked: Ints) -> None:
+    """Accept every body that both cameras are locked on; `locked` (b,) 0/1: out.  What is left needs a search."""
     for b in range(len(known)):
-        settled[b] = (
+        locked[b] = (
             known[b]
-            and _settled(one, b, frame)
-            and _settled(other, b, frame)
-            and not apart(one.found[b], other.found[b], apart_m(one, b))
+            and _locked(one, b, frame)
+            and _locked(other, b, frame)
+            and not disagree(one.measured.pose[b], other.measured.pose[b], agreement_m(one, b))
         )
-        if settled[b]:
+        if locked[b]:
             accept(one, b, frame)
             accept(other, b, frame)
 
 
 @compiled
-def run_ahead(
-    images: tuple[NDArray[Any], ...],
-    frames: Ints,
-    sight: Sight,
-    known: Ints,
-    before: tuple[Floats, Ints],
-    poses: Floats,
-    rows: Floats,
-    n_rows: Ints,
+def track_independently(
+    images: tuple[NDArray[Any], ...], frames: Ints, state: TrackState, known: Ints, progress: Progress
 ) -> int:
-    """Follow the bodies through several frames as long as this camera needs no other for it; how many frames that were.
+    """Track the bodies through several frames as long as this camera needs no other for it; how many frames that were.
 
     images, frames : as many pictures as there is room for, and the numbers (f,) of those that count
-    before : room for `Sight.floats` and `Sight.ints` as they were before each frame, (f, ...) each
-    poses : (f, b, 3) found;  rows, n_rows : as `record`, and how many rows were filled after each frame, n_rows[0]
-    before the first
     """
     for k in range(len(frames)):
         for b in range(len(known)):
-            if known[b] and lost(sight, b, frames[k]) > 0:
+            if known[b] and frames_lost(state, b, frames[k]) > 0:
                 return k  # both cameras look for it
-        before[0][k], before[1][k] = sight.floats, sight.ints
-        predict(sight, frames[k])
-        see(images[k], sight, known, frames[k])
+        progress.floats[k], progress.ints[k] = state.floats, state.ints
+        predict_and_measure(images[k], state, known, frames[k])
         for b in range(len(known)):
-            if known[b] and not _settled(sight, b, frames[k]):
-                sight.floats[:], sight.ints[:] = before[0][k], before[1][k]
+            if known[b] and not _locked(state, b, frames[k]):
+                state.floats[:], state.ints[:] = progress.floats[k], progress.ints[k]
                 return k
         for b in range(len(known)):
             if known[b]:
-                accept(sight, b, frames[k])
-        poses[k] = sight.found
-        n_rows[k + 1] = record(sight, frames[k], rows, n_rows[k])
+                accept(state, b, frames[k])
+        progress.poses[k] = state.measured.pose
+        progress.n_rows[k + 1] = record(state, frames[k], progress.rows, progress.n_rows[k])
     return len(frames)

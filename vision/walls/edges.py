@@ -14,7 +14,8 @@ Floats = NDArray[np.float64]
 
 STEP_PX = 0.5  # between two samples of a profile
 SMOOTH_PX = 1.0  # sd of the derivative's Gaussian: about the edge's own width
-_HALF = round(4 * SMOOTH_PX / STEP_PX)  # samples of its kernel to each side
+_KERNEL_SDS = 4  # of the Gaussian that its kernel holds
+_HALF = round(_KERNEL_SDS * SMOOTH_PX / STEP_PX)  # samples of its kernel to each side
 
 
 @compiled

@@ -17,13 +17,17 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.recording import Recording
 from vision.identity.layouts import Layout
+from vision.robust import spread
 from vision.walls.rims import Rim, fit_rim
 
 AT_MOST = 16  # instants; a rim costs about as much as tracking 25 frames
 _LARGEST_SD = 0.004  # radii of the largest circle looked for: one less certain than this is none
-# of a radius' sd, that does not average out over the instants: light and edges are the same in all (by rendered scenes)
+# Share of a radius' sd that does not average out over the instants: light and edges are the same in all (by rendered
+# scenes).
 _SHARED = 0.7
-_FARTHEST = 0.06  # of these radii from where the markers say; farther, another edge was taken
+_FEWEST = 3  # instants that give a body's radius and height, and a note on them
+_SEARCH = 0.06  # of the radius, until it is known
+_FARTHEST = 0.06  # of those radii from where the markers say; farther, another edge was taken
 COLUMNS = (
     "frame",
     "time_s",
@@ -112,9 +116,9 @@ def rims_at(
         if body not in centres_m:
             continue
         known = [(row["radius_m"], row["z_m"]) for row in before if row["body"] == body]
-        if len(known) >= 3:
-            radius_m, height_m = np.median(known, axis=0)
-        search = 0.0 if len(known) >= 3 else 0.06
+        search = _SEARCH
+        if len(known) >= _FEWEST:
+            (radius_m, height_m), search = np.median(known, axis=0), 0.0
         rim = fit_rim(images, cameras, offsets_px, np.append(centres_m[body], height_m), radius_m, search)
         row = None if rim is None else rim_row(frame, body, rim, centres_m[body], largest_m)
         if row is not None:
@@ -133,7 +137,7 @@ def wall_table(rows: Sequence[dict[str, Any]], frames: NDArray[Any], times_s: ND
 def scatter_of(own: pd.DataFrame) -> tuple[float, float]:
     """Radius [m] of one body over the instants, and its sd without the calibration's own."""
     radius = float(own["radius_m"].median())
-    scatter = 1.4826 * float((own["radius_m"] - radius).abs().median()) / np.sqrt(len(own))
+    scatter = spread(own["radius_m"]) / np.sqrt(len(own))
     one = float(own["radius_sd_m"].median())
     return radius, float(np.hypot(max(scatter, one / np.sqrt(len(own))), _SHARED * one))
 
@@ -143,7 +147,7 @@ def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> lis
     notes = []
     for body, (radius_m, _) in rims.items():
         own = walls[walls["body"] == body]
-        if len(own) < 3:
+        if len(own) < _FEWEST:
             continue
         radius, sd = scatter_of(own)
         off = np.median(own[["x_m", "y_m"]].to_numpy() - own[["marker_x_m", "marker_y_m"]].to_numpy(), axis=0)

@@ -153,7 +153,7 @@ def test_what_both_cameras_dropped_shows_in_the_path_of_the_host(dropped):
         assert (true_numbers(np.arange(len(truth)), found, camera.name) == truth).all()
 
 
-def test_a_pause_that_the_trigger_tells_is_no_dropped_frame():
+def test_a_pause_in_the_trigger_is_no_dropped_frame():
     tracks, cameras, offsets = filmed(((60,), (60,)))
     tracks["time_s"] += (tracks["frame"] >= 60) / RATE_HZ
     assert find_common_gaps(tracks, cameras, offsets, HEIGHTS, [f"H{i}" for i in range(4)]) == {"VW1": [], "VW2": []}

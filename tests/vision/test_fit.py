@@ -5,8 +5,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
-from vision.markers.fit import OK, SD, U, disc_start, fit_discs
+from vision.markers.fit import fit_discs
 from vision.markers.perspective import circle_centres
+from vision.markers.row import OK, SD, U, disc_start
 
 SUPERSAMPLING = 8
 

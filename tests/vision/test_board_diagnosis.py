@@ -45,7 +45,7 @@ def thesis(**changes):
 @pytest.mark.parametrize(
     "truth", [{"inverted": True}, {"legacy_pattern": True}, {"inverted": True, "legacy_pattern": True}]
 )
-def test_other_print_is_found_and_told(pictures, truth):
+def test_other_print_is_found_and_noted(pictures, truth):
     image = pictures(thesis(**truth))
     assert len(detect(image, thesis()).points) == 0
     board, said = alternatives([image], thesis())
@@ -63,7 +63,7 @@ def test_mirrored_images_and_wrong_dictionary_are_refused_by_name(pictures):
 
 
 @pytest.mark.parametrize("wrong", [(8, 5), (4, 6), (6, 9)])
-def test_wrong_number_of_squares_is_told(pictures, wrong):
+def test_wrong_number_of_squares_is_refused(pictures, wrong):
     with pytest.raises(InputError, match=r"5 columns and 8 rows") as refused:
         alternatives([pictures(thesis())], thesis(squares=wrong))
     assert "squares = [5, 8]" in refused.value.do

@@ -1,4 +1,4 @@
-"""A calibration that is not this recording's is told by name, from one picture per camera or from the tracks."""
+"""A calibration that is not this recording's is refused by name, from one picture per camera or from the tracks."""
 
 import shutil
 from dataclasses import replace
@@ -34,16 +34,16 @@ def test_true_calibration_is_not_doubted(rendered):
 
 
 @pytest.mark.parametrize("factor", [1.25, 1000.0])
-def test_wrong_square_size_is_told_by_the_layout(rendered, factor):
+def test_the_layout_shows_a_wrong_square_size(rendered, factor):
     """The true board is charuco_9x13_20mm; a calibration with squares ``factor`` times too large gives lengths that
     much too large.
     """
     recording, cameras = rendered
     with pytest.raises(InputError, match="every length of the calibration") as refused:
         refuse_mistaken(recording, [scaled(camera, factor) for camera in cameras])
-    told = float(refused.value.found.rpartition("times ")[2])
-    assert told * factor == pytest.approx(1, abs=3e-3)
-    assert f"square_size_m = {told * 0.02:.2g}"[:19] in refused.value.do
+    suggested = float(refused.value.found.rpartition("times ")[2])
+    assert suggested * factor == pytest.approx(1, abs=3e-3)
+    assert f"square_size_m = {suggested * 0.02:.2g}"[:19] in refused.value.do
 
 
 def test_exchanged_cameras_are_named(rendered):

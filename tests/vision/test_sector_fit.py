@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from vision.markers.fit import OK, SD, disc_start, fit_discs
+from vision.markers.fit import fit_discs
+from vision.markers.row import OK, SD, disc_start
 from vision.markers.sector_fit import fit_by_sectors
 
 SUPERSAMPLING = 8
