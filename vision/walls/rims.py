@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.robust import residual_sd, spread
+from vision.robust import MEDIAN_TO_SD, spread
 from vision.walls.edges import SMOOTH_PX, STEP_PX, slopes
 
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels
@@ -177,7 +177,7 @@ def _edges(
         curve = picture.curve(circle)
         along, slope = slopes(picture.image, curve.uv, curve.normal, gate_px)
         size = np.abs(slope)
-        noise = residual_sd(slope)
+        noise = MEDIAN_TO_SD * np.nanmedian(size)  # `residual_sd` takes twice as long, and most of this function
         best = np.argmax(np.nan_to_num(size), axis=1)
         inner = (best > 0) & (best < len(along) - 1)
         row = np.arange(len(curve.uv))[inner]
