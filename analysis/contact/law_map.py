@@ -35,14 +35,15 @@ class ErrorMap:
     """``deviance`` (F, B) over ``wall_friction`` (F,) and ``tangential_restitution`` (B,): -2 ln likelihood,
     minimum 0.
 
-    ``scatter_m_per_s`` is the extra sd of the tangential speed after an impact that makes the misfit at the
-    minimum what its standard deviations say; ``n_impacts`` informed the map.
+    ``sliding_scatter`` and ``sticking_scatter``: the share of the change of tangential speed by which impacts of either
+    regime scatter beyond their standard deviations at the minimum; ``n_impacts`` informed the map.
     """
 
     wall_friction: Array
     tangential_restitution: Array
     deviance: Array
-    scatter_m_per_s: float
+    sliding_scatter: float
+    sticking_scatter: float
     n_impacts: int
 
     @property
@@ -94,7 +95,8 @@ def error_map(
 
     ``restitution`` stands in where an impact's own is missing.  Each residual is v_theta measured minus
     predicted (Luding law) over its sd: the measured sd after, the sd before carried through the effective
-    restitution, and a common scatter.  ``default_sd_m_per_s`` stands in for missing sd.  Residuals beyond
+    restitution, and a scatter of the regime's own, as in the identification.  ``default_sd_m_per_s`` stands in for
+    missing sd.  Residuals beyond
     :data:`CUT_SD` count as that.
     """
     needed = [
@@ -121,15 +123,18 @@ def error_map(
     sd = np.hypot(_sd(table, "after", default_sd_m_per_s), 0.5 * _sd(table, "before", default_sd_m_per_s))[
         :, None, None
     ]
-    scatter = 0.0
+    slip, sliding, sticking = table["tangential_speed_before_m_per_s"].to_numpy(float), 0.0, 0.0
+    scatter = np.zeros_like(sd)
     for _ in range(3):
-        scaled = np.minimum(residual**2 / (sd**2 + scatter**2), CUT_SD**2)
-        misfit = scaled.sum(0)
+        misfit = np.minimum(residual**2 / (sd**2 + scatter**2), CUT_SD**2).sum(0)
         i, j = np.unravel_index(np.argmin(misfit), misfit.shape)
-        scatter = _extra_scatter(residual[:, i, j], sd[:, 0, 0])
-    scaled = np.minimum(residual**2 / (sd**2 + scatter**2), CUT_SD**2)
-    misfit = scaled.sum(0)
-    return ErrorMap(mu, beta, misfit - misfit.min(), scatter, len(table))
+        changed, sticks = np.abs(model[:, i, j] - slip), np.isclose(model[:, i, j], -beta[j] * slip)
+        sliding, sticking = (
+            _extra_scatter(residual[own, i, j], sd[own, 0, 0], changed[own]) for own in (~sticks, sticks)
+        )
+        scatter[:, 0, 0] = np.where(sticks, sticking, sliding) * changed
+    misfit = np.minimum(residual**2 / (sd**2 + scatter**2), CUT_SD**2).sum(0)
+    return ErrorMap(mu, beta, misfit - misfit.min(), sliding, sticking, len(table))
 
 
 def _sd(table: pd.DataFrame, when: str, default: float) -> Array:
@@ -138,14 +143,15 @@ def _sd(table: pd.DataFrame, when: str, default: float) -> Array:
     return np.where(np.isfinite(sd) & (sd > 0), sd, default)
 
 
-def _extra_scatter(residual: Array, sd: Array) -> float:
-    """Scatter that brings the median squared residual to that of a normal law; 0 where none is
-    needed.
+def _extra_scatter(residual: Array, sd: Array, size: Array) -> float:
+    """Scatter, as a share of ``size``, that brings the median squared residual to that of a normal law; 0 where none
+    is needed.
     """
-    low, high = 0.0, float(np.max(np.abs(residual))) + 1e-12
-    if np.median(residual**2 / sd**2) <= MEDIAN_SQUARE or len(residual) < FEWEST_FOR_SCATTER:
+    if len(residual) < FEWEST_FOR_SCATTER or np.median(residual**2 / sd**2) <= MEDIAN_SQUARE:
         return 0.0
+    low, high = 0.0, float(np.max(np.abs(residual) / np.maximum(size, 1e-12))) + 1e-12
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if np.median(residual**2 / (sd**2 + middle**2)) > MEDIAN_SQUARE else (low, middle)
+        over = np.median(residual**2 / (sd**2 + (middle * size) ** 2)) > MEDIAN_SQUARE
+        low, high = (middle, high) if over else (low, middle)
     return high

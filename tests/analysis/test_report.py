@@ -15,7 +15,7 @@ from analysis.report.calibration_report import write_calibration_report
 from analysis.report.differences import compare_methods, host_acceleration, in_words
 from analysis.report.results import read_results
 from analysis.report.series_report import write_series_report
-from analysis.thesis.impacts import ThesisSettings
+from analysis.thesis.impacts import ThesisSettings, thesis_impacts
 from ovines.io.provenance import provenance
 from ovines.recording import read_recording
 from ovines.tables import write_table
@@ -156,13 +156,16 @@ def tables(seed=0, n=600):
 
 def write(folder, chosen, seed=0):
     folder.mkdir(parents=True, exist_ok=True)
-    for name, table in tables(seed).items():
+    made = tables(seed)
+    if "thesis_impacts" in chosen:
+        made["thesis_impacts"] = thesis_impacts(made["motion"], recording(folder.parent / "rec"))
+    for name, table in made.items():
         if name in chosen:
             write_table(table, name, folder / f"{name}.parquet", provenance("test", {}, {}))
     return folder
 
 
-ALL = ("motion", "points", "impacts", "identification", "flights", "tracks")
+ALL = ("motion", "thesis_impacts", "points", "impacts", "identification", "flights", "tracks")
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +183,7 @@ def full(tmp_path_factory):
 
 
 def test_figures_are_saved_too(tmp_path):
-    folder = write(tmp_path / "results", ("motion", "impacts", "identification"))
+    folder = write(tmp_path / "results", ("motion", "thesis_impacts", "impacts", "identification"))
     write_report(folder, recording(tmp_path / "rec"), save_figures=True)
     saved = {p.name for p in (folder / "figures").iterdir()}
     assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg", "wall_sources.svg"} <= saved
