@@ -17,6 +17,7 @@ import sys
 from decimal import Decimal
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from pydantic import ValidationError
 
@@ -129,14 +130,14 @@ def test_the_files_of_the_reference_are_read(tmp_path):
     """calibration.json, trigger.csv and names.csv as docs/reference/files.md shows them."""
     from ovines.camera import read_calibration
     from ovines.recording import read_trigger
-    from vision.tracking.manual_names import read_names
+    from vision.tracking.manual_names import check_names
 
     shown = [content for _, content in fences(ROOT / "docs" / "reference" / "files.md")]
     paths = [tmp_path / name for name in ("calibration.json", "trigger.csv", "names.csv")]
     for path, content in zip(paths, shown, strict=True):
         path.write_text(content, encoding="utf-8")
     assert read_calibration(paths[0])[0].name == "VW1"
-    assert read_trigger(paths[1])[1][2] == 0.0025 and len(read_names(paths[2])) == 2
+    assert read_trigger(paths[1])[1][2] == 0.0025 and len(check_names(pd.read_csv(paths[2]))) == 2
 
 
 def test_python_examples_print_what_the_page_shows():
