@@ -115,6 +115,15 @@ def test_a_loop_that_sees_no_clock_is_given_up():
     assert not given_up()
 
 
+@pytest.fixture
+def interruptible():
+    """Ctrl-C as in a terminal, also where the tests run in the background of a shell that ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_obeyed_at_once():
     end = threading.Event()
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -125,6 +134,7 @@ def test_ctrl_c_is_obeyed_at_once():
     end.set()
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupted_program_ends_with_its_compiled_loop(tmp_path):
     """The whole way: a thread that nobody can stop does not keep the process."""
     script = (
