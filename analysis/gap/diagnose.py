@@ -153,7 +153,7 @@ def _probabilities(ladder: Ladder, verdict: str, causes: tuple[Cause, ...]) -> d
         score[cause.effect] = 4.0 + np.log1p(cause.strength) if cause in causes else 1.5
     if verdict == "effect" and causes:
         score[causes[0].effect] += 1.5
-    for name in (*(g.term.name for g in ladder.flight_gains), *(g.name for g in ladder.impact_gains)):
+    for name in (*(g.term.name for g in ladder.flights.gains), *(g.name for g in ladder.impacts.gains)):
         score.setdefault(name, -2.0)
     values = np.exp(np.array(list(score.values())) - max(score.values()))
     return {k: float(round(v, 4)) for k, v in zip(score, values / values.sum(), strict=True)}
@@ -193,11 +193,11 @@ def _nominal_shift(ladder: Ladder) -> dict[str, Any]:
     out: dict[str, Any] = {
         "floor_friction": {
             "as_given": model.floor_friction if model else None,
-            "recalibrated": predict.friction_of(ladder.nominal.model),
-            "with_effect": predict.friction_of(ladder.flight.model),
+            "recalibrated": predict.friction_of(ladder.flights.nominal.model),
+            "with_effect": predict.friction_of(ladder.flights.fitted.model),
         }
     }
-    if ladder.impacts is not None:
+    if ladder.impacts.fitted is not None:
         before, after = ladder.both_impacts()
         for name in ("restitution", "wall_friction", "tangential_restitution"):
             out[name] = {
@@ -208,7 +208,7 @@ def _nominal_shift(ladder: Ladder) -> dict[str, Any]:
         out["restitution_scatter"] = {
             "as_given": None,
             "recalibrated": before.law.scatter,
-            "with_effect": _scatter(after.data, ladder.restitution_terms),
+            "with_effect": _scatter(after.data, ladder.impacts.restitution_terms),
         }
     return out
 

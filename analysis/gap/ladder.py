@@ -20,10 +20,9 @@ from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.flight_candidates import FlightFit, Gain
-from analysis.gap.selection.flight_steps import select_flight_effects, unexplained_misfit
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
-from analysis.gap.selection.impact_steps import select_impact_effects, unexplained_scatter
+from analysis.gap.selection.flight_steps import FlightSteps, select_flight_effects, unexplained_misfit
+from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE
 
@@ -36,39 +35,23 @@ class Ladder:
 
     ``measured`` is the series as it came, ``series`` what the measurement's corrections made of it.  ``centres``: wall,
     mass and marker as measured, placement or effect.
-    ``flight_gains`` are those before any effect was added, ``*_left`` those on the final fit.
-    ``*_null_distribution``: best gain in each of the series without effect that were drawn
-    (:mod:`analysis.gap.selection.null_distribution`)."""
+    ``flights`` and ``impacts``: the fits on the way, and what each candidate gained."""
 
     measured: Series
     series: Series
     measurement: MeasurementTests
     findings: tuple[Finding, ...]
-    nominal: FlightFit
-    flight: FlightFit
-    flight_gains: tuple[Gain, ...]
-    flight_left: tuple[Gain, ...]
-    flight_probes: tuple[Gain, ...]
-    impacts_nominal: ImpactFit | None
-    impacts: ImpactFit | None
-    impact_gains: tuple[ImpactGain, ...]
-    impact_left: dict[str, ImpactGain]
-    impact_probes: tuple[ImpactGain, ...]
-    restitution_terms: tuple[str, ...]
-    ellipse: bool
-    finite: bool
+    flights: FlightSteps
+    impacts: ImpactSteps
     centres: tuple[Cause, ...]
     causes: tuple[Cause, ...]
     structure: tuple[Structure, ...]
-    flight_null_distribution: Array
-    impact_null_distribution: Array
 
     def both_impacts(self) -> tuple[ImpactFit, ImpactFit]:
         """Wall and law recalibrated and with what was accepted; only where there were impacts enough to fit them."""
-        assert self.impacts_nominal is not None and self.impacts is not None, (
-            "fewer than eight impacts: look at `impacts` first"
-        )
-        return self.impacts_nominal, self.impacts
+        nominal, fitted = self.impacts.nominal, self.impacts.fitted
+        assert nominal is not None and fitted is not None, "fewer than eight impacts: look at `impacts` first"
+        return nominal, fitted
 
 
 def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Ladder:
@@ -101,28 +84,15 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes = [_measured(f) for f in findings]
     causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
     return Ladder(
-        series,
-        corrected,
-        tests,
-        tuple(findings),
-        flights.nominal,
-        flights.fitted,
-        flights.gains,
-        flights.left,
-        flights.probes,
-        impacts.nominal,
-        impacts.fitted,
-        impacts.gains,
-        {g.name: g for g in impacts.left},
-        impacts.probes,
-        impacts.restitution_terms,
-        impacts.ellipse,
-        impacts.finite,
-        tuple(offsets),
-        tuple(sorted(causes, key=lambda c: -c.strength)),
-        tuple(sorted(structure, key=lambda s: -s.strength)),
-        flights.null_distribution,
-        impacts.null_distribution,
+        measured=series,
+        series=corrected,
+        measurement=tests,
+        findings=tuple(findings),
+        flights=flights,
+        impacts=impacts,
+        centres=tuple(offsets),
+        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
+        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )
 
 

@@ -45,13 +45,12 @@ def _arguments(parser: argparse.ArgumentParser, prog: str) -> list[str]:
 
 
 def effects_page() -> str:
-    """Every effect with its physics, parameters and sizes, by stage."""
+    """Every effect with its physics and parameters, by stage."""
     lines = ["# Effects", "", MADE, ""]
     lines += [
-        "An effect is something that an experiment may have and a simulator may lack. *negligible* and *large* are "
-        "sizes on the thesis' rig;",
-        "the blind trial uses them. Add them to a scenario under `[effects]`, to the nominal model under `[model] "
-        "effects`.",
+        "An effect is something that an experiment may have and a simulator may lack. Add it to a "
+        "scenario under `[effects]`, to the nominal model under `[model] effects`. Which size the diagnosis calls "
+        "negligible on your rig, `detectable` in `diagnosis.json` says.",
     ]
     stages = list(dict.fromkeys(effect.stage for effect in EFFECTS.values()))
     for stage in stages:
@@ -63,15 +62,12 @@ def effects_page() -> str:
             if effect.parameters:
                 lines += [
                     "",
-                    "| parameter | unit | bounds | negligible | large | default |",
-                    "|---|---|---|---|---|---|",
+                    "| parameter | unit | bounds | default |",
+                    "|---|---|---|---|",
                 ]
             for one in effect.parameters:
                 default = "must be given" if one.default is None else f"{one.default:g}"
-                lines.append(
-                    f"| `{one.name}` | {one.unit} | {one.low:g} ... {one.high:g} | {one.negligible:g} | {one.large:g} "
-                    f"| {default} |"
-                )
+                lines.append(f"| `{one.name}` | {one.unit} | {one.low:g} ... {one.high:g} | {default} |")
     return "\n".join(lines) + "\n"
 
 

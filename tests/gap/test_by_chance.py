@@ -36,7 +36,7 @@ def dragged(tmp_path_factory):
 
 
 def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):
-    base, terms = dragged.flight, [TERMS["table_tilt"], TERMS["viscous_drag"]]
+    base, terms = dragged.flights.fitted, [TERMS["table_tilt"], TERMS["viscous_drag"]]
     null_distribution = flight_null_distribution(base, terms, np.random.default_rng(5), draws=1)
     names = [*base.columns, "tilt_x", "tilt_y", "viscous"]
     at, excess, rng = _indices(names), max(base.misfit / base.count, 1.0), np.random.default_rng(5)
@@ -53,8 +53,8 @@ def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):
 
 
 def test_impacts_without_effect_gain_as_much_as_the_bootstrap_says(dragged):
-    assert dragged.impacts is not None
-    data, rng = dragged.impacts.data, np.random.default_rng(6)
+    assert dragged.impacts.fitted is not None
+    data, rng = dragged.impacts.fitted.data, np.random.default_rng(6)
     null_distribution = impact_null_distribution(data, (), np.random.default_rng(7))
     drawn = []
     for _ in range(12):
@@ -69,9 +69,9 @@ def test_threshold_is_the_larger_of_the_two(dragged):
     assert threshold(np.arange(1000.0), 50.0) == pytest.approx(989, abs=1)
     assert threshold(np.arange(10.0), 50.0) == 50.0
     assert threshold(np.zeros(0), 50.0) == 50.0
-    assert dragged.flight_null_distribution.shape == (400,)
-    assert next(g for g in dragged.flight_gains if g.term.name == "air_drag").held_out > threshold(
-        dragged.flight_null_distribution, GAIN / 2
+    assert dragged.flights.null_distribution.shape == (400,)
+    assert next(g for g in dragged.flights.gains if g.term.name == "air_drag").held_out > threshold(
+        dragged.flights.null_distribution, GAIN / 2
     )
 
 
@@ -82,11 +82,11 @@ def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
     assert tests is not None and tests.effect == "air_drag"
     separation = dict(tests.separation_sd)
     assert list(separation.values()) == sorted(separation.values(), reverse=True)
-    names = [*dragged.flight.columns, "viscous"]
-    _, covariance, _ = solve_named(dragged.flight.evidence, names)
+    names = [*dragged.flights.fitted.columns, "viscous"]
+    _, covariance, _ = solve_named(dragged.flights.fitted.evidence, names)
     at = names.index("air")
     size = dragged.causes[0].parameters["rate_per_m"][0]
-    seconds = sum(f.run.time_s[-1] - f.run.time_s[0] for f in dragged.flight.fits)
+    seconds = sum(f.run.time_s[-1] - f.run.time_s[0] for f in dragged.flights.fitted.fits)
     per_recording = size / np.sqrt(covariance[at, at]) * np.sqrt(tests.duration_s / seconds)
     # Three simulated recordings from the same starts are other recordings: impacts lead elsewhere, and long flights
     # decide.

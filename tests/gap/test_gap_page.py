@@ -86,7 +86,7 @@ def test_missing_acceleration_is_the_tilt_before_and_nothing_after(tilted):
     expected = (
         GRAVITY_M_PER_S2 * true["tilt_rad"] * np.array([np.cos(true["direction_rad"]), np.sin(true["direction_rad"])])
     )
-    for fitted, target in ((ladder.nominal, expected), (ladder.flight, np.zeros(2))):
+    for fitted, target in ((ladder.flights.nominal, expected), (ladder.flights.fitted, np.zeros(2))):
         table = missing_acceleration(residual_frames(ladder.series.runs, fitted), LONG)
         found = table[["x", "y"]].median().to_numpy()
         # The nominal fit bends friction to hide a part of the tilt, so "before" holds to a fifth of it only.
@@ -154,9 +154,13 @@ def test_impact_panel_of_an_effect_comes_first(tilted):
 
 def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
     ladder = tilted[0].ladder
-    wall = replace(ladder.impacts.wall, wall=replace(ladder.impacts.wall.wall, centre_m=np.array([3e-4, 0.0])))
-    moved = replace(ladder.impacts, wall=wall)
-    panel = impact_panels(replace(ladder, impacts_nominal=moved, impacts=moved), "wall_centre_offset")[0]
+    wall = replace(
+        ladder.impacts.fitted.wall,
+        wall=replace(ladder.impacts.fitted.wall.wall, centre_m=np.array([3e-4, 0.0])),
+    )
+    moved = replace(ladder.impacts.fitted, wall=wall)
+    both = replace(ladder.impacts, nominal=moved, fitted=moved)
+    panel = impact_panels(replace(ladder, impacts=both), "wall_centre_offset")[0]
     added = panel.before - panel.after
     assert np.allclose(added, 300 * np.cos(np.radians(panel.x)), atol=1e-6)
 

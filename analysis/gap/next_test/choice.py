@@ -93,7 +93,7 @@ def next_tests(ladder: Ladder, causes: tuple[Cause, ...]) -> NextTests | None:
     cause, data = causes[0], _typical(ladder).data
     duration = float(min(data.time_s[-1] - data.time_s[0], LONGEST_S))
     judge = _flight_separation if cause.stage == "flight" else _impact_separation
-    fits = [f for f in ladder.flight.fits if len(f.states) and np.isfinite(f.states[0]).all()][:RECORDINGS]
+    fits = [f for f in ladder.flights.fitted.fits if len(f.states) and np.isfinite(f.states[0]).all()][:RECORDINGS]
     found = []
     for setting in SETTINGS if fits else ():
         if setting.launch is None and data.host.omega_rad_per_s == 0:
@@ -112,7 +112,7 @@ def rival_of(ladder: Ladder, causes: tuple[Cause, ...]) -> str | None:
         if first.effect in names:
             ranked = [
                 *first.rivals,
-                *(g.term.name for g in sorted(ladder.flight_gains, key=lambda g: -g.held_out)),
+                *(g.term.name for g in sorted(ladder.flights.gains, key=lambda g: -g.held_out)),
                 *names,
             ]
             return next((n for n in ranked if n in names and n not in named), None)
@@ -127,11 +127,13 @@ def _typical(ladder: Ladder) -> Run:
 
 def _flight_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str, rival: str) -> float:
     """Size of the effect over its sd where the rival, the nominal parameters and the lens are unknowns too."""
-    data, model = _typical(ladder).data, ladder.flight.model
+    data, model = _typical(ladder).data, ladder.flights.fitted.model
     runs = [run for run in (one.run(ladder, data) for one in recorded) if run.flights]
     if not runs:
         return 0.0
-    evidence = fit(runs, replace(model, drift_per_run=0.0), rounds=0, correlation=ladder.flight.correlation).evidence
+    evidence = fit(
+        runs, replace(model, drift_per_run=0.0), rounds=0, correlation=ladder.flights.fitted.correlation
+    ).evidence
     columns = TERMS[effect].columns
     others = [
         n
@@ -155,22 +157,24 @@ def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
     """What the effect does to restitution or contact distance at the simulated impacts and the rival cannot, over its
     sd.
     """
-    assert ladder.impacts is not None
+    assert ladder.impacts.fitted is not None
     impacts = np.concatenate([one.result.impacts for one in recorded])
     fast = impacts[impacts["normal_speed_before_m_per_s"] > SLOWEST_M_PER_S]
     if len(fast) < LEAST_IMPACTS:
         return 0.0
     speed, azimuth = fast["normal_speed_before_m_per_s"], fast["azimuth_rad"]
-    data, wall = ladder.impacts.data, ladder.impacts.wall
+    data, wall = ladder.impacts.fitted.data, ladder.impacts.fitted.wall
     around, twice = _turning(azimuth), _turning(2 * azimuth)
     if effect in SHAPES:
         # A lasting contact goes with the speed of approach, an ellipse with twice the azimuth; radius and centre are
         # unknowns in any case.
         design = {"finite_contact_time": speed[:, None], "wall_ellipticity": twice * wall.wall.contact_radius_m}
-        size = np.array([ladder.impacts.contact_slope_s]) if effect == "finite_contact_time" else wall.wall.ellipse
+        size = (
+            np.array([ladder.impacts.fitted.contact_slope_s]) if effect == "finite_contact_time" else wall.wall.ellipse
+        )
         always, sd = np.column_stack([np.ones(len(fast)), around]), np.full(len(fast), wall.scatter_m)
     else:
-        terms = list(ladder.restitution_terms)
+        terms = list(ladder.impacts.restitution_terms)
         scale = best_speed_scale(data) if "speed_dependent_restitution" in terms else 1.0
         design = {
             "speed_dependent_restitution": np.exp(-speed / scale)[:, None],

@@ -94,7 +94,7 @@ def record(
     """
     host, data = _host(fits.run.host, setting), fits.run
     start_s = float(fits.reference_s[0])
-    friction, coupling = (float(ladder.flight.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
+    friction, coupling = (float(ladder.flights.fitted.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
     values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
     # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
     drive = [h for h in harmonics_from(host, start_s) if h.axis != "z" or "vertical_motion" in values]
@@ -126,7 +126,7 @@ def _within_bounds(cause: Cause) -> dict[str, float]:
 
 
 def _law(ladder: Ladder) -> ImpactLaw:
-    law = ladder.impacts.law if ladder.impacts is not None else None
+    law = ladder.impacts.fitted.law if ladder.impacts.fitted is not None else None
     if law is None or not np.isfinite([law.restitution, law.wall_friction, law.tangential_restitution]).all():
         return USUAL_LAW
     return ImpactLaw(
@@ -137,7 +137,9 @@ def _law(ladder: Ladder) -> ImpactLaw:
 
 
 def _contact_m(ladder: Ladder, data: RunData) -> float:
-    return ladder.impacts.wall.wall.contact_radius_m if ladder.impacts is not None else data.contact_radius_m
+    return (
+        ladder.impacts.fitted.wall.wall.contact_radius_m if ladder.impacts.fitted is not None else data.contact_radius_m
+    )
 
 
 def _host(host: HostMotion, setting: Setting) -> HostMotion:

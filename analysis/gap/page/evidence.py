@@ -96,7 +96,7 @@ def flight_evidence(section: Section, diagnosis: Diagnosis, finding: str) -> Non
         return
     section.add_figure(
         f"gap-flights-{_slug(finding)}",
-        residual_panels(panels, one_model=diagnosis.ladder.flight is diagnosis.ladder.nominal),
+        residual_panels(panels, one_model=diagnosis.ladder.flights.fitted is diagnosis.ladder.flights.nominal),
         "Acceleration that the measured positions ask for beyond the model, in pieces of flights (dots) and as "
         "medians over bins with their "
         "standard errors. Zero everywhere means that the model holds.",
@@ -130,7 +130,7 @@ def impact_overview(section: Section, diagnosis: Diagnosis) -> None:
 def _nothing_added(diagnosis: Diagnosis) -> bool:
     ladder = diagnosis.ladder
     centres = any(c.effect in ("wall_centre_offset", "mass_centre_offset") for c in ladder.causes)
-    return ladder.impacts is ladder.impacts_nominal and not ladder.restitution_terms and not centres
+    return ladder.impacts.fitted is ladder.impacts.nominal and not ladder.impacts.restitution_terms and not centres
 
 
 def _slug(text: str) -> str:

@@ -108,8 +108,8 @@ def flight_panels(ladder: Ladder, name: str) -> list[Panel]:
     effect.
     """
     runs = ladder.series.runs
-    after = residual_frames(runs, ladder.flight)
-    before = after if ladder.nominal is ladder.flight else residual_frames(runs, ladder.nominal)
+    after = residual_frames(runs, ladder.flights.fitted)
+    before = after if ladder.flights.nominal is ladder.flights.fitted else residual_frames(runs, ladder.flights.nominal)
     tables = {
         frames: (missing_acceleration(before, frames), missing_acceleration(after, frames)) for frames in (LONG, SHORT)
     }

@@ -87,7 +87,7 @@ def impact_view(finding: str, coordinate: str = "") -> tuple[str, str]:
 
 def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Panel]:
     """Panels of the finding's residual against its own covariate, and against five others."""
-    before, after = ladder.impacts_nominal, ladder.impacts
+    before, after = ladder.impacts.nominal, ladder.impacts.fitted
     if before is None or after is None:
         return []
     residual, first = impact_view(finding, coordinate)
@@ -108,7 +108,7 @@ def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Pa
 
 def overview_panels(ladder: Ladder) -> list[Panel]:
     """One look at every residual of the impacts."""
-    if ladder.impacts is None or ladder.impacts_nominal is None:
+    if ladder.impacts.fitted is None or ladder.impacts.nominal is None:
         return []
     pairs = (
         ("restitution", "approach speed"),
@@ -124,7 +124,10 @@ def overview_panels(ladder: Ladder) -> list[Panel]:
 def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel:
     before, after = ladder.both_impacts()
     x, y = covariate_of(before, covariate), residual_of(before, (), residual, finding)
-    x_after, y_after = covariate_of(after, covariate), residual_of(after, ladder.restitution_terms, residual)
+    x_after, y_after = (
+        covariate_of(after, covariate),
+        residual_of(after, ladder.impacts.restitution_terms, residual),
+    )
     unit = "°" if covariate in CIRCULAR else UNITS[covariate]
     return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
 
@@ -191,12 +194,12 @@ def law_figure(ladder: Ladder) -> Figure:
     ax.plot(d.before, d.after / d.before, ".", ms=3, color=GREY, alpha=0.7)
     order = np.argsort(d.before)
     ax.axhline(before.law.restitution, color=RED, lw=1.2, ls="--", label="recalibrated")
-    design = restitution_design(d, ladder.restitution_terms)
+    design = restitution_design(d, ladder.impacts.restitution_terms)
     model = design @ fit_restitution(d, design)[0]
     ax.plot(
         d.before[order],
         model[order],
-        "-" if "direction_dependent_restitution" not in ladder.restitution_terms else ".",
+        "-" if "direction_dependent_restitution" not in ladder.impacts.restitution_terms else ".",
         color=BLUE,
         lw=1.2,
         ms=2.5,
@@ -236,11 +239,11 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     """Gain of each effect (on the recalibrated model) or of each probe (on the final one) on runs held out of its
     estimate.
     """
-    fitted = ladder.impacts if probes else ladder.impacts_nominal
+    fitted = ladder.impacts.fitted if probes else ladder.impacts.nominal
     if fitted is None:
         return []
     d, runs = fitted.data, len(ladder.series.runs)
-    terms = ladder.restitution_terms if probes else ()
+    terms = ladder.impacts.restitution_terms if probes else ()
     design = restitution_design(d, terms)
     restitution = (d.after / d.before, d.normal_sd / d.before, design)
     wall = fitted.wall
@@ -248,7 +251,10 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     every = wall_design(d.azimuth_rad, d.host_angle_rad, wall.impacts.body_rad[d.index], wall.wall.contact_radius_m)
     speed = d.before[:, None]
     base = np.hstack(
-        [every if ladder.ellipse and probes else every[:, :5], speed if ladder.finite and probes else speed[:, :0]]
+        [
+            every if ladder.impacts.ellipse and probes else every[:, :5],
+            speed if ladder.impacts.finite and probes else speed[:, :0],
+        ]
     )
     distance = (wall.residual_m[d.index], distance_sd, base)
     if not probes:

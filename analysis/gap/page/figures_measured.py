@@ -197,7 +197,7 @@ def layout_figure(ladder: Ladder) -> Figure | None:
         design = 1e3 * np.asarray(series.recordings[0].bodies[body].layout_m, float)[:, :2]
         seen = 1e3 * series.layouts[body][:, :2]
         if body == "nes":
-            seen = seen + 1e3 * ladder.flight.model.origin_m
+            seen = seen + 1e3 * ladder.flights.fitted.model.origin_m
         reach = float(np.abs(design).max()) or 1.0
         magnified = reach / 3 / max(float(np.nanmax(np.abs(seen * factor - design))), 0.15)
         ax.plot(*design.T, "+", color=BLACK, ms=6, label="layout")

@@ -37,8 +37,8 @@ def facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         ("Flights", str(sum(len(r.flights) for r in runs))),
         ("Free flight", with_unit(time["free_flight_s"], "s")),
     ]
-    if diagnosis.ladder.impacts is not None:
-        facts.append(("Impacts used", str(len(diagnosis.ladder.impacts.data))))
+    if diagnosis.ladder.impacts.fitted is not None:
+        facts.append(("Impacts used", str(len(diagnosis.ladder.impacts.fitted.data))))
     model = diagnosis.ladder.series.recordings[0].model
     if model is not None:
         facts.append(("Nominal model", ", ".join(plain(e).lower() for e in model.effects) or "no effects"))
@@ -76,7 +76,7 @@ def verdict_card(page: Page, diagnosis: Diagnosis) -> None:
         )
     else:
         blind = [*ladder.measurement.notes]
-        if ladder.impacts is None:
+        if ladder.impacts.fitted is None:
             blind.append("fewer than eight impacts could be used: wall and contact law were not judged")
         if len(ladder.series.runs) == 1:
             blind.append("one run: nothing could be held out")

@@ -87,11 +87,11 @@ def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
             "[model] in recording.toml gives the nominal model no floor friction, so nothing can be predicted without "
             "a fit.",
         )
-    elif diagnosis.ladder.impacts is not None and gap["as_given"]["impact_m_per_s"] is None:
+    elif diagnosis.ladder.impacts.fitted is not None and gap["as_given"]["impact_m_per_s"] is None:
         section.add_missing(
             "impacts as given", "[model] gives restitution, wall friction and tangential restitution not all three."
         )
-    if diagnosis.ladder.impacts is None:
+    if diagnosis.ladder.impacts.fitted is None:
         section.add_missing(
             "one impact ahead", "fewer than eight impacts could be used, and a contact law is not fitted to so few."
         )
@@ -111,16 +111,18 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
     found = {c.effect for c in ladder.causes}
     structure = {s.goes_with for s in ladder.structure}
     flights = [
-        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flight_gains if _tried(g)
+        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flights.gains if _tried(g)
     ]
     probes = [
-        Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flight_probes if _tried(g)
+        Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flights.probes if _tried(g)
     ]
     runs = max(len(ladder.series.runs), 1)
     if flights or probes:
         section.add_figure(
             "gap-ranking-flights",
-            ranking_figure([*flights, *probes], threshold(ladder.flight_null_distribution, GAIN / 2) / runs, "flights"),
+            ranking_figure(
+                [*flights, *probes], threshold(ladder.flights.null_distribution, GAIN / 2) / runs, "flights"
+            ),
             "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain "
             "that is accepted (a fixed one, or what chance "
             "reaches once in a hundred series without effect, if that is more); significance and size must also be "
@@ -136,7 +138,7 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
         section.add_figure(
             "gap-ranking-impacts",
             ranking_figure(
-                [*impacts, *keep], threshold(ladder.impact_null_distribution, IMPACT_GAIN) / runs, "impacts"
+                [*impacts, *keep], threshold(ladder.impacts.null_distribution, IMPACT_GAIN) / runs, "impacts"
             ),
             f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.",
             "Ranking of impact candidates",
@@ -289,8 +291,8 @@ def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
         ("phase", "time", "share", "use"), time_rows(summary["time"]), "Time of the series.", text_columns=(0, 3)
     )
     ladder = diagnosis.ladder
-    if ladder.impacts is not None:
-        met, used = len(ladder.impacts.junctions), len(ladder.impacts.data)
+    if ladder.impacts.fitted is not None:
+        met, used = len(ladder.impacts.fitted.junctions), len(ladder.impacts.fitted.data)
         section.add_text(
             f"{met} impacts between two flights were found, {used} of them fast and clear enough for wall and law."
         )
@@ -306,5 +308,5 @@ def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
     bad = [r.data.name for r in ladder.series.runs if not r.flights]
     if bad:
         section.add_note(f"Runs without a usable flight: {', '.join(bad)}.", "caution")
-    if np.isnan(ladder.flight.misfit):
+    if np.isnan(ladder.flights.fitted.misfit):
         section.add_note("The flights' fit did not converge.", "bad")

@@ -52,13 +52,14 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
                 (LENS_TILTS if by_lens else SIGNIFICANCE) * sd,
                 (finding.size, sd),
             )
-    left = {g.term.name: g for g in steps.flight_left}
-    for gain in steps.flight_gains:
+    left = {g.term.name: g for g in steps.flights.left}
+    for gain in steps.flights.gains:
         if len(gain.sd):
             out |= _of_flight(gain, left[gain.term.name], steps)
-    if steps.impacts is not None:
-        out |= _of_impacts(steps.impacts, steps.impact_left)
-        out |= _of_wall(steps.impacts, steps.impact_left, steps.measurement.lens_residual_found)
+    if steps.impacts.fitted is not None:
+        impacts_left = {g.name: g for g in steps.impacts.left}
+        out |= _of_impacts(steps.impacts.fitted, impacts_left)
+        out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
     for offset in steps.centres:
         size, sd = float(np.linalg.norm([v for v, _ in offset.parameters.values()])), offset.parameters["x_m"][1]
         out[offset.effect] = _entry(
@@ -107,7 +108,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
             )
         }
     if name == "vertical_motion":
-        friction = max(float(steps.flight.model.parameters[INDEX["friction"]]), 1e-3)
+        friction = max(float(steps.flights.fitted.model.parameters[INDEX["friction"]]), 1e-3)
         omega = float(np.median([r.data.host.omega_rad_per_s for r in steps.series.runs]))
         if omega == 0:
             return {}

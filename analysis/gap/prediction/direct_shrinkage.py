@@ -78,11 +78,13 @@ def _ratio(before: float, after: float, sd: float) -> OwnShrinkage:
 
 def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrinkage:
     """Contact distance with and without the effect's terms, against the cameras' noise, bootstrapped over runs."""
-    impacts = ladder.impacts
+    impacts = ladder.impacts.fitted
     assert impacts is not None, "a cause at the wall comes from impacts"
     fitted = impacts.wall
     without = fit_without(
-        impacts, WALL_TERMS_OF[cause.effect], finite=ladder.finite and cause.effect != "finite_contact_time"
+        impacts,
+        WALL_TERMS_OF[cause.effect],
+        finite=ladder.impacts.finite and cause.effect != "finite_contact_time",
     )
     used = fitted.used & without.used
     run = impacts.junctions.run[used]

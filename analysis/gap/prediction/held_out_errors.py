@@ -29,14 +29,16 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     runs = ladder.series.runs
     model = ladder.series.recordings[0].model
     given = predict.given_model(list(model.effects), model.floor_friction) if model else None
-    nominal = _paths(runs, ladder.nominal)
+    nominal = _paths(runs, ladder.flights.nominal)
     paths: dict[str, list[Array] | None] = {
         "as_given": _given_paths(runs, given, ladder) if given is not None else None,
         "recalibrated": nominal,
-        "with_effect": _paths(runs, ladder.flight) if ladder.flight is not ladder.nominal else nominal,
+        "with_effect": _paths(runs, ladder.flights.fitted)
+        if ladder.flights.fitted is not ladder.flights.nominal
+        else nominal,
         "noise_floor": [predict.free_paths(run) for run in runs],
     }
-    hits = _hits(ladder, model) if ladder.impacts is not None else {}
+    hits = _hits(ladder, model) if ladder.impacts.fitted is not None else {}
     errors: Errors4 = {}
     for name in STEPS:
         path, hit = paths[name], hits.get(name)
@@ -45,15 +47,19 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     if (
         causes
         and causes[0].stage in ("impact", "geometry")
-        and ladder.impacts is not None
+        and ladder.impacts.fitted is not None
         and causes[0].effect != "centre_marker_offset"
     ):
         before, after = ladder.both_impacts()
         paths = {
             "as_given": None,
-            "recalibrated": through_impacts(runs, ladder.flight.fits, before, (), finite=False),
+            "recalibrated": through_impacts(runs, ladder.flights.fitted.fits, before, (), finite=False),
             "with_effect": through_impacts(
-                runs, ladder.flight.fits, after, ladder.restitution_terms, finite=ladder.finite
+                runs,
+                ladder.flights.fitted.fits,
+                after,
+                ladder.impacts.restitution_terms,
+                finite=ladder.impacts.finite,
             ),
         }
     return errors, predict.table(runs, paths, ladder.series.frame)
@@ -64,8 +70,8 @@ def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
     before, after = ladder.both_impacts()
     out = {
         "recalibrated": (*predict.predicted_impacts(before, ()), before.data.run),
-        "with_effect": (*predict.predicted_impacts(after, ladder.restitution_terms), after.data.run),
-        "noise_floor": (*impact_floor(after, ladder.restitution_terms), after.data.run),
+        "with_effect": (*predict.predicted_impacts(after, ladder.impacts.restitution_terms), after.data.run),
+        "noise_floor": (*impact_floor(after, ladder.impacts.restitution_terms), after.data.run),
     }
     if (
         model
@@ -84,7 +90,7 @@ def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
 
 
 def _given_paths(runs: Sequence[Run], given: FlightModel, ladder: Ladder) -> list[Array]:
-    model = replace(given, origin_m=ladder.nominal.model.origin_m)
+    model = replace(given, origin_m=ladder.flights.nominal.model.origin_m)
     return [
         predict.flight_paths(run, fits)
         for run, fits in zip(runs, predict.flights_of(runs, [model] * len(runs)), strict=True)

@@ -19,17 +19,12 @@ Observe = Callable[[Floats, Floats, Values, np.random.Generator], tuple[Floats, 
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """One number of an effect: unit, bounds, and its sizes on this rig (negligible, small = large/3, large).
-
-    ``default`` None: it must be given.
-    """
+    """One number of an effect: unit and bounds; ``default`` None: it must be given."""
 
     name: str
     unit: str
     low: float
     high: float
-    negligible: float
-    large: float
     default: float | None = None
 
 

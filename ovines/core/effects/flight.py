@@ -56,31 +56,31 @@ def _friction_drift(packed: Packed, values: Values, scenario: Scenario) -> Packe
 
 FLIGHT_EFFECTS = (
     Effect(
-        "floor_friction", "flight", (EffectParameter("coefficient", "1", 0.0, INF, 0.01, 0.25),),
+        "floor_friction", "flight", (EffectParameter("coefficient", "1", 0.0, INF),),
         "Coulomb friction on the Host's floor (thesis Eq. 22, 45); steel on PVC 0.2-0.3 in the practice series.",
         _floor_friction,
     ),
     Effect(
-        "spin_coupling", "flight", (EffectParameter("coupling", "1", 0.0, 1.0, 0.1, 1.0, 1.0),),
+        "spin_coupling", "flight", (EffectParameter("coupling", "1", 0.0, 1.0, 1.0),),
         "Sliding and spinning friction of one contact area (Farkas 2003; thesis Eq. 45-54): 0 plain Coulomb, "
         "1 a uniformly loaded disk. Spin lightens the friction on sliding and decays.",
         _spin_coupling,
     ),
     Effect(
-        "viscous_drag", "flight", (EffectParameter("rate_per_s", "1/s", 0.0, INF, 0.03, 0.8),),
+        "viscous_drag", "flight", (EffectParameter("rate_per_s", "1/s", 0.0, INF),),
         "Acceleration -c v against the room. The air film under a washer of 25 g gives 0.01-1 1/s.",
         _viscous_drag,
     ),
     Effect(
-        "air_drag", "flight", (EffectParameter("rate_per_m", "1/m", 0.0, INF, 0.03, 0.8),),
+        "air_drag", "flight", (EffectParameter("rate_per_m", "1/m", 0.0, INF),),
         "Acceleration -c |v| v against the room; c = rho C_d A / (2 m), 0.005 1/m for the bare washer.",
         _air_drag,
     ),
     Effect(
         "table_tilt", "flight",
         (
-            EffectParameter("tilt_rad", "rad", 0.0, 0.5, 1e-3, 0.03),
-            EffectParameter("direction_rad", "rad", -INF, INF, 0.0, 2 * math.pi, 0.0),
+            EffectParameter("tilt_rad", "rad", 0.0, 0.5),
+            EffectParameter("direction_rad", "rad", -INF, INF, 0.0),
         ),
         "Constant acceleration g times tilt, towards the direction (world frame, from x). A spirit level shows 1e-3.",
         _table_tilt,
@@ -88,8 +88,8 @@ FLIGHT_EFFECTS = (
     Effect(
         "vertical_motion", "flight",
         (
-            EffectParameter("amplitude_m", "m", 0.0, INF, 5e-5, 8e-4),
-            EffectParameter("phase_rad", "rad", -INF, INF, 0.0, 2 * math.pi, 0.0),
+            EffectParameter("amplitude_m", "m", 0.0, INF),
+            EffectParameter("phase_rad", "rad", -INF, INF, 0.0),
         ),
         "Host's harmonic z at the drive's frequency; the floor load becomes m (g + z''). At 11 Hz 0.8 mm is 0.4 g.",
         _vertical_motion,
@@ -97,8 +97,8 @@ FLIGHT_EFFECTS = (
     Effect(
         "friction_drift", "flight",
         (
-            EffectParameter("relative_per_s", "1/s", -INF, INF, 0.01, 0.5, 0.0),
-            EffectParameter("relative_per_run", "1/run", -INF, INF, 0.003, 0.05, 0.0),
+            EffectParameter("relative_per_s", "1/s", -INF, INF, 0.0),
+            EffectParameter("relative_per_run", "1/run", -INF, INF, 0.0),
         ),
         "Floor friction times (1 + a t)(1 + b run): wear, dust or charge (thesis Sec. 9.1 saw PVC washers slow down).",
         _friction_drift,

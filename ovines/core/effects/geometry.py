@@ -39,33 +39,33 @@ def _centre_marker(times: Floats, samples: Floats, values: Values, rng: np.rando
     return times, seen
 
 
-def _offset(name: str, large: float) -> EffectParameter:
-    return EffectParameter(name, "m", -INF, INF, 1e-4, large, 0.0)
+def _offset(name: str) -> EffectParameter:
+    return EffectParameter(name, "m", -INF, INF, 0.0)
 
 
 GEOMETRY_EFFECTS = (
     Effect(
         "wall_ellipticity", "geometry",
         (
-            EffectParameter("ellipticity", "1", -0.2, 0.2, 2e-3, 0.02),
-            EffectParameter("direction_rad", "rad", -INF, INF, 0.0, math.pi, 0.0),
+            EffectParameter("ellipticity", "1", -0.2, 0.2),
+            EffectParameter("direction_rad", "rad", -INF, INF, 0.0),
         ),
         "Contact radius R_c (1 + e cos 2(azimuth - phi)), fixed in the Host; a ring squeezed by its screws.",
         _ellipticity,
     ),
     Effect(
-        "wall_centre_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "wall_centre_offset", "geometry", (_offset("x_m"), _offset("y_m")),
         "The wall's centre in the Host's frame is not the origin that the markers' layout says.",
         _wall_centre,
     ),
     Effect(
-        "mass_centre_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "mass_centre_offset", "geometry", (_offset("x_m"), _offset("y_m")),
         "Centre of mass off the geometric centre, fixed in the disk; floor friction acts at the geometric centre. "
         "Couples spin and sliding in flight and at impact.",
         _mass_centre,
     ),
     Effect(
-        "centre_marker_offset", "geometry", (_offset("x_m", 1e-3), _offset("y_m", 1e-3)),
+        "centre_marker_offset", "geometry", (_offset("x_m"), _offset("y_m")),
         "The marker taken for the disk's centre is off it, fixed in the disk: the reported centre circles with the "
         "spin.",
         observe=_centre_marker,

@@ -30,8 +30,8 @@ IMPACT_EFFECTS = (
     Effect(
         "speed_dependent_restitution", "impact",
         (
-            EffectParameter("restitution_fast", "1", 0.0, 1.0, 0.0, 0.5),
-            EffectParameter("speed_scale_m_per_s", "m/s", 1e-9, INF, 0.0, 1.0, 1.0),
+            EffectParameter("restitution_fast", "1", 0.0, 1.0),
+            EffectParameter("speed_scale_m_per_s", "m/s", 1e-9, INF, 1.0),
         ),
         "eps(v) = eps_fast + (eps_0 - eps_fast) exp(-v/v_s), v the normal approach speed, eps_0 the nominal "
         "restitution: losses grow with speed (plastic or viscous contact).",
@@ -40,15 +40,15 @@ IMPACT_EFFECTS = (
     Effect(
         "direction_dependent_restitution", "impact",
         (
-            EffectParameter("amplitude", "1", -1.0, 1.0, 0.01, 0.15),
-            EffectParameter("direction_rad", "rad", -INF, INF, 0.0, 2 * math.pi, 0.0),
+            EffectParameter("amplitude", "1", -1.0, 1.0),
+            EffectParameter("direction_rad", "rad", -INF, INF, 0.0),
         ),
         "eps_0 + a cos(azimuth - phi), azimuth of the contact from the Host's centre, world frame, kept in 0..1: "
         "a wall that is stiffer on one side.",
         _direction_dependent,
     ),
     Effect(
-        "finite_contact_time", "impact", (EffectParameter("duration_s", "s", 0.0, 0.1, 1e-4, 2e-3),),
+        "finite_contact_time", "impact", (EffectParameter("duration_s", "s", 0.0, 0.1),),
         "A Kelvin-Voigt contact of half period T with the same restitution, a tangential spring with a Coulomb limit "
         "that reverses beta_0 of the slip when it sticks. The disk enters the wall by about v T / pi meanwhile.",
         _finite_contact,

@@ -48,15 +48,15 @@ MEASUREMENT_EFFECTS = (
     Effect(
         "camera_clock_offset",
         "measurement",
-        (EffectParameter("offset_s", "s", -INF, INF, 2e-5, 6e-4),),
+        (EffectParameter("offset_s", "s", -INF, INF),),
         "The second camera sees the world later by a constant: an epipolar error that grows with speed.",
     ),
     Effect(
         "sensor_window_offset",
         "measurement",
         (
-            EffectParameter("u_px", "px", -INF, INF, 0.5, 8.0, 0.0),
-            EffectParameter("v_px", "px", -INF, INF, 0.5, 8.0, 0.0),
+            EffectParameter("u_px", "px", -INF, INF, 0.0),
+            EffectParameter("v_px", "px", -INF, INF, 0.0),
         ),
         "A camera's window was elsewhere than window_offset_px says: a constant epipolar error. (u, v) is how far the "
         "second view's pixels stand off the first's: the first window was off by (u, v) or the second by the opposite.",
@@ -64,14 +64,14 @@ MEASUREMENT_EFFECTS = (
     Effect(
         "length_scale_error",
         "measurement",
-        (EffectParameter("scale", "1", 0.1, 10.0, 1e-3, 1.02),),
+        (EffectParameter("scale", "1", 0.1, 10.0),),
         "Reported lengths are the true ones times scale (a board printed in another size).",
         observe=_scale,
     ),
     Effect(
         "frame_rate_error",
         "measurement",
-        (EffectParameter("ratio", "1", 0.1, 10.0, 1e-3, 1.02),),
+        (EffectParameter("ratio", "1", 0.1, 10.0),),
         "Reported times are the true ones times ratio (true rate over nominal rate).",
         observe=_frame_rate,
     ),
@@ -79,8 +79,8 @@ MEASUREMENT_EFFECTS = (
         "plane_tilt",
         "measurement",
         (
-            EffectParameter("x_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
-            EffectParameter("y_rad", "rad", -1.0, 1.0, 1e-3, 0.03, 0.0),
+            EffectParameter("x_rad", "rad", -1.0, 1.0, 0.0),
+            EffectParameter("y_rad", "rad", -1.0, 1.0, 0.0),
         ),
         "The world's z is not the plane's normal: turned about x and y, plane lengths shorten by the cosines and z "
         "follows x, y.",
@@ -89,7 +89,7 @@ MEASUREMENT_EFFECTS = (
     Effect(
         "trigger_jitter",
         "measurement",
-        (EffectParameter("sd_s", "s", 0.0, INF, 5e-6, 1e-4),),
+        (EffectParameter("sd_s", "s", 0.0, INF),),
         "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.",
         observe=_jitter,
     ),
