@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from ovines.core.compiled import Floats, compiled
-from ovines.core.contact.collision import onto_wall, strike
+from ovines.core.contact.collision import onto_wall
 from ovines.core.integration.flight import wall_stands
 from ovines.core.integration.sampling import due, keep_sample
 from ovines.core.integration.stepper import next_size, step
 from ovines.core.system import parameters as P
-from ovines.core.system.dynamics import NEED, PUSH, SLIP, derivatives
+from ovines.core.system.dynamics import NEED, PUSH, SLIP, derivatives, push
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
 from ovines.core.system.packed import Contact, Samples, System
 
@@ -41,17 +41,11 @@ def stand_on(
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     if mode == P.ROLL:
         determinant = k_nn * k_tt - k_nt * k_nt
-        strike(
-            y,
-            at,
-            face,
-            (k_nt * slip - k_tt * normal) / determinant,
-            (k_nt * normal - k_nn * slip) / determinant,
-            p,
-            k,
-        )
+        impulse_n = (k_nt * slip - k_tt * normal) / determinant
+        impulse_t = (k_nt * normal - k_nn * slip) / determinant
+        push(at, face, impulse_n, impulse_t, p, k, y)
     else:
-        strike(y, at, face, -normal / k_nn, 0.0, p, k)
+        push(at, face, -normal / k_nn, 0.0, p, k, y)
 
 
 @compiled

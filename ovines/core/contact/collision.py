@@ -9,8 +9,8 @@ from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations, push
 from ovines.core.system.impact import effective_restitution, impulses
-from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
-from ovines.core.system.packed import Face, System
+from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
+from ovines.core.system.packed import System
 
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 
@@ -21,24 +21,6 @@ class Spring(NamedTuple):
     stiffness: float
     damping: float
     tangential_stiffness: float
-
-
-@compiled
-def strike(y: Floats, at: Floats, face: Face, p_n: float, p_t: float, p: Floats, k: Ints) -> None:
-    """Apply an impulse on the NES (normal towards the wall, tangent) and its reaction on the Host to ``y``."""
-    nx, ny = face.x, face.y
-    px, py = p_n * nx - p_t * ny, p_n * ny + p_t * nx
-    nes_n, nes_t, host_n, host_t = levers(face, at, p)
-    y[2] += px / p[P.MASS]
-    y[3] += py / p[P.MASS]
-    y[5] += (nes_n * p_t - nes_t * p_n) / p[P.INERTIA]
-    size = k[P.STATE_SIZE]
-    if size > P.HOST:
-        y[P.HOST + 2] -= px * p[P.INVERSE_HOST_MASS]
-        y[P.HOST + 3] -= py * p[P.INVERSE_HOST_MASS]
-        y[P.HOST + 5] -= (host_n * p_t - host_t * p_n) * p[P.INVERSE_HOST_INERTIA]
-    elif size > 6:
-        y[P.WORK] += px * at[7] + py * at[8] + at[9] * (host_n * p_t - host_t * p_n)
 
 
 @compiled
@@ -86,7 +68,7 @@ def resolve(
     pull = pull_to_wall(t, y, wall, system, work)
     slow = math.sqrt(2.0 * REST_HEIGHT * p[P.LENGTH] * abs(pull))
     if normal <= slow:
-        strike(y, at, face, -normal / k_nn, 0.0, p, k)
+        push(at, face, -normal / k_nn, 0.0, p, k, y)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * face.y, at[0] - at[4] + p[P.RADIUS] * face.x)
     restitution = effective_restitution(normal, azimuth, p)
@@ -103,7 +85,7 @@ def resolve(
         after_n, after_t = contact_velocity(face, y[5], at, p)
     else:
         p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
-        strike(y, at, face, p_n, p_t, p, k)
+        push(at, face, p_n, p_t, p, k, y)
         after_n = normal + k_nn * p_n + k_nt * p_t
         after_t = tangential + k_nt * p_n + k_tt * p_t
         if k[P.STATE_SIZE] > 6:
@@ -114,7 +96,7 @@ def resolve(
     pull = pull_to_wall(t + duration, y, wall, system, work)
     if pull > 0.0 and after_n * after_n < 2.0 * pull * REST_HEIGHT * p[P.LENGTH]:
         place(t + duration, y, system, scratch, at)
-        strike(y, at, face, -after_n / k_nn, 0.0, p, k)
+        push(at, face, -after_n / k_nn, 0.0, p, k, y)
         return P.SLIDE, duration, True
     return P.FLIGHT, duration, True
 
@@ -202,7 +184,7 @@ def press_slopes(
     squeeze = -spring.stiffness * face.gap + spring.damping * normal
     limit = p[P.WALL_FRICTION] * max(squeeze, 0.0)
     force_t = -min(max(spring.tangential_stiffness * stretch, -limit), limit)
-    push(y, at, face, -squeeze, force_t, p, k, dy)
+    push(at, face, -squeeze, force_t, p, k, dy)
     if k[P.STATE_SIZE] > 6:
         dy[P.LOST_FRICTION] += squeeze * normal - force_t * slip
     return slip

@@ -8,7 +8,7 @@ from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
 from ovines.core.system.host import ROTATION, host_after, sprung_response
-from ovines.core.system.kinematics import in_host, place
+from ovines.core.system.kinematics import in_host, place, relative_acceleration
 from ovines.core.system.packed import System
 from ovines.core.system.walls import gap_measure, safe_time
 
@@ -135,19 +135,7 @@ def relative(t: float, y: Floats, system: System, work: Floats, dy: Floats, out:
     scratch, at = work[P.SCRATCH], work[P.PLACE]
     place(t, y, system, scratch, at)
     out[0], out[1], out[2], out[3] = in_host(at, k)
-    ax, ay = dy[2], dy[3]
-    if k[P.OFF_CENTRE]:
-        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
-        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
-    turn = 0.0
-    if k[P.HOST_KIND] == P.DRIVEN:
-        ax -= scratch[6]
-        ay -= scratch[7]
-        turn = scratch[8]
-    elif k[P.HOST_KIND] != P.FIXED:
-        ax -= dy[P.HOST + 2]
-        ay -= dy[P.HOST + 3]
-        turn = dy[P.HOST + 5]
+    ax, ay, turn = relative_acceleration(y, at, dy, k, scratch)
     if k[P.WALL_TURNS]:
         spin = at[9]
         cosine, sine = math.cos(at[6]), math.sin(at[6])

@@ -10,7 +10,14 @@ from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.system import parameters as P
 from ovines.core.system.friction import floor_friction
 from ovines.core.system.host import ROTATION, base_motion, vertical_acceleration
-from ovines.core.system.kinematics import contact_velocity, inverse_mass, levers, normal_here, place
+from ovines.core.system.kinematics import (
+    contact_velocity,
+    inverse_mass,
+    levers,
+    normal_here,
+    place,
+    relative_acceleration,
+)
 from ovines.core.system.packed import Contact, Face, System
 
 # what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
@@ -104,19 +111,7 @@ def contact_bias(
     """
     nx, ny = face.x, face.y
     x, yy = at[0] - at[4], at[1] - at[5]
-    ax, ay = dy[2], dy[3]
-    if k[P.OFF_CENTRE]:
-        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
-        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
-    turn = 0.0
-    if k[P.HOST_KIND] == P.DRIVEN:
-        ax -= scratch[6]
-        ay -= scratch[7]
-        turn = scratch[8]
-    elif k[P.HOST_KIND] != P.FIXED:
-        ax -= dy[P.HOST + 2]
-        ay -= dy[P.HOST + 3]
-        turn = dy[P.HOST + 5]
+    ax, ay, turn = relative_acceleration(y, at, dy, k, scratch)
     spin = at[9]
     slip_acceleration = (
         ay * nx - ax * ny + p[P.RADIUS] * (dy[5] - turn) - turn * (x * nx + yy * ny)
@@ -130,21 +125,22 @@ def contact_bias(
 
 
 @compiled
-def push(y: Floats, at: Floats, face: Face, force_n: float, force_t: float, p: Floats, k: Ints, dy: Floats) -> None:
-    """Add a contact force on the NES (normal towards the wall, tangent) and its reaction to accelerations ``dy``."""
-    nx, ny = face.x, face.y
-    fx, fy = force_n * nx - force_t * ny, force_n * ny + force_t * nx
+def push(at: Floats, face: Face, normal: float, tangential: float, p: Floats, k: Ints, out: Floats) -> None:
+    """Add a contact force on the NES (normal towards the wall, tangent) and its reaction on the Host to accelerations
+    ``out``, or an impulse to the velocities of a state, and the driver's power or work.
+    """
+    fx, fy = normal * face.x - tangential * face.y, normal * face.y + tangential * face.x
     nes_n, nes_t, host_n, host_t = levers(face, at, p)
-    dy[2] += fx / p[P.MASS]
-    dy[3] += fy / p[P.MASS]
-    dy[5] += (nes_n * force_t - nes_t * force_n) / p[P.INERTIA]
+    out[2] += fx / p[P.MASS]
+    out[3] += fy / p[P.MASS]
+    out[5] += (nes_n * tangential - nes_t * normal) / p[P.INERTIA]
     size = k[P.STATE_SIZE]
     if size > P.HOST:
-        dy[P.HOST + 2] -= fx * p[P.INVERSE_HOST_MASS]
-        dy[P.HOST + 3] -= fy * p[P.INVERSE_HOST_MASS]
-        dy[P.HOST + 5] -= (host_n * force_t - host_t * force_n) * p[P.INVERSE_HOST_INERTIA]
-    elif size > 6:  # the driver's work: force on the NES times the wall's velocity there
-        dy[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * force_t - host_t * force_n)
+        out[P.HOST + 2] -= fx * p[P.INVERSE_HOST_MASS]
+        out[P.HOST + 3] -= fy * p[P.INVERSE_HOST_MASS]
+        out[P.HOST + 5] -= (host_n * tangential - host_t * normal) * p[P.INVERSE_HOST_INERTIA]
+    elif size > 6:  # force on the NES times the wall's velocity there
+        out[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * tangential - host_t * normal)
 
 
 @compiled
@@ -164,7 +160,7 @@ def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Fl
     for j in range(2):
         face = normal_here(walls[j], at, p, k, polygon)
         tried[:] = dy
-        push(y, at, face, -1.0, -friction, p, k, tried)
+        push(at, face, -1.0, -friction, p, k, tried)
         for i in range(2):
             other = normal_here(walls[i], at, p, k, polygon)
             matrix[i, j] = contact_bias(y, at, other, tried, p, k, scratch)[0] - bias[i]
@@ -176,7 +172,7 @@ def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Fl
         force = first if j == 0 else second
         face = normal_here(walls[j], at, p, k, polygon)
         slip = contact_velocity(face, y[5], at, p)[1]
-        push(y, at, face, -force, -friction * force, p, k, dy)
+        push(at, face, -force, -friction * force, p, k, dy)
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_FRICTION] += friction * force * slip
     scratch[PUSH], scratch[RUB], scratch[SLIP] = min(first, second), 0.0, slip
@@ -216,7 +212,7 @@ def _derivatives(
         force_t = side * friction * force_n
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_FRICTION] -= force_t * slip
-    push(y, at, face, force_n, force_t, p, k, dy)
+    push(at, face, force_n, force_t, p, k, dy)
     scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
 
 

@@ -107,6 +107,28 @@ def contact_velocity(face: Face, spin: float, at: Floats, p: Floats) -> tuple[fl
     return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
 
 
+@compiled
+def relative_acceleration(y: Floats, at: Floats, dy: Floats, k: Ints, scratch: Floats) -> tuple[float, float, float]:
+    """Acceleration of the disk's geometric centre less the Host's (world axes), and the Host's angular one.
+
+    ``dy``: derivative of the state ``y`` placed in ``at``; ``scratch``: a driven Host's motion, as `place` leaves it.
+    """
+    ax, ay = dy[2], dy[3]
+    if k[P.OFF_CENTRE]:
+        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
+        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
+    turn = 0.0
+    if k[P.HOST_KIND] == P.DRIVEN:
+        ax -= scratch[6]
+        ay -= scratch[7]
+        turn = scratch[8]
+    elif k[P.HOST_KIND] != P.FIXED:
+        ax -= dy[P.HOST + 2]
+        ay -= dy[P.HOST + 3]
+        turn = dy[P.HOST + 5]
+    return ax, ay, turn
+
+
 def empty_scratch() -> tuple[np.ndarray, np.ndarray]:
     """Scratch and place vectors of the right sizes."""
     return np.zeros(N_SCRATCH), np.zeros(12)
