@@ -7,7 +7,7 @@ bodies' markers over the discs that are there.  Nothing is said where the calibr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from ovines.recording import Recording
 from vision.calibration.boards import find_board
 from vision.frames.sources import open_sources, stream
 from vision.identity.layouts import Layout, layout_of
-from vision.identity.matching import match_in_both
+from vision.identity.matching import Match, match_in_both
 from vision.markers.detect import find_discs
 from vision.markers.perspective import on_plane
 from vision.markers.row import U, V
@@ -132,7 +132,9 @@ def explained(
     return found
 
 
-def _matches(pair: Sequence[Camera], offsets: Offsets, discs: Sequence[Array], layout: Layout, bodies: Sequence[int]):  # type: ignore[no-untyped-def]
+def _matches(
+    pair: Sequence[Camera], offsets: Offsets, discs: Sequence[Array], layout: Layout, bodies: Sequence[int]
+) -> Iterator[tuple[int, list[list[Match]]]]:
     cameras = [CameraTracker(camera, offset, layout) for camera, offset in zip(pair, offsets, strict=True)]
     for body in bodies:
         yield body, [camera.matches(seen, body, None) for camera, seen in zip(cameras, discs, strict=True)]

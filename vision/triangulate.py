@@ -9,7 +9,7 @@ import pandas as pd
 
 from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
-from vision.robust import spread
+from ovines.robust import spread
 
 # Where a track carries no sd, this stands in until the epipolar residuals of the recording give the real one.
 FIRST_GUESS_SD_PX = 0.1

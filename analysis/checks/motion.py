@@ -12,9 +12,10 @@ from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.runs import contact_radius
 from analysis.identification.fit import RigFit
-from analysis.statistics.robust import residual_sd, smooth_noise
+from analysis.statistics.robust import smooth_noise
 from ovines.plausibility.host_signal import ORDERS, dominant, scatter
 from ovines.recording import Recording
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import pandas as pd
 
 from analysis.checks.row import ALL, Row, figure, row
 from analysis.motion.host_circle import host_circle
-from analysis.statistics.robust import spread
 from ovines.recording import Recording
+from ovines.robust import spread
 
 # Half a pixel is five times what a circular marker's centre scatters by on a good image; more points to the
 # calibration.

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Impacts, Junctions, measure
 from analysis.contact.wall import WALL_TERMS, Wall, moved, wall_design
-from analysis.statistics.robust import at_least_noise, residual_sd, root_weights
+from analysis.statistics.robust import at_least_noise, root_weights
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 

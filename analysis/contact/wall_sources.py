@@ -14,8 +14,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.motion.host_circle import fit_circles
-from analysis.statistics.robust import MEDIAN_SD, residual_sd
+from analysis.statistics.robust import MEDIAN_SD
 from ovines.recording import Recording
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 NOTHING = (np.nan, np.nan)

@@ -31,7 +31,7 @@ from analysis.figures.style import (
     thinned,
 )
 from analysis.motion.host_circle import marker_positions
-from analysis.statistics.robust import residual_sd, spread
+from ovines.robust import residual_sd, spread
 
 # White letters stay readable on white markers.
 OUTLINE = [withStroke(linewidth=2, foreground="#222222")]

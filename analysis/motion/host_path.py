@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.statistics.robust import spread
+from ovines.robust import spread
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "angle")

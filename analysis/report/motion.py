@@ -8,7 +8,7 @@ from analysis.figures.trajectory import angle_and_spin, column, relative_traject
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
-from analysis.statistics.robust import residual_sd
+from ovines.robust import residual_sd
 
 
 def add_motion(page: Page, results: Results) -> None:

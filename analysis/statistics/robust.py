@@ -1,13 +1,13 @@
-"""Robust scatter, and least squares that a few wrong values do not move."""
+"""Noise of a smooth motion, and least squares that a few wrong values do not move."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.stats import median_abs_deviation
+from numpy.typing import NDArray
+
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 
@@ -18,33 +18,11 @@ CAUCHY_SD = 3.0
 MEDIAN_SD = 1.2533
 
 
-def _zero(_: ArrayLike, axis: int | None = None) -> float:
-    return 0.0
-
-
-def spread(values: ArrayLike) -> float:
-    """Sd of ``values`` (any shape) about their median, from the median of their deviations; NaN among them is left
-    out, NaN of none.
-    """
-    return _deviation(values, np.median)
-
-
-def residual_sd(residual: ArrayLike) -> float:
-    """The same of residuals (any shape), which scatter about zero."""
-    return _deviation(residual, _zero)
-
-
 def smooth_noise(values: Array) -> float:
     """Sd of the noise of a smooth motion ``values`` (N,) at equal steps: third differences leave noise alone, whose
     variance they take 1 + 9 + 9 + 1 times; NaN of too few.
     """
     return residual_sd(np.diff(values, 3)) / float(np.sqrt(20.0))
-
-
-def _deviation(values: ArrayLike, center: Any) -> float:
-    known = np.asarray(values, float)
-    known = known[~np.isnan(known)]
-    return float(median_abs_deviation(known, center=center, scale="normal")) if known.size else float("nan")
 
 
 def at_least_noise(standard: Array) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.statistics.robust import at_least_noise, least_squares, residual_sd, root_weights, smooth_noise, spread
+from analysis.statistics.robust import at_least_noise, least_squares, root_weights, smooth_noise
+from ovines.robust import residual_sd, spread
 
 COUNT = 20_000
 

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from ovines.camera import Camera, epipolar_residual_px
+from ovines.robust import MEDIAN_TO_SD
 from vision.compiled import compiled
 from vision.markers.perspective import where_on_plane
-from vision.robust import MEDIAN_TO_SD
 
 _REACH = 3  # frames that one camera may lack more than the other; more where their numbers of pictures say so
 _FARTHEST = 24  # of that many frames: beyond, the search takes too long

@@ -10,6 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ovines.robust import residual_sd
 from vision.markers.fit import fit_discs
 from vision.markers.row import (
     CONTRAST,
@@ -31,7 +32,6 @@ from vision.markers.row import (
     radius_px,
 )
 from vision.markers.sector_fit import fit_by_sectors
-from vision.robust import residual_sd
 
 # What is looked for
 SMALLEST_PX, LARGEST_PX = 2.5, 75.0  # radii; markers of 60 px are larger where they lie nearer

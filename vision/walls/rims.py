@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.robust import MEDIAN_TO_SD, spread
+from ovines.robust import MEDIAN_TO_SD, spread
 from vision.walls.edges import SMOOTH_PX, STEP_PX, slopes
 
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.recording import Recording
+from ovines.robust import spread
 from vision.identity.layouts import Layout
-from vision.robust import spread
 from vision.walls.rims import Rim, fit_rim
 
 AT_MOST = 16  # instants; a rim costs about as much as tracking 25 frames

@@ -6,6 +6,7 @@ import numpy as np
 
 from analysis.gap.cause import Structure
 from analysis.gap.series import Series
+from ovines.robust import spread
 
 # Ground markers that move together by more than this are no longer noise (m); a lens residual leaves a still marker
 # still.
@@ -30,8 +31,7 @@ def ground_motion(series: Series) -> list[Structure]:
             together = moved.mean(axis=1).to_numpy()
             count = wide.notna().sum(axis=1).to_numpy()
             sd = float(part[f"{axis}_sd_m"].median()) / np.sqrt(max(np.median(count), 1))
-            spread = 1.4826 * float(np.nanmedian(np.abs(together - np.nanmedian(together))))
-            excess.append(max(spread**2 - sd**2, 0.0) if axis != "z" else 0.0)
+            excess.append(max(spread(together) ** 2 - sd**2, 0.0) if axis != "z" else 0.0)
             noise.append(sd)
     if not excess:
         return []

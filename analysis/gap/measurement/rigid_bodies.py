@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from analysis.gap.cause import Structure
 from analysis.gap.series import Series
 from analysis.motion.bodies import bodies_clouds
+from analysis.statistics.robust import MEDIAN_SD
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Markers are glued within 0.05 mm; one that moves by more has come loose.  A marker seen this much later than the rest
@@ -74,10 +76,10 @@ def _centre(values: Array) -> tuple[float, float]:
         return np.nan, np.inf
     middle = float(np.median(seen))
     off = seen - middle
-    spread = 1.4826 * float(np.median(np.abs(off)))
-    near = np.clip(off, -3 * spread, 3 * spread)
+    sd = residual_sd(off)
+    near = np.clip(off, -3 * sd, 3 * sd)
     lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, 0.9))
-    return middle, 1.2533 * spread * float(np.sqrt((1 + lag) / (1 - lag) / len(seen)))
+    return middle, MEDIAN_SD * sd * float(np.sqrt((1 + lag) / (1 - lag) / len(seen)))
 
 
 def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Structure]:
@@ -182,6 +184,6 @@ def _slope(x: Array, y: Array) -> tuple[float, float]:
         a = np.column_stack([np.ones(seen.sum()), x[seen]])
         c = np.linalg.lstsq(a, y[seen], rcond=None)[0]
         off = y - c[0] - c[1] * x
-        spread = max(1.4826 * float(np.median(np.abs(off[seen]))), 1e-12)
+        spread = max(residual_sd(off[seen]), 1e-12)
         seen &= np.abs(off) < 4 * spread
     return float(c[1]), float(spread / np.sqrt(seen.sum()) / np.std(x[seen]))

@@ -15,6 +15,7 @@ from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.two_views import two_views
 from analysis.gap.series import Series
 from analysis.motion.bodies import PLACEMENT_SD_M
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Residuals of the Host beyond this are outliers, not jitter: one in 16,000 of Gaussian ones.
@@ -115,7 +116,7 @@ def _jitter(series: Series) -> Finding | None:
     if not residuals:
         return None
     residual, v2 = np.concatenate(residuals), np.concatenate(speeds) ** 2
-    noise, slope = (1.4826 * float(np.median(np.abs(residual)))) ** 2, 0.0
+    noise, slope = residual_sd(residual) ** 2, 0.0
     least = 1e-3 * noise + 1e-16
     columns = np.column_stack([np.ones(len(v2)), v2])
     for _ in range(12):

@@ -25,6 +25,7 @@ from analysis.gap.thresholds import EQUIVALENT, SIGNIFICANCE
 from analysis.motion.bodies import VELOCITY_REACH
 from analysis.statistics.robust import least_squares
 from ovines.camera import Camera, triangulate_points
+from ovines.robust import MEDIAN_TO_SD, spread
 
 Array = NDArray[np.float64]
 
@@ -146,8 +147,8 @@ def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:
     place = np.floor(a[heights, 3:5] / 0.01).astype(int)
     _, square = np.unique(place[:, 0] * 1000 + place[:, 1], return_inverse=True)
     r = residual[rows]
-    centre, spread = _by_square(r, square, np.median), _by_square(np.abs(r), square, np.median)
-    use = np.abs(r - centre[square]) < 5 * 1.4826 * spread[square] + 1e-12
+    centre, deviation = _by_square(r, square, np.median), _by_square(np.abs(r), square, np.median)
+    use = np.abs(r - centre[square]) < 5 * MEDIAN_TO_SD * deviation[square] + 1e-12
     r, square = r[use], square[use]
     count, mean = np.bincount(square), _by_square(r, square, np.mean)
     within = r - mean[square]
@@ -187,7 +188,7 @@ def body_rows(
     part = points[points["marker"].isin(list(markers))]
     mean = part.groupby("frame")["epipolar_px"].median().reindex(frames).to_numpy(float)
     count = part.groupby("frame")["epipolar_px"].count().reindex(frames).to_numpy(float)
-    sd_px = 1.4826 * np.nanmedian(np.abs(part["epipolar_px"] - part["epipolar_px"].median())) if len(part) else np.nan
+    sd_px = spread(part["epipolar_px"])
     x, y, z = (motion[f"{body}_{a}_m"].to_numpy(float) for a in "xyz")
     z_sd = motion[f"{body}_z_sd_m"].to_numpy(float)
     if body == "host":

@@ -26,6 +26,8 @@ from analysis.figures.style import (
     robust_limits,
 )
 from analysis.gap.prediction.predict import Errors
+from analysis.statistics.robust import MEDIAN_SD
+from ovines.robust import spread
 
 Array = NDArray[np.float64]
 #: step -> (its name under a bar, colour)
@@ -218,7 +220,8 @@ def draw_panel(ax: Axes, panel: Panel, one_model: bool = False, before: str = "r
 def give_room(ax: Axes) -> None:
     """Fewer ticks, and the label further out: residuals have long numbers."""
     ax.yaxis.set_major_locator(MaxNLocator(5))
-    ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.53, 0, ax.get_figure().dpi_scale_trans))  # type: ignore[union-attr]
+    left = ScaledTranslation(-0.53, 0, ax.figure.dpi_scale_trans)
+    ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + left)
 
 
 def binned(x: Array, y: Array, circular: bool = False, bins: int = BINS) -> tuple[Array, Array, Array]:
@@ -237,7 +240,6 @@ def binned(x: Array, y: Array, circular: bool = False, bins: int = BINS) -> tupl
         part = y[which == b]
         if len(part):
             middle = float(np.median(part))
-            spread = 1.4826 * float(np.median(np.abs(part - middle)))
-            rows.append((float(np.mean(x[which == b])), middle, 1.2533 * spread / np.sqrt(len(part))))
+            rows.append((float(np.mean(x[which == b])), middle, MEDIAN_SD * spread(part) / np.sqrt(len(part))))
     centres, middles, errors = np.array(rows).T
     return centres, middles, errors

@@ -11,6 +11,7 @@ from analysis.flights.runs import Run
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Panel
 from analysis.gap.selection.flight_candidates import FlightFit
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 #: frames of a piece: long ones measure a steady acceleration well, short ones follow the drive
@@ -225,7 +226,7 @@ def _clipped(residual: pd.Series, piece: NDArray[np.int64]) -> Array:
     """
     middle = residual.groupby(piece).median().to_numpy()[piece]
     away = (residual - middle).to_numpy()
-    limit = 5 * 1.4826 * np.maximum(pd.Series(np.abs(away)).groupby(piece).median().to_numpy()[piece], 1e-9)
+    limit = 5 * MEDIAN_TO_SD * np.maximum(pd.Series(np.abs(away)).groupby(piece).median().to_numpy()[piece], 1e-9)
     return np.clip(away, -limit, limit)
 
 

@@ -15,6 +15,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import body_rows
 from analysis.gap.page.figures import Panel, draw_panel, give_room
 from analysis.gap.page.figures_impacts import impact_panels
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 #: runs whose frames the figure shows; six hold thousands of frames and keep the page quick
@@ -130,7 +131,7 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
         which = np.clip(np.searchsorted(edges, v2[ok], side="right") - 1, 0, 11)
         parts = [(v2[ok][which == k], y[ok][which == k]) for k in range(12) if np.count_nonzero(which == k) > 3]
         x = np.array([p[0].mean() for p in parts])
-        variance = np.array([(1.4826 * np.median(np.abs(p[1]))) ** 2 for p in parts])
+        variance = np.array([residual_sd(p[1]) ** 2 for p in parts])
         ax.errorbar(
             x,
             variance,

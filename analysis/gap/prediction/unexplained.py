@@ -18,6 +18,7 @@ from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.selection.flight_terms import NEGLIGIBLE_M_PER_S2
 from analysis.gap.series import Series
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Held-out flights of the median run this many times above their floor, and less than this share of the gap closed, do
@@ -91,8 +92,8 @@ def noise_correlation(series: Series) -> float:
             r = run.data.host.residual[:, axis]
             r = r[np.isfinite(r)]
             if len(r) > 40:
-                spread = 1.4826 * float(np.median(np.abs(r)))
-                r = np.clip(r, -3 * spread, 3 * spread)
+                limit = 3 * residual_sd(r)
+                r = np.clip(r, -limit, limit)
                 lags.append(float(np.sum(r[1:] * r[:-1]) / max(np.sum(r**2), 1e-300)))
     return float(np.clip(np.median(lags), 0.0, 0.9)) if lags else 0.0
 

@@ -28,6 +28,7 @@ from analysis.contact.wall import WALL_TERMS, Wall
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.robust_regression import regress
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 
@@ -376,7 +377,7 @@ def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:
     r = np.abs(wall.residual_m[used])
     if len(r) == 0:
         return float("nan")
-    limit = 4 * max(1.4826 * float(np.median(r)), 1e-6)
+    limit = 4 * max(MEDIAN_TO_SD * float(np.median(r)), 1e-6)
     return float(np.sqrt(np.mean(np.minimum(r, limit) ** 2)))
 
 
