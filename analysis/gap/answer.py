@@ -55,11 +55,14 @@ def answer_in_words(summary: dict[str, Any]) -> str:
             "none: the nominal model explains these data; the smallest sizes that would have been seen stand in "
             "diagnosis.json"
         )
-    if summary["verdict"] == "unknown":
-        found = summary["goes_with"][0]
-        return f"unknown: structure in the {found['stage']} ({found['coordinate']}) that goes with {found['goes_with']}"
-    gap = summary["gap"]
-    return (
-        f"effect: {', '.join(summary['effects'])} ({summary['stage']}); gap shrinks by {100 * gap['shrinkage']:.0f} % "
-        f"({100 * gap['shrinkage_low']:.0f}..{100 * gap['shrinkage_high']:.0f} %)"
-    )
+    gap, said = summary["gap"], []
+    if summary["effects"]:
+        said.append(
+            f"effect: {', '.join(summary['effects'])}; gap shrinks by {100 * gap['shrinkage']:.0f} % "
+            f"({100 * gap['shrinkage_low']:.0f}..{100 * gap['shrinkage_high']:.0f} %)"
+        )
+    said += [
+        f"unknown: something is left in the {left['stage']} ({left['coordinate']}); it goes with {left['goes_with']}"
+        for left in summary["left"]
+    ]
+    return "\n".join(said)

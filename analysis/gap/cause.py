@@ -6,6 +6,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from scipy.stats import norm
+
+#: probabilities below this are not told apart from it: no tail is known so far out
+SMALLEST_P = 1e-12
+
+
+def two_sided(z: float) -> float:
+    """How often chance is ``z`` standard deviations or more off, either way."""
+    return float(max(2 * norm.sf(abs(z)), SMALLEST_P))
+
 
 @dataclass(frozen=True, eq=False)
 class Cause:
@@ -25,7 +35,10 @@ class Cause:
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """Something no effect of the library explains: where it lies and what it goes with."""
+    """Something no effect of the library explains: where it lies, what it goes with, and its ``size`` in ``unit``.
+
+    ``strength``: how many times what is negligible; ``gain``: fall of -2 log L; ``p``: how often chance makes the best
+    of all that was tried look so."""
 
     stage: str
     phase: str
@@ -33,3 +46,6 @@ class Structure:
     goes_with: str
     strength: float
     gain: float
+    size: float
+    unit: str
+    p: float

@@ -23,6 +23,12 @@ class Finding:
     found: bool
     rivals: tuple[str, ...] = ()
 
+    @property
+    def unit(self) -> str:
+        """Unit of ``size``, from the names of the parameters."""
+        ending = next(iter(self.parameters)).rsplit("_", 1)[-1]
+        return ending if ending in ("s", "px", "rad") else "1"
+
     def times_least(self) -> float:
         """Size over the smallest that would have been found in these data: its rank among findings."""
         noise = SIGNIFICANCE * self.size / self.significance if self.significance > 0 else 0.0

@@ -8,12 +8,13 @@ without a name.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import Cause, Structure
+from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import correct
 from analysis.gap.measurement.fixed_markers import ground_motion
@@ -27,6 +28,7 @@ from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE
 
 Array = NDArray[np.float64]
+STAGES = ("measurement", "drive", "flight", "impact", "geometry")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,13 @@ class Ladder:
     centres: tuple[Cause, ...]
     causes: tuple[Cause, ...]
     structure: tuple[Structure, ...]
+
+    @property
+    def left_p(self) -> float:
+        """How often chance makes what is left look as it does, over all stages."""
+        return float(
+            min(1.0, len(STAGES) * min([self.flights.left_p, self.impacts.left_p, *(s.p for s in self.structure)]))
+        )
 
     def both_impacts(self) -> tuple[ImpactFit, ImpactFit]:
         """Wall and law recalibrated and with what was accepted; only where there were impacts enough to fit them."""
@@ -69,20 +78,30 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     centres = [c for c in offsets if is_effect(c)]
     structure = [
         *ground_motion(series),
-        *rigid_structure(series),
+        *rigid_structure(series, _clock_s(findings)),
         *_withheld_measurement(tests, withheld),
         *flights.structure,
         *impacts.structure,
     ]
     structure += unexplained_scatter(impacts, structure)
-    structure += unexplained_misfit(flights.fitted, structure)
     structure += [
-        Structure(c.stage, c.phase, c.coordinate, "a constant offset of a centre", c.strength, c.gain)
+        Structure(
+            c.stage,
+            c.phase,
+            c.coordinate,
+            "a constant offset of a centre",
+            c.strength,
+            c.gain,
+            float(np.linalg.norm([value for value, _ in c.parameters.values()])),
+            "m",
+            two_sided(np.sqrt(c.gain)),
+        )
         for c in centres
         if c.effect in withheld
     ]
     causes = [_measured(f) for f in findings]
     causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
+    structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
         measured=series,
         series=corrected,
@@ -94,6 +113,11 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         causes=tuple(sorted(causes, key=lambda c: -c.strength)),
         structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )
+
+
+def _clock_s(findings: Sequence[Finding]) -> float:
+    late = [f.parameters["offset_s"][0] for f in findings if f.effect == "camera_clock_offset"]
+    return late[0] if late else 0.0
 
 
 def _measured(finding: Finding) -> Cause:
@@ -118,6 +142,9 @@ def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> 
             "a residual between the two cameras, of the Host or of lengths",
             f.size / NEGLIGIBLE[f.effect],
             f.significance**2,
+            f.size,
+            f.unit,
+            two_sided(f.significance),
         )
         for f in tests.findings.values()
         if f.found and f.effect in withheld

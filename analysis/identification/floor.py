@@ -212,7 +212,7 @@ def fit_floor(
             shared = shared + step[offsets]
         if stage == 0 or (noise.forced and stage < MOST_STAGES):
             # Noise is estimated on fits without a force, which would follow it.
-            frames = _noise(fits) if stage == 0 else _without_force(noise)
+            frames = noise_of(fits) if stage == 0 else _without_force(noise)
             before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
             if (
                 stage > 0
@@ -247,7 +247,7 @@ def _without_force(noise: FlightNoise) -> FlightNoise:
     return replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0, sure=0.0)
 
 
-def _noise(fits: Sequence[FlightFits]) -> FlightNoise:
+def noise_of(fits: Sequence[FlightFits]) -> FlightNoise:
     """Noise of the frames from what no law of flight can touch; the stated one without a flight."""
     if not any(fit.flights for fit in fits):
         return PLAIN

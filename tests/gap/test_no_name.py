@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from analysis.gap.prediction.unexplained import _left, _swallowed, noise_correlation
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.page.gap_page import gap_page
-from analysis.gap.prediction.unexplained import _left, _swallowed, noise_correlation
 from analysis.gap.selection.robust_regression import regress
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
@@ -48,7 +48,7 @@ def test_a_cause_without_a_name_is_unknown_in_its_stage(tmp_path, kind, size, no
     found = diagnosed(tmp_path / "series", kind, size, noise, 8 if size < 1 else 12)
     summary = found.summary
     assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", stage, [])
-    assert word in summary["goes_with"][0]["goes_with"]
+    assert word in summary["left"][0]["goes_with"]
     evidence = next(s for s in gap_page(found, "a series").sections if s.anchor == "evidence")
     expected = (
         "gap-ground"

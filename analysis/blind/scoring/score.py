@@ -39,7 +39,7 @@ class Row:
     @property
     def answered(self) -> str:
         """The answer in a word: the cause named first, none or unknown."""
-        return self.named[0] if self.verdict == "effect" and self.named else self.verdict
+        return self.named[0] if self.named else self.verdict
 
 
 def group_of(truth: dict[str, Any]) -> str:
@@ -54,7 +54,7 @@ def group_of(truth: dict[str, Any]) -> str:
 
 def mark(truth: dict[str, Any], answer: dict[str, Any], seconds: float | None = None) -> Row:
     """Compare one `diagnosis.json` with the truth of its case."""
-    named = tuple(answer.get("effects") or ()) if answer["verdict"] == "effect" else ()
+    named = tuple(answer.get("effects") or ())
     equivalent = tuple(answer.get("equivalent") or ()) if named else ()
     right = [EITHER.get(name, (name,)) for name in truth["effects"]]
     told = set(named) | set(equivalent)

@@ -32,7 +32,7 @@ def to_withhold(truth: dict[str, Any]) -> tuple[str, ...]:
 def judge_withheld(truth: dict[str, Any], answer: dict[str, Any]) -> Withheld:
     """Compare the answer that was given without the true cause with the truth of its case."""
     named = tuple(answer.get("effects") or ())
-    structure = answer.get("goes_with") or []
+    structure = answer.get("left") or []
     stage = answer.get("stage")
     return Withheld(
         truth["case"],

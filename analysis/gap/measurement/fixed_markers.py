@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.gap.cause import Structure
+from analysis.gap.cause import Structure, two_sided
 from analysis.gap.series import Series
 from ovines.robust import spread
 
@@ -46,5 +46,8 @@ def ground_motion(series: Series) -> list[Structure]:
             "the ground markers, which move together",
             size / STILL_M,
             (size / np.median(noise)) ** 2,
+            size,
+            "m",
+            two_sided(size / float(np.median(noise))),
         )
     ]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import Structure
+from analysis.gap.cause import Structure, two_sided
 from analysis.gap.series import Series
 from analysis.motion.bodies import bodies_clouds
 from analysis.statistics.robust import MEDIAN_SD
@@ -22,12 +22,16 @@ Array = NDArray[np.float64]
 # is no noise.
 LOOSE_M, LATE_S = 5e-5, 2e-5
 SURE_SD = 6.0
+# Two views of a marker share a delay of one of them by where it stands: this share of it may differ between markers.
+SHARE_OF_CLOCK = 0.2
 FEWEST_FRAMES = 40
 
 
-def rigid_structure(series: Series) -> list[Structure]:
+def rigid_structure(series: Series, clock_s: float = 0.0) -> list[Structure]:
     """Markers that moved on their body, and Host markers that are seen at times of their own; nothing without marker
     points.
+
+    ``clock_s``: by how much one camera is known to be late.  Markers share it, each with another part of it.
     """
     if series.points is None or series.layouts is None:
         return []
@@ -36,7 +40,7 @@ def rigid_structure(series: Series) -> list[Structure]:
         residuals = list(marker_residuals(series, body))
         if residuals:
             out += _moved(residuals, series, body)
-            out += _late(residuals, series) if body == "host" else []
+            out += _late(residuals, series, clock_s) if body == "host" else []
     return out
 
 
@@ -110,6 +114,9 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
             f"marker {name}, which moves on its body {when}",
             size / LOOSE_M,
             (size / sd) ** 2,
+            size,
+            "m",
+            two_sided(size / sd),
         )
     ]
 
@@ -139,7 +146,7 @@ def _mean(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
     return np.where(weight.sum(0) > 0, mean, np.nan), np.maximum(1 / np.sqrt(total), spread)
 
 
-def _late(residuals: list[tuple[int, Array, Array]], series: Series) -> list[Structure]:
+def _late(residuals: list[tuple[int, Array, Array]], series: Series, clock_s: float) -> list[Structure]:
     """Host markers whose residual goes with the Host's velocity: seen earlier or later than the others (rows read one
     after the other).
     """
@@ -161,7 +168,7 @@ def _late(residuals: list[tuple[int, Array, Array]], series: Series) -> list[Str
     delay, sd = _mean(delays, sds)
     worst = int(np.nanargmax(np.abs(delay) / sd)) if np.isfinite(delay).any() else 0
     size = float(np.abs(delay[worst]))
-    if not np.isfinite(size) or size < LATE_S or size < SURE_SD * sd[worst]:
+    if not np.isfinite(size) or size < LATE_S + SHARE_OF_CLOCK * abs(clock_s) or size < SURE_SD * sd[worst]:
         return []
     return [
         Structure(
@@ -171,6 +178,9 @@ def _late(residuals: list[tuple[int, Array, Array]], series: Series) -> list[Str
             "the Host's velocity, by another delay at each of its markers",
             size / LATE_S,
             float((size / sd[worst]) ** 2),
+            size,
+            "s",
+            two_sided(size / float(sd[worst])),
         )
     ]
 

@@ -131,9 +131,7 @@ def _flight_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
     runs = [run for run in (one.run(ladder, data) for one in recorded) if run.flights]
     if not runs:
         return 0.0
-    evidence = fit(
-        runs, replace(model, drift_per_run=0.0), rounds=0, correlation=ladder.flights.fitted.correlation
-    ).evidence
+    evidence = fit(runs, replace(model, drift_per_run=0.0), rounds=0, noise=ladder.flights.fitted.noise).evidence
     columns = TERMS[effect].columns
     others = [
         n
@@ -141,7 +139,7 @@ def _flight_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
         if n not in (*columns, "drift_run")
     ]
     forms = [f for f in (information_of(e, [*columns, *others]) for e in evidence) if f is not None]
-    told = np.sum(forms, 0) + np.diag(prior_of([*columns, *others]))
+    told = np.sum(forms, 0) + np.diag(prior_of([*columns, *others], data.contact_radius_m))
     own = len(columns)
     if not forms or np.any(np.diag(told)[:own] <= 0):
         return 0.0

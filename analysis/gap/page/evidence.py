@@ -10,7 +10,7 @@ from analysis.gap.page.figures_flights import flight_panels
 from analysis.gap.page.figures_impacts import impact_panels, law_figure, overview_panels
 from analysis.gap.page.figures_measured import ground_figure, layout_figure, measured_figure
 from analysis.gap.page.figures_rigid import rigid_figure
-from analysis.gap.page.first_screen import REFITTED
+from analysis.gap.page.first_screen import REFITTED, chance
 from analysis.gap.page.words import bare, plain
 from analysis.report.page import Page, Section
 
@@ -24,25 +24,6 @@ def evidence_section(page: Page, diagnosis: Diagnosis) -> None:
     """
     summary, ladder = diagnosis.summary, diagnosis.ladder
     section = page.add_section("The evidence", "evidence")
-    if summary["verdict"] == "unknown":
-        section.add_text(
-            "Structure that nothing in the library explains, strongest first. The figures show each residual against "
-            "what it goes with."
-        )
-        section.add_table(
-            ("stage", "phase", "coordinate", "goes with", "times negligible"),
-            [
-                (g["stage"], g["phase"], g["coordinate"], bare(g["goes_with"]), f"{g['times_negligible']:.1f}")
-                for g in summary["goes_with"]
-            ],
-            text_columns=(0, 1, 2, 3),
-        )
-        shown: set[tuple[str, str]] = set()
-        for g in summary["goes_with"]:
-            if (g["stage"], g["coordinate"]) not in shown and len(shown) < 3:
-                shown.add((g["stage"], g["coordinate"]))
-                _evidence(section, diagnosis, g["goes_with"], g["stage"], g["coordinate"])
-        return
     if summary["verdict"] == "none":
         section.add_text(
             "Nothing was found, so here is what was looked at: the flights' and the impacts' residuals of the "
@@ -52,10 +33,39 @@ def evidence_section(page: Page, diagnosis: Diagnosis) -> None:
         flight_evidence(section, diagnosis, "")
         impact_overview(section, diagnosis)
         return
-    for cause in [c for c in ladder.causes if c.effect in summary["effects"]]:
-        if len(summary["effects"]) > 1:
+    several = len(ladder.causes) + len(summary["left"]) > 1
+    for cause in ladder.causes:
+        if several:
             section.add_heading(plain(cause.effect))
         _evidence(section, diagnosis, cause.effect, cause.stage, cause.coordinate)
+    if not summary["left"]:
+        return
+    if ladder.causes:
+        section.add_heading("What is left")
+    section.add_text(
+        "Structure that nothing in the library explains, strongest first. The figures show each residual against "
+        "what it goes with."
+    )
+    section.add_table(
+        ("stage", "phase", "coordinate", "goes with", "times negligible", "by chance"),
+        [
+            (
+                left["stage"],
+                left["phase"],
+                left["coordinate"],
+                bare(left["goes_with"]),
+                f"{left['times_negligible']:.1f}",
+                chance(left["p"]),
+            )
+            for left in summary["left"]
+        ],
+        text_columns=(0, 1, 2, 3, 5),
+    )
+    shown: set[tuple[str, str]] = set()
+    for left in summary["left"]:
+        if (left["stage"], left["coordinate"]) not in shown and len(shown) < 3:
+            shown.add((left["stage"], left["coordinate"]))
+            _evidence(section, diagnosis, left["goes_with"], left["stage"], left["coordinate"])
 
 
 def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, coordinate: str) -> None:

@@ -42,7 +42,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     )
     verdict_card(page, diagnosis)
     gap_card(page, diagnosis)
-    if summary["verdict"] == "effect" and summary["stage"] != "measurement":
+    if any(cause.stage != "measurement" for cause in ladder.causes):
         page.actions.append(
             "Take it into the nominal model: ovines diagnose … --write-model model.toml, and diagnose again with it."
         )
@@ -69,7 +69,7 @@ def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
         "Each step predicts runs that were held out of its fit: along a flight from its fitted start, and through an "
         "impact from the flight before."
     )
-    leave_out = () if diagnosis.summary["verdict"] == "effect" else ("with_effect",)
+    leave_out = () if diagnosis.summary["effects"] else ("with_effect",)
     section.add_figure(
         "gap-ladder",
         ladder_figure({k: e for k, e in diagnosis.errors.items() if k not in leave_out}),
@@ -171,7 +171,7 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     how = (
         "Each flight is predicted from the flight before it, through the impact, with wall and law of the other runs."
-        if ahead and diagnosis.summary["verdict"] == "effect"
+        if ahead and diagnosis.summary["effects"]
         else "Each flight is predicted from its own start values, with everything shared taken from the other runs."
     )
     section.add_figure(
@@ -213,7 +213,7 @@ def _parameters_section(page: Page, summary: dict[str, Any]) -> None:
             "Parameters of the effect.",
             text_columns=(0, 1),
         )
-    effect = summary["verdict"] == "effect"
+    effect = bool(summary["effects"])
     section.add_table(
         ("parameter", "as given", "recalibrated", *(("with effect", "change by the effect") if effect else ())),
         nominal_rows(summary["nominal"], effect),
@@ -298,7 +298,8 @@ def _limits_section(page: Page, diagnosis: Diagnosis) -> None:
         )
     names = {k: v for k, v in summary["probabilities"].items() if v >= 0.005}
     section.add_text(
-        "Probabilities, a ranking calibrated only as far as the blind trial says: "
+        "Probabilities, each by itself, that an effect is there at more than its negligible size, and that something "
+        "is left (unknown): "
         + ", ".join(
             f"{plain(k) if k not in ('none', 'unknown') else k} {v:.2f}"
             for k, v in sorted(names.items(), key=lambda i: -i[1])

@@ -18,7 +18,6 @@ from analysis.gap import thresholds as rules
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection.flight_candidates import Gain
-from analysis.gap.selection.flight_terms import NEGLIGIBLE_M_PER_S2
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
 from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
@@ -55,7 +54,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
     left = {g.term.name: g for g in steps.flights.left}
     for gain in steps.flights.gains:
         if len(gain.sd):
-            out |= _of_flight(gain, left[gain.term.name], steps)
+            out |= _of_flight(gain, left.get(gain.term.name, gain), steps)
     if steps.impacts.fitted is not None:
         impacts_left = {g.name: g for g in steps.impacts.left}
         out |= _of_impacts(steps.impacts.fitted, impacts_left)
@@ -91,7 +90,8 @@ def _entry(
 
 def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
     noise = rules.SIGNIFICANCE * float(gain.sd[0])
-    name = gain.term.name
+    name, units = gain.term.name, steps.flights.units
+    negligible = units.negligible_m_per_s2
     known = len(left.sd) > 0 and bool(np.isfinite(left.sd).all())
     told = (
         (float(np.linalg.norm(left.estimate[:2] if name == "table_tilt" else left.estimate[:1])), float(left.sd[0]))
@@ -102,7 +102,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
         return {
             name: _entry(
                 "tilt_rad",
-                NEGLIGIBLE_M_PER_S2 / GRAVITY_M_PER_S2,
+                negligible / GRAVITY_M_PER_S2,
                 noise / GRAVITY_M_PER_S2,
                 told and (told[0] / GRAVITY_M_PER_S2, told[1] / GRAVITY_M_PER_S2),
             )
@@ -114,9 +114,9 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
             return {}
         # The rms of mu z'' equals the negligible acceleration; the load's column is per unit of the measured z'', so
         # its sd is no length.
-        return {name: _entry("amplitude_m", float(np.sqrt(2) * NEGLIGIBLE_M_PER_S2 / (friction * omega**2)), None)}
+        return {name: _entry("amplitude_m", float(np.sqrt(2) * negligible / (friction * omega**2)), None)}
     parameter = {"viscous_drag": "rate_per_s", "air_drag": "rate_per_m", "friction_drift": "relative_per_s"}[name]
-    return {name: _entry(parameter, NEGLIGIBLE_M_PER_S2 / gain.term.scale[0], noise, told)}
+    return {name: _entry(parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
 
 
 def _of_impacts(impacts: ImpactFit, left: dict[str, ImpactGain]) -> dict[str, Entry]:

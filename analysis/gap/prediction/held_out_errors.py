@@ -33,8 +33,8 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     paths: dict[str, list[Array] | None] = {
         "as_given": _given_paths(runs, given, ladder) if given is not None else None,
         "recalibrated": nominal,
-        "with_effect": _paths(runs, ladder.flights.fitted)
-        if ladder.flights.fitted is not ladder.flights.nominal
+        "with_effect": _paths(runs, ladder.flights.named)
+        if ladder.flights.named is not ladder.flights.nominal
         else nominal,
         "noise_floor": [predict.free_paths(run) for run in runs],
     }
@@ -85,7 +85,7 @@ def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
 
 
 def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
-    models = predict.held_out_models(fitted, len(runs))
+    models = predict.held_out_models(fitted)
     return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, models), strict=True)]
 
 

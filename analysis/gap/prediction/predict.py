@@ -22,9 +22,9 @@ from analysis.flights.runs import Run
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
     FlightModel,
-    _moved,
+    moved,
     nominal_model,
-    solve_named,
+    run_places,
 )
 from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
 from analysis.motion.rig_frame import RigFrame
@@ -56,23 +56,19 @@ class Errors:
         }
 
 
-def held_out_models(fitted: FlightFit, runs: int) -> list[FlightModel]:
+def held_out_models(fitted: FlightFit) -> list[FlightModel]:
     """For each run the flight model that the other runs give (one linear step from the joint fit)."""
-    if runs < 2:
+    if len(fitted.fits) < 2:
         return [fitted.model]
-    models = []
-    for i in range(runs):
-        rest = [e for j, e in enumerate(fitted.evidence) if j != i]
-        step = solve_named(rest, fitted.columns)[0]
-        models.append(_moved(fitted.model, fitted.columns, step))
-    return models
+    return [moved(fitted.model, fitted.columns, step) for step in fitted.forms.solved(fitted.columns).left_out]
 
 
 def flights_of(runs: Sequence[Run], models: Sequence[FlightModel]) -> list[FlightFits]:
     """Every run's flights fitted with that run's own (held-out) shared parameters."""
+    places = run_places([run.data for run in runs])
     return [
-        fit_flights(run.data, run.flights, model.of_run(i, len(runs)), model.shared())
-        for i, (run, model) in enumerate(zip(runs, models, strict=True))
+        fit_flights(run.data, run.flights, model.of_run(place), model.shared())
+        for run, model, place in zip(runs, models, places, strict=True)
     ]
 
 

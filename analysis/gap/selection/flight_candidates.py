@@ -1,28 +1,30 @@
-"""The flights' side of the ladder: nominal fit, gain of every candidate and probe, held out run by run."""
+"""The flights' side of the ladder: fits, and the gain of every candidate and probe, held out run by run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from analysis.flights.evidence import Evidence, columns_of, gather, solve
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, fit_flights
-from analysis.flights.noise import FlightNoise
+from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData, fit_flights
+from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import Run
-from analysis.gap.selection.flight_terms import EFFECT_TERMS, FlightTerm
+from analysis.flights.unit_accelerations import unit_accelerations
+from analysis.gap.selection.flight_terms import EFFECT_TERMS, NEGLIGIBLE_BEND, FlightTerm
+from analysis.identification.floor import noise_of
 
 Array = NDArray[np.float64]
 
-# Prior sd of the lens residual's polynomials (m at the contact radius): what a good calibration leaves, GAP.md: 0.05 mm
-# at most.
-LENS_SD_M = 3e-5
-ORIGIN_SD_M = 1e-3
+# Prior sds over the contact radius: of the lens residual's polynomials (0.03 mm of 40 mm: what a good calibration
+# leaves, GAP.md: 0.05 mm at most), and of the markers' origin.
+LENS_SD_SHARE, ORIGIN_SD_SHARE = 7.5e-4, 0.025
 ALL = tuple(range(len(SHARED)))
 START_FRICTION = 0.25
 
@@ -42,11 +44,108 @@ class FlightModel:
         """Parameters that all flights share: the markers' origin (m) and the lens residual's terms."""
         return np.concatenate([self.origin_m, np.zeros(len(LENS_TERMS))])
 
-    def of_run(self, number: int, runs: int) -> Array:
-        """Parameters of one run: friction times 1 + drift (number - middle)."""
+    def of_run(self, place: RunPlace) -> Array:
+        """Parameters of one run.  Friction drifts from each run's start on, as the floor does: long runs pass their
+        middle, where time counts from, later than short ones.
+        """
         p = self.parameters.copy()
-        p[INDEX["friction"]] *= 1 + self.drift_per_run * (number - 0.5 * (runs - 1))
+        later = 1 + p[INDEX["drift"]] * place.later_s
+        p[INDEX["friction"]] *= later * (1 + self.drift_per_run * place.number)
+        p[INDEX["drift"]] /= later
         return p
+
+
+@dataclass(frozen=True)
+class RunPlace:
+    """A run among its series: ``number`` counted from the middle one, ``later_s`` from its start to its middle, less
+    the runs' mean of that."""
+
+    number: float
+    later_s: float
+
+
+def run_places(runs: Sequence[RunData]) -> list[RunPlace]:
+    """Places of the runs of a series."""
+    start = np.array([-run.time_s[0] for run in runs])
+    number = np.arange(len(runs)) - 0.5 * (len(runs) - 1)
+    return [RunPlace(float(n), float(s)) for n, s in zip(number, start - start.mean(), strict=True)]
+
+
+@dataclass(frozen=True)
+class Units:
+    """The rig's own scale of accelerations: RMS (m/s^2) that a unit of each column makes along the flights, and the one
+    below which nothing is named.
+    """
+
+    acceleration_m_per_s2: dict[str, float]
+    negligible_m_per_s2: float
+
+    def of(self, column: str) -> float:
+        """RMS acceleration (m/s^2) of a unit of a column."""
+        return self.acceleration_m_per_s2.get(column, 0.0)
+
+
+def rig_units(fitted: FlightFit) -> Units:
+    """Units of the rig that a fit's flights show."""
+    units, speed = unit_accelerations(fitted.fits)
+    runs = np.arange(len(fitted.fits)) - 0.5 * (len(fitted.fits) - 1)
+    friction = fitted.model.parameters[INDEX["friction"]]
+    units["drift_run"] = float(units["friction"] * friction * np.sqrt(np.mean(runs**2)))
+    radius = fitted.fits[0].run.contact_radius_m
+    return Units(units, NEGLIGIBLE_BEND * speed**2 / radius)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A linear solution: ``step`` (P,) of what was free, ``covariance``, ``cost`` (-2 log L against the linearisation
+    point), ``held_out`` (R,) the same of each run by the others' solution ``left_out`` (R, P)."""
+
+    step: Array
+    covariance: Array
+    cost: float
+    held_out: Array
+    left_out: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """The runs' quadratic forms in the columns ``names`` (C): ``information`` (R, C, C) and ``score`` (R, C)."""
+
+    names: tuple[str, ...]
+    information: Array
+    score: Array
+    contact_radius_m: float
+
+    @cached_property
+    def total(self) -> Array:
+        """Information of all runs (C, C)."""
+        return np.asarray(self.information.sum(0))
+
+    def at(self, names: Sequence[str]) -> list[int]:
+        """Places of columns."""
+        return [self.names.index(n) for n in names]
+
+    def solved(self, free: Sequence[str], fixed: Sequence[str] = (), at: Array | None = None) -> Solved:
+        """``free`` columns fitted with ``fixed`` ones moved to ``at``; everything else stays where it is."""
+        a, b = self.at(free), self.at(fixed)
+        moved_to = np.zeros(0) if at is None else at
+        prior = prior_of(free, self.contact_radius_m)
+        pushed = self.score[:, a] - self.information[:, a][:, :, b] @ moved_to
+        inner = self.information[:, a][:, :, a]
+        constant = np.einsum("i,rij,j->r", moved_to, self.information[:, b][:, :, b], moved_to) - 2 * (
+            self.score[:, b] @ moved_to
+        )
+        whole, score = inner.sum(0) + np.diag(prior), pushed.sum(0)
+        covariance = covariance_of(whole)
+        step = covariance @ np.where(np.diag(covariance) > 0, score, 0.0)
+        cost = float(constant.sum() - score @ step)
+        left_out = np.empty((len(inner), len(a)))
+        for i in range(len(inner)):
+            # A single recording has nothing to hold out: its own fit stands in, and the caller says so.
+            own = (inner[i], pushed[i]) if len(inner) > 1 else (0.0, 0.0)
+            left_out[i] = covariance_of(whole - own[0]) @ (score - own[1])
+        held_out = constant + np.einsum("ri,rij,rj->r", left_out, inner, left_out) - 2 * np.sum(left_out * pushed, 1)
+        return Solved(step, covariance, cost, held_out, left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +161,18 @@ class FlightFit:
     columns: tuple[str, ...]
     misfit: float
     count: int
-    correlation: float
+    noise: FlightNoise
+
+    @cached_property
+    def forms(self) -> Forms:
+        """The evidence as arrays over the runs, lens residual's prior in :func:`prior_of`."""
+        columns = self.evidence[0].columns
+        return Forms(
+            tuple("drift_run" if c == DRIFT_RUN else SHARED[c] for c in columns),
+            np.array([e.information for e in self.evidence]),
+            np.array([e.score for e in self.evidence]),
+            self.fits[0].run.contact_radius_m,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +215,15 @@ def fit(
     *,
     rounds: int = 3,
     every_column: bool = True,
-    correlation: float | None = None,
-    skip: int | None = None,
+    noise: FlightNoise | None = None,
 ) -> FlightFit:
     """Gauss-Newton on the shared parameters ``model.free`` and the origin; flights fitted anew each round.
 
-    ``skip``: number of a run left out of the estimate of the shared parameters (its flights are fitted all the same).
+    ``noise`` of the frames: by default what no law of flight can touch, from the flights' own residuals.
     """
     names = [*model.free, *ORIGIN, *LENS_TERMS]
-    rho = 0.0 if correlation is None else correlation
+    places = run_places([run.data for run in runs])
+    frames = PLAIN if noise is None else noise
     evidence: list[Evidence] = []
     fits: list[FlightFits] = []
     for step in range(rounds + 1):
@@ -122,31 +232,32 @@ def fit(
         fits = _in_threads(
             fit_flights,
             [
-                (run.data, run.flights, model.of_run(i, len(runs)), model.shared(), fits[i] if fits else None)
+                (run.data, run.flights, model.of_run(places[i]), model.shared(), fits[i] if fits else None)
                 for i, run in enumerate(runs)
             ],
         )
         usual = _usual(fits)
         columns = ALL if last and every_column else columns_of([n for n in names if n in SHARED])
-        evidence = _in_threads(gather, [(f, columns, FlightNoise(rho), usual) for f in fits])
-        if correlation is None:
-            rho = _correlation(evidence) if step >= 1 else 0.0
-        kept = [e for i, e in enumerate(_with_drift(evidence, model, len(runs))) if i != skip]
-        estimate, covariance, explained = solve_named(kept, names)
+        if noise is None and step == 1:
+            frames = noise_of(fits)
+        evidence = _in_threads(gather, [(f, columns, frames, usual) for f in fits])
+        estimate, covariance, explained = solve_named(
+            _with_drift(evidence, model, places), names, runs[0].data.contact_radius_m
+        )
         if last:
             break
-        model = _moved(model, names, estimate)
+        model = moved(model, names, estimate)
     # What the nuisances (lens residual, origin) still explain is no misfit.
     misfit = sum(e.misfit for e in evidence) - explained
     return FlightFit(
         model,
         tuple(fits),
-        tuple(_with_drift(evidence, model, len(runs))),
+        tuple(_with_drift(evidence, model, places)),
         covariance,
         tuple(names),
         misfit,
         sum(e.count for e in evidence),
-        rho,
+        frames,
     )
 
 
@@ -161,13 +272,8 @@ def _usual(fits: Sequence[FlightFits]) -> float:
     return float(np.median(ratio)) if len(ratio) else 1.0
 
 
-def _correlation(evidence: Sequence[Evidence]) -> float:
-    """AR(1) coefficient of the frames' errors; the fit of six unknowns per flight takes a little of it away."""
-    lag = float(np.median([e.lag_one for e in evidence])) + 0.03
-    return float(np.clip(lag, 0.0, 0.8)) if lag > 0.12 else 0.0
-
-
-def _moved(model: FlightModel, names: Sequence[str], step: Array) -> FlightModel:
+def moved(model: FlightModel, names: Sequence[str], step: Array) -> FlightModel:
+    """``model`` after a ``step`` (P,) in the columns ``names``; steps too long for a linearisation are shortened."""
     p, origin, drift = model.parameters.copy(), model.origin_m.copy(), model.drift_per_run
     for name, value in zip(names, step, strict=True):
         if name in INDEX:
@@ -185,23 +291,26 @@ def _moved(model: FlightModel, names: Sequence[str], step: Array) -> FlightModel
 DRIFT_RUN = len(SHARED)
 
 
-def _with_drift(evidence: Sequence[Evidence], model: FlightModel, runs: int) -> list[Evidence]:
-    """Evidence with one more column, friction changing from run to run: a multiple of the run's own friction column."""
+def _with_drift(evidence: Sequence[Evidence], model: FlightModel, places: Sequence[RunPlace]) -> list[Evidence]:
+    """Evidence with one more column, friction changing from run to run: a multiple of the run's own friction column;
+    and the drift within a run counted from its start.
+    """
     out = []
     friction = model.parameters[INDEX["friction"]]
-    for i, e in enumerate(evidence):
+    for place, e in zip(places, evidence, strict=True):
         if INDEX["friction"] not in e.columns:
             out.append(e)
             continue
         at = e.columns.index(INDEX["friction"])
-        factor = friction * (i - 0.5 * (runs - 1))
-        row = e.information[at] * factor
-        information = np.block([[e.information, row[:, None]], [row[None, :], np.array([[row[at] * factor]])]])
+        turn = np.vstack([np.eye(len(e.columns)), np.zeros(len(e.columns))]).T
+        turn[at, -1] = friction * place.number
+        if INDEX["drift"] in e.columns:
+            turn[at, e.columns.index(INDEX["drift"])] = friction * place.later_s
         out.append(
             Evidence(
                 (*e.columns, DRIFT_RUN),
-                information,
-                np.append(e.score, e.score[at] * factor),
+                turn.T @ e.information @ turn,
+                turn.T @ e.score,
                 e.misfit,
                 e.count,
                 e.flights,
@@ -223,65 +332,68 @@ def information_of(evidence: Evidence, names: Sequence[str]) -> Array | None:
     return evidence.take(at)[0] if set(at) <= set(evidence.columns) else None
 
 
-def prior_of(names: Sequence[str]) -> Array:
+def prior_of(names: Sequence[str], contact_radius_m: float) -> Array:
     """Prior weights (1/sd^2) of named columns: lens terms and origins are known beforehand, causes are not."""
-    return np.array(
-        [1 / LENS_SD_M**2 if n.startswith("lens_") else (1 / ORIGIN_SD_M**2 if n in ORIGIN else 0.0) for n in names]
-    )
+    lens, origin = ((share * contact_radius_m) ** -2 for share in (LENS_SD_SHARE, ORIGIN_SD_SHARE))
+    return np.array([lens if n.startswith("lens_") else (origin if n in ORIGIN else 0.0) for n in names])
 
 
-def solve_named(evidence: Sequence[Evidence], names: Sequence[str]) -> tuple[Array, Array, float]:
+def solve_named(
+    evidence: Sequence[Evidence], names: Sequence[str], contact_radius_m: float
+) -> tuple[Array, Array, float]:
     """:func:`analysis.flights.evidence.solve` for named columns."""
-    return solve(evidence, _indices(names), prior_of(names))
+    return solve(evidence, _indices(names), prior_of(names, contact_radius_m))
 
 
-def gain_of(base: FlightFit, term: FlightTerm) -> Gain:
-    """Gain of one term on top of a fit, linearised there; cross-validated leaving out one run at a time."""
-    without = list(base.columns)
-    columns = [c for c in term.columns if c not in without]
-    names = [*without, *columns]
-    evidence = base.evidence
-    if not columns or any(i not in evidence[0].columns for i in _indices(names)):
-        return Gain(term, 0.0, 0.0, np.zeros(len(columns)), np.full(len(columns), np.inf), 0.0, 0.0, 0.0)
-    (_d0, _, g0), (d1, c1, g1) = solve_named(evidence, without), solve_named(evidence, names)
-    estimate, sd = d1[len(without) :], np.sqrt(np.diag(c1))[len(without) :]
-    runs = len(evidence)
-    per_run, estimates = np.zeros(runs), np.zeros((runs, len(columns)))
-    for i in range(runs):
-        rest = [e for j, e in enumerate(evidence) if j != i]
-        # A single recording has nothing to hold out: its own fit stands in, and the caller says so.
-        rest = rest or list(evidence)
-        a, b = solve_named(rest, without)[0], solve_named(rest, names)[0]
-        per_run[i] = _loss(evidence[i], without, a) - _loss(evidence[i], names, b)
-        estimates[i] = b[len(without) :]
+def value_of(model: FlightModel, column: str) -> float:
+    """Where a shared column stands in a model; 0 for the lens residual, which is never moved."""
+    if column == "drift_run":
+        return model.drift_per_run
+    if column in ORIGIN:
+        return float(model.origin_m[ORIGIN.index(column)])
+    return float(model.parameters[INDEX[column]]) if column in INDEX else 0.0
+
+
+def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
+    """What a term adds to the rest of a fit, whether the fit holds it or not; linearised there, each run held out.
+
+    Without the term its columns stand at zero, not where the fit has moved them."""
+    forms = base.forms
+    columns = [c for c in term.columns if c in forms.names]
+    # A column that no flight feels (drift of a friction that is nil) says nothing.
+    columns = [c for c in columns if forms.total[forms.at([c])[0], forms.at([c])[0]] > 0]
+    others = [c for c in base.columns if c not in term.columns]
+    none = np.zeros(len(columns))
+    if not columns:
+        return Gain(term, 0.0, 0.0, none, np.full(len(term.columns), np.inf), 0.0, 0.0, 0.0)
+    value = np.array([value_of(base.model, c) for c in columns])
+    with_term, without = forms.solved([*others, *columns]), forms.solved(others, columns, -value)
+    estimate = value + with_term.step[len(others) :]
+    sd = np.sqrt(np.diag(with_term.covariance))[len(others) :]
+    per_run = without.held_out - with_term.held_out
+    estimates = value + with_term.left_out[:, len(others) :]
+    runs = len(per_run)
     if runs > 2:
         centred = estimates - estimates.mean(0)
         covariance = (runs - 1) / runs * centred.T @ centred + np.diag(0.25 * sd**2)
         significance = float(np.sqrt(max(float(estimate @ np.linalg.pinv(covariance, hermitian=True) @ estimate), 0.0)))
     else:
-        significance = float(
-            np.sqrt(np.nansum((estimate / np.where(sd > 0, sd, np.nan)) ** 2))
-        )  # no sd: no information
-    scale = [s for c, s in zip(term.columns, term.scale, strict=True) if c in columns]
-    acceleration = float(np.sqrt(np.sum((estimate * np.array(scale)) ** 2)))
+        # A column without sd has no information.
+        significance = float(np.sqrt(np.nansum((estimate / np.where(sd > 0, sd, np.nan)) ** 2)))
+    size = float(np.sqrt(np.sum((estimate * np.array([units.of(c) for c in columns])) ** 2)))
     return Gain(
         term,
-        g1 - g0,
+        without.cost - with_term.cost,
         float(per_run.sum()),
         estimate,
         sd,
         significance,
         float(np.mean(per_run > 0)),
-        acceleration,
+        size,
         per_run,
     )
 
 
-def _loss(evidence: Evidence, names: Sequence[str], d: Array) -> float:
-    information, score = evidence.take(_indices(names))
-    return float(d @ information @ d - 2 * d @ score)
-
-
-def gains(base: FlightFit, terms: Sequence[FlightTerm]) -> list[Gain]:
+def gains(base: FlightFit, terms: Sequence[FlightTerm], units: Units) -> list[Gain]:
     """Gains of the given effects or probes, largest first."""
-    return sorted((gain_of(base, t) for t in terms), key=lambda g: -g.gain)
+    return sorted((gain_of(base, t, units) for t in terms), key=lambda g: -g.gain)

@@ -1,6 +1,4 @@
-"""The flights' step: nominal fit, missing friction, then terms by forward selection on held-out runs; probes for what
-is left.
-"""
+"""The flights' step: nominal fit, missing friction, then the set of terms that held-out runs ask for, named or not."""
 
 from __future__ import annotations
 
@@ -12,37 +10,44 @@ from numpy.typing import NDArray
 
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
+from analysis.flights.runs import Run
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
     FlightModel,
     Gain,
+    Units,
     fit,
+    gain_of,
     gains,
     nominal_model,
-    solve_named,
+    rig_units,
 )
-from analysis.gap.selection.flight_terms import NEGLIGIBLE_M_PER_S2, terms
-from analysis.gap.selection.null_distribution import flight_null_distribution, threshold
+from analysis.gap.selection.flight_terms import EFFECT_TERMS, FlightTerm, terms
+from analysis.gap.selection.left_in_flights import left_in_flights
+from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, flight_null_distribution, threshold
 from analysis.gap.series import Series
-from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, LEFT_OVER, OVERRIDES, SIGNIFICANCE
+from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNIFICANCE
 
 Array = NDArray[np.float64]
-# A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05).
-USUAL_MISFIT = 4.0
-# A probe may gain this many times what chance does and differ between runs, because it only resembles the cause (a
-# patch of the floor).
-OVERWHELMING, SIGNIFICANCE_OF_SHAPE = 10.0, 3.0
+# A probe is taken in place of a name where it explains this many times more.
+PROBE_SHARE = 1.15
+# Terms added at the most; each is a refit of all flights.
+MOST_TERMS = 8
+# A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05); where the cameras show
+# none, noise and placement left 1.13 at most in 30 series.
+USUAL_MISFIT_UNDER_LENS, USUAL_MISFIT = 4.0, 1.5
+FELT_IN_FLIGHT = ("camera_clock_offset", "mass_centre_offset", "trigger_jitter")
 
 
-def _accepted(gain: Gain, least: float) -> bool:
+def _accepted(gain: Gain, least: float, units: Units) -> bool:
     """``least``: held-out gain that chance does not reach."""
     return (
         gain.gain > GAIN
         and gain.held_out > least
         and gain.significance > SIGNIFICANCE
         and gain.improved >= IMPROVED
-        and gain.acceleration_m_per_s2 > NEGLIGIBLE_M_PER_S2
+        and gain.acceleration_m_per_s2 > units.negligible_m_per_s2
     )
 
 
@@ -51,7 +56,10 @@ class FlightSteps:
     """Recalibrated and final fit, what was accepted, gains of the named effects before any was added, probes
     after;
     ``null_distribution`` the best held-out gain in each of the series without effect that were drawn; ``left`` the
-    gains of the named effects on the final fit."""
+    gains of the named effects on the final fit, ``kept`` those of what it holds, ``units`` the rig's scale of
+    accelerations;
+    ``named`` the final fit without the probes, which the named effects alone give; ``left_p`` how often chance makes
+    what is left look as it does."""
 
     nominal: FlightFit
     fitted: FlightFit
@@ -61,6 +69,10 @@ class FlightSteps:
     structure: tuple[Structure, ...]
     null_distribution: Array
     left: tuple[Gain, ...]
+    units: Units
+    kept: tuple[Gain, ...]
+    named: FlightFit
+    left_p: float
 
 
 def select_flight_effects(
@@ -70,12 +82,75 @@ def select_flight_effects(
     lens_residual_found: bool,
     rng: np.random.Generator,
 ) -> FlightSteps:
-    """Nominal fit, then friction and its coupling if they are missing, then the terms by forward selection (two at
-    most).
-    """
+    """Nominal fit, then the set of terms, named or not, that these flights ask for: each addition is refitted, and what
+    it makes needless is taken out again.
+
+    Probes that explain more than any name stay in the model as structure, so that a cause which nobody listed neither
+    hides a listed one nor is hidden by it."""
     runs = series.runs
-    base = nominal = fit(runs, nominal_model(effects))
-    causes: list[Cause] = []
+    nominal = fit(runs, nominal_model(effects))
+    base, causes = _missing_friction(runs, nominal, effects, withheld)
+    units = rig_units(base)
+    named_terms, probe_terms = terms(withheld)
+    known = {c for e in EFFECT_TERMS if e.name in effects for c in e.columns}
+    named_terms = tuple(t for t in named_terms if not known & set(t.columns))
+    null_distribution = flight_null_distribution(base, (*named_terms, *probe_terms), rng)
+    least = threshold(null_distribution, GAIN / 2)
+    first = every = gains(base, named_terms, units)
+    probes = gains(base, probe_terms, units)
+    chosen: list[FlightTerm] = []
+    rivals: dict[str, tuple[str, ...]] = {}
+    seen = {frozenset[str]()}
+    for _ in range(MOST_TERMS):
+        best = _next_term(every, probes, chosen, least, units)
+        if best is None:
+            break
+        trial = [*chosen, best.term]
+        fitted = _fitted(runs, base, chosen, trial)
+        while (needless := _needless(fitted, trial, best.term, least, units)) is not None:
+            kept = [t for t in trial if t is not needless]
+            fitted, trial = _fitted(runs, fitted, trial, kept), kept
+        names = frozenset(t.name for t in trial)
+        if names in seen:
+            break
+        seen.add(names)
+        if best.term.named:
+            rivals[best.term.name] = _rivals(best, every)
+        base, chosen = fitted, trial
+        every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
+    last = {g.term.name: g for g in (*every, *probes)}
+    causes += [
+        replace(_term_cause(last[t.name], base, series, units), rivals=rivals.get(t.name, ()))
+        for t in chosen
+        if t.named
+    ]
+    structure = [_structure(last[t.name], null_distribution, units) for t in chosen if not t.named]
+    strongest = max((c.strength for c in causes), default=0.0) * units.negligible_m_per_s2
+    left, left_p = left_in_flights(runs, base, units, rng, strongest)
+    if left is not None and not structure:
+        structure = [left]
+    by_name = _fitted(runs, base, chosen, [t for t in chosen if t.named]) if structure and chosen else base
+    return FlightSteps(
+        nominal,
+        base,
+        tuple(causes),
+        tuple(first),
+        tuple(probes),
+        tuple(structure),
+        null_distribution,
+        tuple(g for g in every if g.term not in chosen),
+        units,
+        tuple(last[t.name] for t in chosen),
+        by_name,
+        min([left_p, *(s.p for s in structure)]),
+    )
+
+
+def _missing_friction(
+    runs: Sequence[Run], nominal: FlightFit, effects: Sequence[str], withheld: frozenset[str]
+) -> tuple[FlightFit, list[Cause]]:
+    """Floor friction, or its spin coupling, where the nominal model lacks it and the flights need it."""
+    base, causes = nominal, []
     for name, missing in (
         ("floor_friction", "floor_friction" not in effects and "spin_coupling" not in effects),
         ("spin_coupling", "floor_friction" in effects and "spin_coupling" not in effects),
@@ -90,38 +165,52 @@ def select_flight_effects(
         )
         friction = trial.model.parameters[INDEX["friction"]]
         # Whitened alike and per number: a better model whitens less and keeps flights that the other had to leave out.
-        before = fit(runs, base.model, rounds=0, correlation=trial.correlation)
+        before = fit(runs, base.model, rounds=0, noise=trial.noise)
         gain = (before.misfit / max(before.count, 1) - trial.misfit / max(trial.count, 1)) * min(
             before.count, trial.count
         )
-        if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * NEGLIGIBLE_M_PER_S2:
-            causes.append(_friction_cause(name, trial, gain))
+        units = rig_units(trial)
+        if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * units.negligible_m_per_s2:
+            causes.append(_friction_cause(name, trial, gain, units))
             base = trial
-    named_terms, probe_terms = terms(withheld)
-    null_distribution = flight_null_distribution(base, (*named_terms, *probe_terms), rng)
-    least = threshold(null_distribution, GAIN / 2)
-    every = gains(base, named_terms)
-    first = every
-    probes = gains(base, probe_terms)
-    for _ in range(2):
-        candidates = [g for g in (_measure_load(g, base, series) for g in every) if _accepted(g, least)]
-        if not candidates or (causes and len(causes) >= 2):
-            break
-        best = max(candidates, key=lambda g: g.held_out)
-        rivals = [p for p in (_measure_load(p, base, series) for p in probes) if _accepted(p, least)]
-        if rivals and max(p.held_out for p in rivals) > 1.15 * best.held_out + OVERRIDES:
-            break
-        trial = fit(runs, _with_free(base.model, best.term.columns))
-        causes.append(replace(_term_cause(best, trial, series), rivals=_rivals(best, every)))
-        base = trial
-        every, probes = gains(base, named_terms), gains(base, probe_terms)
-    probes = [_measure_load(p, base, series) for p in probes]
-    structure = _flight_structure(probes, causes, least)
-    if not structure and not causes and not lens_residual_found:
-        structure = _overwhelming(probes, least)
-    return FlightSteps(
-        nominal, base, tuple(causes), tuple(first), tuple(probes), tuple(structure), null_distribution, tuple(every)
+    return base, causes
+
+
+def _next_term(
+    every: Sequence[Gain], probes: Sequence[Gain], chosen: Sequence[FlightTerm], least: float, units: Units
+) -> Gain | None:
+    """The accepted term that held-out runs ask for most; a probe only where it explains clearly more than any name."""
+    open_ = [[g for g in group if g.term not in chosen and _accepted(g, least, units)] for group in (every, probes)]
+    name, probe = (max(group, key=lambda g: g.held_out, default=None) for group in open_)
+    if name is None or (probe is not None and probe.held_out > PROBE_SHARE * name.held_out + OVERRIDES):
+        return probe
+    return name
+
+
+def _needless(
+    fitted: FlightFit, chosen: Sequence[FlightTerm], newest: FlightTerm, least: float, units: Units
+) -> FlightTerm | None:
+    """The chosen term that is no longer accepted beside the others, the weakest first; the newest stays."""
+    lost = [g for g in (gain_of(fitted, t, units) for t in chosen if t is not newest) if not _accepted(g, least, units)]
+    return min(lost, key=lambda g: g.held_out).term if lost else None
+
+
+def _fitted(
+    runs: Sequence[Run], base: FlightFit, before: Sequence[FlightTerm], after: Sequence[FlightTerm]
+) -> FlightFit:
+    """``base``, which holds the terms ``before``, refitted with those of ``after``."""
+    held = {c for t in after for c in t.columns}
+    dropped = {c for t in before for c in t.columns} - held
+    parameters = base.model.parameters.copy()
+    for column in dropped & set(INDEX):
+        parameters[INDEX[column]] = 0.0
+    model = replace(
+        base.model,
+        parameters=parameters,
+        drift_per_run=0.0 if "drift_run" in dropped else base.model.drift_per_run,
+        free=tuple(n for n in base.model.free if n not in dropped),
     )
+    return fit(runs, _with_free(model, [c for t in after for c in t.columns]))
 
 
 def _rivals(best: Gain, candidates: Sequence[Gain]) -> tuple[str, ...]:
@@ -135,15 +224,6 @@ def _with_free(model: FlightModel, names: Sequence[str]) -> FlightModel:
     return replace(model, free=tuple(dict.fromkeys((*model.free, *names))))
 
 
-def _measure_load(gain: Gain, base: FlightFit, series: Series) -> Gain:
-    """The load's term counts by the acceleration that the Host's measured z'' makes it give."""
-    if gain.term.columns != ("load",) or not len(gain.estimate):
-        return gain
-    friction = base.model.parameters[INDEX["friction"]]
-    rms = np.sqrt(np.mean([np.mean(r.data.host.at(r.data.time_s, 2)[:, 2] ** 2) for r in series.runs]))
-    return replace(gain, acceleration_m_per_s2=float(abs(gain.estimate[0]) * friction * rms))
-
-
 def _sd(fit_: FlightFit, name: str) -> float:
     """Standard deviation of a shared parameter: the larger of the fit's own and the jackknife over runs (lens and model
     errors scatter there).
@@ -153,13 +233,11 @@ def _sd(fit_: FlightFit, name: str) -> float:
     runs = len(fit_.evidence)
     if runs < 4:
         return own
-    left_out = np.array(
-        [solve_named([e for j, e in enumerate(fit_.evidence) if j != i], fit_.columns)[0][at] for i in range(runs)]
-    )
+    left_out = fit_.forms.solved(fit_.columns).left_out[:, at]
     return max(own, float(np.sqrt((runs - 1) / runs * np.sum((left_out - left_out.mean()) ** 2))))
 
 
-def _friction_cause(name: str, trial: FlightFit, gain: float) -> Cause:
+def _friction_cause(name: str, trial: FlightFit, gain: float, units: Units) -> Cause:
     friction = float(trial.model.parameters[INDEX["friction"]])
     parameters = (
         {"coefficient": (friction, _sd(trial, "friction"))}
@@ -171,10 +249,10 @@ def _friction_cause(name: str, trial: FlightFit, gain: float) -> Cause:
         * GRAVITY_M_PER_S2
         * (1.0 if name == "floor_friction" else 0.3 * abs(float(trial.model.parameters[INDEX["coupling"]])))
     )
-    return Cause(name, "flight", parameters, size / NEGLIGIBLE_M_PER_S2, gain, "x", "free flight")
+    return Cause(name, "flight", parameters, size / units.negligible_m_per_s2, gain, "x", "free flight")
 
 
-def _term_cause(gain: Gain, trial: FlightFit, series: Series) -> Cause:
+def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> Cause:
     p, name = trial.model.parameters, gain.term.name
     if name == "table_tilt":
         ax, ay = p[INDEX["tilt_x"]], p[INDEX["tilt_y"]]
@@ -203,10 +281,11 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series) -> Cause:
         )
         parameters = {"amplitude_m": (float(amplitude.mean()), float(sd))}
     elif name == "friction_drift":
-        # Fitted about the middle run, told about the first, as the simulator has it.
+        # Fitted about the middle of the runs, told about their start and the first of them, as the simulator has it.
         share = 1 - 0.5 * (len(series.runs) - 1) * trial.model.drift_per_run
+        drift, middle_s = float(p[INDEX["drift"]]), -float(np.mean([r.data.time_s[0] for r in series.runs]))
         parameters = {
-            "relative_per_s": (float(p[INDEX["drift"]]), _sd(trial, "drift")),
+            "relative_per_s": (drift / (1 - drift * middle_s), _sd(trial, "drift") / (1 - drift * middle_s) ** 2),
             "relative_per_run": (float(trial.model.drift_per_run / share), _sd(trial, "drift_run") / share**2),
         }
     else:
@@ -216,7 +295,7 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series) -> Cause:
         name,
         "flight",
         parameters,
-        gain.acceleration_m_per_s2 / NEGLIGIBLE_M_PER_S2,
+        gain.acceleration_m_per_s2 / units.negligible_m_per_s2,
         gain.gain,
         _main_coordinate(gain),
         "free flight",
@@ -229,46 +308,33 @@ def _main_coordinate(gain: Gain) -> str:
     return "x"
 
 
-def _flight_structure(probes: Sequence[Gain], causes: Sequence[Cause], least: float) -> list[Structure]:
-    strongest = max((c.strength for c in causes), default=0.0)
-    out = []
-    for probe in probes:
-        strength = probe.acceleration_m_per_s2 / NEGLIGIBLE_M_PER_S2
-        if _accepted(probe, least) and strength > LEFT_OVER * strongest:
-            coordinate = "angle" if probe.term.columns[0] in ("spin_decay", "spin_drive") else "x"
-            out.append(Structure("flight", "free flight", coordinate, probe.term.name, strength, probe.gain))
-    return out
+def _structure(probe: Gain, null_distribution: Array, units: Units) -> Structure:
+    coordinate = "angle" if probe.term.columns[0] in ("spin_decay", "spin_drive") else "x"
+    size = probe.acceleration_m_per_s2
+    return Structure(
+        "flight",
+        "free flight",
+        coordinate,
+        probe.term.name,
+        size / units.negligible_m_per_s2,
+        probe.gain,
+        size,
+        "m/s^2",
+        by_chance(null_distribution, probe.held_out),
+    )
 
 
-def _overwhelming(probes: Sequence[Gain], least: float) -> list[Structure]:
-    """The best probe where chance and lens cannot have made it, though it holds unevenly: what it stands for is another
-    shape of structure.
+def unexplained_misfit(
+    flight: FlightFit, found: Sequence[Structure], causes: Sequence[Cause], lens_residual_found: bool
+) -> list[Structure]:
+    """Misfit of the flights beyond the noise, where no probe explains it; nothing beside a late clock or an eccentric
+    mass, which the flights feel and their law does not hold.
     """
-    best = max(probes, key=lambda g: g.held_out, default=None)
-    if (
-        best is None
-        or best.held_out < OVERWHELMING * least
-        or best.significance < SIGNIFICANCE_OF_SHAPE
-        or best.improved < IMPROVED
-        or best.acceleration_m_per_s2 < NEGLIGIBLE_M_PER_S2
-    ):
+    if any(c.effect in FELT_IN_FLIGHT for c in causes):
         return []
-    return [
-        Structure(
-            "flight",
-            "free flight",
-            "x",
-            f"something like {best.term.name}",
-            best.acceleration_m_per_s2 / NEGLIGIBLE_M_PER_S2,
-            best.gain,
-        )
-    ]
-
-
-def unexplained_misfit(flight: FlightFit, found: Sequence[Structure]) -> list[Structure]:
-    """Misfit of the flights beyond the noise, where no probe explains it."""
     excess = flight.misfit / max(flight.count, 1)
-    if excess < USUAL_MISFIT or any(s.stage in ("flight", "measurement") for s in found):
+    usual = USUAL_MISFIT_UNDER_LENS if lens_residual_found else USUAL_MISFIT
+    if excess < usual or any(s.stage in ("flight", "measurement") for s in found):
         return []
     return [
         Structure(
@@ -276,7 +342,10 @@ def unexplained_misfit(flight: FlightFit, found: Sequence[Structure]) -> list[St
             "free flight",
             "x",
             "none of the probes tested (misfit of the flights)",
-            excess / USUAL_MISFIT,
+            excess / usual,
             0.0,
+            excess,
+            "times the noise's variance",
+            chance_of_misfit(flight.misfit, flight.count),
         )
     ]

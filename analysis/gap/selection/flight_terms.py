@@ -1,9 +1,4 @@
-"""What a flight may contain beyond the nominal model: named effects, and probes for what nobody named.
-
-``scale`` turns a parameter into the acceleration (m/s^2) that it typically makes on this rig (speed 1.2 m/s, distance
-25 mm, spin 80 rad/s, friction 2.5 m/s^2), so that "negligible" means one thing for all: less than a part in a few
-hundred of the floor friction.
-"""
+"""What a flight may contain beyond the nominal model: named effects, and probes for what nobody named."""
 
 from __future__ import annotations
 
@@ -12,65 +7,43 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FlightTerm:
-    """``columns`` of the evidence that belong together, and the typical acceleration (m/s^2) of a unit of each."""
+    """``columns`` of the evidence that belong together; ``named``: an effect of the library, no probe."""
 
     name: str
     columns: tuple[str, ...]
-    scale: tuple[float, ...]
-    named: bool
+    named: bool = False
 
-
-FRICTION_M_PER_S2 = 2.5
 
 EFFECT_TERMS = (
-    FlightTerm("viscous_drag", ("viscous",), (1.2,), True),
-    FlightTerm("air_drag", ("air",), (1.8,), True),
-    FlightTerm("table_tilt", ("tilt_x", "tilt_y"), (1.0, 1.0), True),
-    FlightTerm("vertical_motion", ("load",), (0.0,), True),
-    FlightTerm("friction_drift", ("drift", "drift_run"), (0.25 * FRICTION_M_PER_S2, 4 * FRICTION_M_PER_S2), True),
+    FlightTerm("viscous_drag", ("viscous",), True),
+    FlightTerm("air_drag", ("air",), True),
+    FlightTerm("table_tilt", ("tilt_x", "tilt_y"), True),
+    FlightTerm("vertical_motion", ("load",), True),
+    FlightTerm("friction_drift", ("drift", "drift_run"), True),
 )
 
 PROBE_TERMS = (
-    FlightTerm("pull towards the Host's centre", ("centre_host",), (0.025,), False),
-    FlightTerm("pull towards the room's origin", ("centre_room",), (0.025,), False),
-    FlightTerm("pull growing with the cube of the radius", ("radial_cubic",), (0.012,), False),
-    FlightTerm("pull of constant strength towards the centre", ("radial_unit",), (1.0,), False),
-    FlightTerm("pull near the wall", ("wall_pull",), (0.2,), False),
-    FlightTerm("swirl about the Host's centre", ("curl_host",), (0.025,), False),
-    FlightTerm("saddle-shaped force in the Host", ("saddle_host", "skew_host"), (0.025, 0.025), False),
-    FlightTerm("saddle-shaped force in the room", ("saddle_room", "skew_room"), (0.025, 0.025), False),
-    FlightTerm("force across the path with the spin (omega x v)", ("magnus",), (96.0,), False),
-    FlightTerm("force across the path", ("gyro",), (1.2,), False),
-    FlightTerm("decay of the spin", ("spin_decay",), (0.4,), False),
-    FlightTerm("constant torque", ("spin_drive",), (0.005,), False),
-    FlightTerm("friction that follows the radius", ("friction_radius",), (0.6 * FRICTION_M_PER_S2,), False),
-    FlightTerm(
-        "friction that follows the place in the Host",
-        ("friction_x", "friction_y"),
-        (0.45 * FRICTION_M_PER_S2,) * 2,
-        False,
-    ),
-    FlightTerm("friction that follows the place in the room", ("friction_room_x",), (0.45 * FRICTION_M_PER_S2,), False),
-    FlightTerm("friction that follows the sliding speed", ("friction_speed",), (1.2 * FRICTION_M_PER_S2,), False),
-    FlightTerm(
-        "friction that follows the direction of sliding",
-        ("friction_axis", "friction_skew"),
-        (FRICTION_M_PER_S2,) * 2,
-        False,
-    ),
-    FlightTerm(
-        "friction that follows the drive's phase",
-        ("friction_cos", "friction_sin"),
-        (0.7 * FRICTION_M_PER_S2,) * 2,
-        False,
-    ),
-    FlightTerm(
-        "friction that follows the time since the impact before", ("friction_since",), (0.4 * FRICTION_M_PER_S2,), False
-    ),
-    FlightTerm("drag against the Host", ("host_drag",), (1.2,), False),
-    FlightTerm(
-        "force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y"), (0.7,) * 4, False
-    ),
+    FlightTerm("pull towards the Host's centre", ("centre_host",)),
+    FlightTerm("pull towards the room's origin", ("centre_room",)),
+    FlightTerm("pull growing with the cube of the radius", ("radial_cubic",)),
+    FlightTerm("pull of constant strength towards the centre", ("radial_unit",)),
+    FlightTerm("pull near the wall", ("wall_pull",)),
+    FlightTerm("swirl about the Host's centre", ("curl_host",)),
+    FlightTerm("saddle-shaped force in the Host", ("saddle_host", "skew_host")),
+    FlightTerm("saddle-shaped force in the room", ("saddle_room", "skew_room")),
+    FlightTerm("force across the path with the spin (omega x v)", ("magnus",)),
+    FlightTerm("force across the path", ("gyro",)),
+    FlightTerm("decay of the spin", ("spin_decay",)),
+    FlightTerm("constant torque", ("spin_drive",)),
+    FlightTerm("friction that follows the radius", ("friction_radius",)),
+    FlightTerm("friction that follows the place in the Host", ("friction_x", "friction_y")),
+    FlightTerm("friction that follows the place in the room", ("friction_room_x",)),
+    FlightTerm("friction that follows the sliding speed", ("friction_speed",)),
+    FlightTerm("friction that follows the direction of sliding", ("friction_axis", "friction_skew")),
+    FlightTerm("friction that follows the drive's phase", ("friction_cos", "friction_sin")),
+    FlightTerm("friction that follows the time since the impact before", ("friction_since",)),
+    FlightTerm("drag against the Host", ("host_drag",)),
+    FlightTerm("force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y")),
 )
 
 # What the generic probes call an effect's columns when its name is withheld from the library (GAP.md, withheld check
@@ -87,11 +60,10 @@ WITHHELD_NAMES = {
 def terms(withheld: frozenset[str]) -> tuple[tuple[FlightTerm, ...], tuple[FlightTerm, ...]]:
     """Named effects and probes; a withheld effect's columns stay as a probe without its name."""
     named = tuple(t for t in EFFECT_TERMS if t.name not in withheld)
-    lost = tuple(
-        FlightTerm(WITHHELD_NAMES[t.name], t.columns, t.scale, False) for t in EFFECT_TERMS if t.name in withheld
-    )
+    lost = tuple(FlightTerm(WITHHELD_NAMES[t.name], t.columns) for t in EFFECT_TERMS if t.name in withheld)
     return named, PROBE_TERMS + lost
 
 
-#: accelerations below this are neither named nor called structure (m/s^2)
-NEGLIGIBLE_M_PER_S2 = 0.02
+#: Accelerations below this share of v^2/R_c (v: the disk's RMS speed against the Host, R_c: contact radius) are neither
+#: named nor called structure: they bend a crossing of the ring by 0.015 % of R_c.
+NEGLIGIBLE_BEND = 3e-4

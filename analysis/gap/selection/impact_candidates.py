@@ -42,7 +42,7 @@ NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "distance
 @dataclass(frozen=True, eq=False)
 class ImpactGain:
     """What one term explains: fall of -2 log L, the rms of what it adds (units of the residual), coefficients and
-    sd.
+    sd; ``columns`` (K, .) of a term of the restitution.
     """
 
     name: str
@@ -53,6 +53,7 @@ class ImpactGain:
     sd: Array
     named: bool
     significance: float = 0.0
+    columns: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,37 +230,55 @@ def speed_scale_sd(data: LawData, scale: float) -> float:
     return float(scale * np.sqrt(2 / curvature)) if curvature > 1e-9 else scale
 
 
-def restitution_gains(data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset()) -> list[ImpactGain]:
-    """Named effects and probes in the restitution, on top of a model with the effects ``base``; ``withheld`` ones are
-    probes.
+def restitution_gains(
+    data: LawData, base: Sequence[str], withheld: frozenset[str] = frozenset(), beside: Array | None = None
+) -> list[ImpactGain]:
+    """Named effects and probes in the restitution, on top of a model with the effects ``base`` and the columns
+    ``beside`` (K, .); ``withheld`` ones are probes.
     """
-    design = restitution_design(data, base)
+    design = _beside(restitution_design(data, base), beside)
     _, _, _, value = fit_restitution(data, design)
-    k = design.shape[1]
     out = []
     groups = [(name, columns, named, 0.0) for name, columns, named in restitution_groups(data, base, withheld)]
     spot = best_spot(data, design, value)
     if spot is not None:
         groups.append((f"a place on the wall at azimuth {spot[0]:.1f} rad", spot[1][:, None], False, SPOTS_BY_CHANCE))
     for name, columns, named, penalty in groups:
-        c, covariance, _, new = fit_restitution(data, np.column_stack([design, columns]))
-        sd = np.sqrt(np.diag(covariance))[k:]
-        significance = float(
-            np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0))
-        )
-        out.append(
-            ImpactGain(
-                name,
-                "restitution",
-                value - new - penalty,
-                float(np.std(columns @ c[k:])),
-                c[k:],
-                sd,
-                named,
-                significance,
-            )
-        )
+        out.append(_restitution_gain(data, design, value, columns, name=name, named=named, penalty=penalty))
     return sorted(out, key=lambda g: -g.gain)
+
+
+def _beside(design: Array, beside: Array | None) -> Array:
+    return design if beside is None else np.column_stack([design, beside])
+
+
+def _restitution_gain(
+    data: LawData, design: Array, value: float, columns: Array, *, name: str, named: bool, penalty: float = 0.0
+) -> ImpactGain:
+    """What ``columns`` (K, .) gain on top of ``design``, at which -2 log L is ``value``."""
+    k = design.shape[1]
+    c, covariance, _, new = fit_restitution(data, np.column_stack([design, columns]))
+    significance = float(np.sqrt(max(float(c[k:] @ np.linalg.pinv(covariance[k:, k:], hermitian=True) @ c[k:]), 0.0)))
+    return ImpactGain(
+        name,
+        "restitution",
+        value - new - penalty,
+        float(np.std(columns @ c[k:])),
+        c[k:],
+        np.sqrt(np.diag(covariance))[k:],
+        named,
+        significance,
+        columns,
+    )
+
+
+def kept_gain(data: LawData, names: Sequence[str], name: str, beside: Array | None) -> ImpactGain:
+    """What an effect that the model ``names`` holds gains over the model without it."""
+    others = [n for n in names if n != name]
+    design = _beside(restitution_design(data, others), beside)
+    scale = best_speed_scale(data) if name == "speed_dependent_restitution" else 1.0
+    columns = restitution_columns(data.before, data.azimuth_rad, [name], scale)[:, 1:]
+    return _restitution_gain(data, design, fit_restitution(data, design)[3], columns, name=name, named=True)
 
 
 def restitution_groups(

@@ -15,7 +15,13 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, fit_impacts
-from analysis.gap.selection.null_distribution import impact_null_distribution, threshold
+from analysis.gap.selection.null_distribution import (
+    by_chance,
+    chance_of_largest,
+    chance_of_misfit,
+    impact_null_distribution,
+    threshold,
+)
 from analysis.gap.thresholds import (
     CONTACT_TIME_NEGLIGIBLE_S,
     ELLIPTICITY_NEGLIGIBLE,
@@ -33,6 +39,10 @@ Array = NDArray[np.float64]
 # cause.
 USUAL_SCATTER, USUAL_DISTANCE_M = 0.03, 4e-5
 LEAST_IMPACTS = 8
+# Terms of the restitution at the most.
+MOST_TERMS = 6
+#: coordinate that each residual of the law is one of
+COORDINATES = {"restitution": "normal", "sliding": "tangential", "sticking": "tangential", "angular": "spin"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +62,12 @@ class ImpactSteps:
     structure: tuple[Structure, ...] = ()
     left: tuple[ImpactGain, ...] = ()
     null_distribution: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def left_p(self) -> float:
+        """How often chance makes the best probe of the restitution gain what it does."""
+        gained = [g.gain for g in self.probes if g.residual == "restitution"]
+        return by_chance(self.null_distribution, max(gained)) if gained else 1.0
 
 
 def select_impact_effects(
@@ -73,9 +89,7 @@ def select_impact_effects(
         flight, nominal, ellipse, finite, withheld, lens_residual_found
     )
     null_distribution = impact_null_distribution(fitted.data, terms, rng)
-    laws, terms, law_gains, law_left, probes, structure = _laws(
-        fitted, terms, finite, withheld, threshold(null_distribution, IMPACT_GAIN)
-    )
+    laws, terms, law_gains, law_left, probes, structure = _laws(fitted, terms, finite, withheld, null_distribution)
     distance_probes = [
         g for g in impact_candidates.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named
     ]
@@ -154,41 +168,75 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
 
 
 def _laws(
-    base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], least: float
+    base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], null_distribution: Array
 ) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
-    """Restitution's effects by forward selection, then probes in restitution, tangential and angular law."""
-    names = list(held)
-    causes: list[Cause] = []
-    structure: list[Structure] = []
+    """Restitution's terms, named or not, by forward selection with a look back; then probes in tangential and angular
+    law.
+
+    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it."""
+    names, added = list(held), dict[str, tuple[str, ...]]()
+    least = threshold(null_distribution, IMPACT_GAIN)
+    structure: list[ImpactGain] = []
     first: list[ImpactGain] = []
     found: list[ImpactGain] = []
-    for _ in range(3):
-        found = impact_candidates.restitution_gains(base.data, names, withheld)
+    for _ in range(MOST_TERMS):
+        found = impact_candidates.restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
-        named = [g for g in found if g.named and _law_accepted(g, least)]
-        probes = [g for g in found if not g.named and _law_accepted(g, least)]
-        best = max(named, key=lambda g: g.gain, default=None)
-        rival = max(probes, key=lambda g: g.gain, default=None)
-        if best is None or (rival is not None and rival.gain > best.gain + OVERRIDES) or len(causes) >= 2:
-            break
-        names.append(best.name)
-        causes.append(replace(_restitution_cause(best, base, names), rivals=_rivals(best, found)))
-    strongest = max((c.strength for c in causes), default=0.0)
+        open_ = [g for g in found if g.name not in {s.name for s in structure} and _law_accepted(g, least)]
+        best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
+        probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
+        if best is None or (probe is not None and probe.gain > best.gain + OVERRIDES):
+            if probe is None:
+                break
+            structure.append(probe)
+            names = [n for n in names if n in held or _law_accepted(_kept(base, names, n, structure), least)]
+        else:
+            names.append(best.name)
+            added[best.name] = _rivals(best, found)
+    causes = [
+        replace(
+            _restitution_cause(_kept(base, names, name, structure), base, names, structure), rivals=added.get(name, ())
+        )
+        for name in names
+        if name not in held
+    ]
     # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove
     # nothing.
     tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
-    for probe in probes:
-        strength = probe.size / impact_candidates.NEGLIGIBLE[probe.residual]
-        if _law_accepted(probe, least) and strength > LEFT_OVER * strongest:
-            coordinate = {
-                "restitution": "normal",
-                "sliding": "tangential",
-                "sticking": "tangential",
-                "angular": "spin",
-            }[probe.residual]
-            structure.append(Structure("impact", "impact", coordinate, probe.name, strength, probe.gain))
-    return causes, names, first, [g for g in found if g.named], probes, structure
+    for residual in COORDINATES:
+        accepted = [p for p in tangential if p.residual == residual and _law_accepted(p, least)]
+        structure += sorted(accepted, key=lambda p: -p.gain)[:1]
+    return (
+        causes,
+        names,
+        first,
+        [g for g in found if g.named],
+        probes,
+        [_law_structure(s, null_distribution, len(tangential)) for s in structure],
+    )
+
+
+def _law_structure(gain: ImpactGain, null_distribution: Array, tried: int) -> Structure:
+    chance = (
+        by_chance(null_distribution, gain.gain)
+        if gain.residual == "restitution"
+        else chance_of_largest(gain.gain, len(gain.estimate), tried)
+    )
+    strength = gain.size / impact_candidates.NEGLIGIBLE[gain.residual]
+    unit = "m/s" if gain.residual == "angular" else "1"
+    return Structure(
+        "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
+    )
+
+
+def _columns(structure: Sequence[ImpactGain]) -> Array | None:
+    columns = [s.columns for s in structure if s.columns is not None]
+    return np.column_stack(columns) if columns else None
+
+
+def _kept(base: ImpactFit, names: Sequence[str], name: str, structure: Sequence[ImpactGain]) -> ImpactGain:
+    return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
 
 
 def _law_accepted(gain: ImpactGain, least: float) -> bool:
@@ -200,11 +248,14 @@ def _law_accepted(gain: ImpactGain, least: float) -> bool:
     )
 
 
-def _restitution_cause(gain: ImpactGain, base: ImpactFit, names: Sequence[str]) -> Cause:
-    data = base.data
+def _restitution_cause(
+    gain: ImpactGain, base: ImpactFit, names: Sequence[str], structure: Sequence[ImpactGain]
+) -> Cause:
+    data, beside = base.data, _columns(structure)
     design = impact_candidates.restitution_design(data, names)
-    c, covariance, _, _ = fit_restitution(data, design)
-    sd = np.sqrt(np.diag(covariance))
+    k = design.shape[1]
+    c, covariance, _, _ = fit_restitution(data, design if beside is None else np.column_stack([design, beside]))
+    c, sd = c[:k], np.sqrt(np.diag(covariance))[:k]
     strength = gain.size / impact_candidates.NEGLIGIBLE["restitution"]
     if gain.name == "speed_dependent_restitution":
         scale = impact_candidates.best_speed_scale(data)
@@ -238,6 +289,9 @@ def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -
             p.name,
             p.size / impact_candidates.NEGLIGIBLE["distance"],
             p.gain,
+            p.size,
+            "m",
+            chance_of_largest(p.gain, len(p.estimate), len(probes)),
         )
         for p in probes
         if p.gain > 2 * IMPACT_GAIN
@@ -265,6 +319,9 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "none of the covariates tested (scatter from impact to impact)",
                 scatter / USUAL_SCATTER,
                 0.0,
+                scatter,
+                "1",
+                chance_of_misfit(len(base.data) * (scatter / USUAL_SCATTER) ** 2, len(base.data)),
             )
         )
     if base.wall.scatter_m > USUAL_DISTANCE_M:
@@ -276,6 +333,9 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "none of the covariates tested (scatter of the contact distance)",
                 base.wall.scatter_m / USUAL_DISTANCE_M,
                 0.0,
+                base.wall.scatter_m,
+                "m",
+                chance_of_misfit(len(base.data) * (base.wall.scatter_m / USUAL_DISTANCE_M) ** 2, len(base.data)),
             )
         )
     return out

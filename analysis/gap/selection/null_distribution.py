@@ -13,9 +13,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from analysis.contact.law import LawData, fit_restitution
 from analysis.flights.evidence import covariance_of
+from analysis.gap.cause import SMALLEST_P
 from analysis.gap.selection.flight_candidates import FlightFit, information_of, prior_of
 from analysis.gap.selection.flight_terms import FlightTerm
 from analysis.gap.selection.impact_candidates import (
@@ -27,7 +29,8 @@ from analysis.gap.selection.impact_candidates import (
 )
 
 Array = NDArray[np.float64]
-DRAWS, LEVEL = 400, 0.99
+# Four stages draw lots of their own: one series in a hundred reaches any of their levels.
+DRAWS, LEVEL = 400, 1 - 0.01 / 4
 
 
 def flight_null_distribution(
@@ -48,7 +51,8 @@ def flight_null_distribution(
         return np.zeros(draws)
     excess = max(base.misfit / max(base.count, 1), 1.0)
     scores = [_root(excess * form) @ rng.standard_normal((len(names), draws)) for form in forms]
-    total, score, prior = np.sum(forms, 0), np.sum(scores, 0), np.diag(prior_of(names))
+    total, score, prior = np.sum(forms, 0), np.sum(scores, 0), prior_of(names, base.fits[0].run.contact_radius_m)
+    prior = np.diag(prior)
     nested = [
         [names.index(n) for n in dict.fromkeys([*without, *columns])] for columns in [(), *(t.columns for t in told)]
     ]
@@ -95,3 +99,28 @@ def threshold(null_distribution: Array, fixed: float) -> float:
     """The least gain that is accepted: ``fixed``, or what chance reaches once in a hundred series if that is more
     (``null_distribution`` may be empty: nothing was fitted)."""
     return max(fixed, float(np.quantile(null_distribution, LEVEL))) if len(null_distribution) else fixed
+
+
+def by_chance(null_distribution: Array, value: float) -> float:
+    """How often the best of a series without effect reaches ``value``: counted where it was drawn, beyond that by the
+    Gumbel tail of what was drawn (maxima of many; mean and spread give its two parameters); 1 where nothing was
+    fitted."""
+    drawn = np.asarray(null_distribution, float)
+    if not len(drawn):
+        return 1.0
+    share = float(np.mean(drawn >= value))
+    scale = float(np.std(drawn)) * np.sqrt(6) / np.pi
+    if share > 0.05 or scale <= 0:
+        return max(share, 1 / (len(drawn) + 1))
+    at = (value - float(np.mean(drawn)) + np.euler_gamma * scale) / scale
+    return float(max(-np.expm1(-np.exp(-at)), SMALLEST_P))
+
+
+def chance_of_largest(gain: float, columns: int, tried: int) -> float:
+    """How often the best of ``tried`` terms of ``columns`` unknowns gains so much by chance: chi-square, Bonferroni."""
+    return float(np.clip(tried * chi2.sf(gain, columns), SMALLEST_P, 1.0))
+
+
+def chance_of_misfit(misfit: float, count: int) -> float:
+    """How often noise alone leaves such a sum of squares over ``count`` numbers."""
+    return float(np.clip(chi2.sf(misfit, max(count, 1)), SMALLEST_P, 1.0))

@@ -1,0 +1,227 @@
+"""How far the gap shrinks: one definition for every effect, in units of the noise.
+
+A model's error is the sum of its squared residuals over the noise's variance, in four stages: positions one flight
+ahead, velocities one impact ahead, distances at which the disk met the wall, and the residuals by which measurement
+effects are known (distance of the two views, heights, lengths, frequency).  Everything shared - floor, law, wall -
+comes from the other runs.  The floor is what no law can predict, and never above the best model.  Shrinkage is the
+share of the recalibrated model's excess over the floor that goes when effects are added, over all stages together,
+unclipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.impacts import measure
+from analysis.contact.wall import Wall
+from analysis.contact.wall_fit import fit_wall
+from analysis.gap.cause import Cause, Structure
+from analysis.gap.ladder import Ladder
+from analysis.gap.prediction import predict
+from analysis.gap.prediction.held_out_errors import Errors4
+from analysis.gap.prediction.one_impact_ahead import subset
+from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_floor import impact_floor
+
+Array = NDArray[np.float64]
+#: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
+WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
+    "wall_centre_offset": ("centre_x", "centre_y"),
+    "mass_centre_offset": ("disk_x", "disk_y"),
+    "wall_ellipticity": ("ellipse_c", "ellipse_s"),
+    "finite_contact_time": (),
+}
+RESTITUTION = ("speed_dependent_restitution", "direction_dependent_restitution")
+DRAWS = 400
+# Squared residuals over the variance count up to this: a wrong track is no gap.
+CUT = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class HowFar:
+    """Sums of squares over the noise's variance, per stage and run (R,): of the recalibrated model, with all named
+    effects, the floor; ``by_effect``: what the error grows by when that one is left out."""
+
+    recalibrated: Mapping[str, Array]
+    with_effects: Mapping[str, Array]
+    floor: Mapping[str, Array]
+    by_effect: Mapping[str, Array]
+
+    def excess(self) -> dict[str, float]:
+        """Excess of the recalibrated model over the floor, by stage."""
+        return {
+            stage: float(self.recalibrated[stage].sum() - self._floor(stage, np.ones(len(self.recalibrated[stage]))))
+            for stage in self.recalibrated
+        }
+
+    def _floor(self, stage: str, weight: Array) -> float:
+        return float(min(weight @ one[stage] for one in (self.floor, self.with_effects, self.recalibrated)))
+
+    def _share(self, closed: Array, weight: Array) -> float:
+        above = sum(float(weight @ e) - self._floor(stage, weight) for stage, e in self.recalibrated.items())
+        return float(weight @ closed) / above if above > 0 else 0.0
+
+    def shrinkage(self, closed: Array, rng: np.random.Generator) -> tuple[float, float, float]:
+        """Share of the excess that ``closed`` (R,) is, with a 90 % interval by bootstrap over runs."""
+        n = len(closed)
+        value = self._share(closed, np.ones(n))
+        drawn = [
+            self._share(closed, np.bincount(rng.integers(0, n, n), minlength=n).astype(float)) for _ in range(DRAWS)
+        ]
+        low, high = np.quantile(drawn, [0.05, 0.95])
+        return value, float(min(low, value)), float(max(high, value))
+
+    def entry(self, rng: np.random.Generator) -> dict[str, Any]:
+        """What diagnosis.json says of it."""
+        total = np.sum([self.recalibrated[s] - self.with_effects[s] for s in self.recalibrated], 0)
+        names = ("shrinkage", "low", "high")
+        value, low, high = self.shrinkage(total, rng) if self.by_effect else (0.0, 0.0, 0.0)
+        return {
+            "shrinkage": value,
+            "shrinkage_low": low,
+            "shrinkage_high": high,
+            "by_effect": {
+                effect: dict(zip(names, self.shrinkage(closed, rng), strict=True))
+                for effect, closed in self.by_effect.items()
+            },
+        }
+
+
+def shows_in(one: Cause | Structure, stage: str) -> bool:
+    """Whether a finding shows in the residuals of a stage: a contact that lasts shows in the contact distance."""
+    if isinstance(one, Cause) and one.effect == "finite_contact_time":
+        return stage in ("impact", "geometry")
+    if isinstance(one, Cause) and one.effect == "centre_marker_offset":
+        return stage == "measurement"
+    return one.stage == stage
+
+
+def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
+    """Errors of the recalibrated model and with ``causes``, by stage and run."""
+    n = len(ladder.series.runs)
+    steps: dict[str, dict[str, Array]] = {"recalibrated": {}, "with_effect": {}, "noise_floor": {}}
+    by_effect: dict[str, Array] = {}
+    variance = _flight_variance(ladder)
+    for name, stages in steps.items():
+        found = errors[name]
+        stages["flight"] = np.zeros(n) if found is None else found.flight / variance
+    flights = [c for c in causes if c.stage == "flight"]
+    closed = steps["recalibrated"]["flight"] - steps["with_effect"]["flight"]
+    gains = {g.term.name: g.per_run for g in ladder.flights.kept}
+    for cause in flights:
+        own = gains.get(cause.effect)
+        others = np.sum([gains[c.effect] for c in flights if c is not cause and c.effect in gains] or [np.zeros(n)], 0)
+        by_effect[cause.effect] = closed if len(flights) == 1 else (closed - others if own is None else own)
+    if ladder.impacts.fitted is not None:
+        _impacts(ladder, steps, by_effect, causes)
+        _walls(ladder, steps, by_effect, causes)
+    _measurement(ladder, steps, by_effect, causes)
+    told: list[Cause | Structure] = [*causes, *ladder.structure]
+    for stage, recalibrated in steps["recalibrated"].items():
+        # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
+        if not any(shows_in(one, stage) for one in told):
+            steps["noise_floor"][stage] = recalibrated
+    return HowFar(steps["recalibrated"], steps["with_effect"], steps["noise_floor"], by_effect)
+
+
+def _flight_variance(ladder: Ladder) -> Array:
+    """Variance (m^2) of both coordinates of a frame of each run, as the flights' noise is known."""
+    scale = ladder.flights.fitted.noise.scale
+    return np.array([2 * (scale * float(np.median(run.data.xy_sd_m))) ** 2 for run in ladder.series.runs])
+
+
+def _impacts(
+    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+) -> None:
+    """Velocities and spin after an impact, one impact ahead."""
+    before, after = ladder.both_impacts()
+    terms = list(ladder.impacts.restitution_terms)
+    held = [t for t in terms if t not in {c.effect for c in causes}]
+
+    def sums(impacts: ImpactFit, error: tuple[Array, Array]) -> Array:
+        data = impacts.data
+        turn = impacts.junctions.radius_m * data.inertia_factor
+        z2 = (
+            error[0][:, 0] ** 2 / (data.normal_sd**2 + (after.law.scatter * data.before) ** 2)
+            + error[0][:, 1] ** 2 / (data.tangential_sd**2 + (after.law.tangential_scatter * data.normal_impulse) ** 2)
+            + (turn * error[1]) ** 2 / data.angular_sd**2
+        )
+        z2 = np.where(np.isfinite(z2), np.minimum(z2, CUT), 0.0)
+        return np.asarray(np.bincount(data.run, z2, len(ladder.series.runs)), float)
+
+    ahead = sums(after, predict.predicted_impacts(after, terms))
+    steps["with_effect"]["impact"] = ahead
+    plain = after if any(c.effect in RESTITUTION for c in causes) else before
+    steps["recalibrated"]["impact"] = sums(plain, predict.predicted_impacts(plain, held))
+    steps["noise_floor"]["impact"] = sums(after, impact_floor(after, terms))
+    for cause in causes:
+        if cause.effect in RESTITUTION:
+            rest = [t for t in terms if t != cause.effect]
+            by_effect[cause.effect] = sums(after, predict.predicted_impacts(after, rest)) - ahead
+
+
+def _walls(
+    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+) -> None:
+    """Distances at which the disk met the wall, the wall learnt on the other runs."""
+    impacts = ladder.impacts.fitted
+    assert impacts is not None
+    named = [c.effect for c in causes if c.effect in WALL_TERMS_OF]
+    everything = _distances(ladder, impacts, ())
+    steps["with_effect"]["geometry"] = everything
+    steps["recalibrated"]["geometry"] = _distances(ladder, impacts, named) if named else everything
+    steps["noise_floor"]["geometry"] = np.bincount(
+        impacts.junctions.run[impacts.wall.used], minlength=len(ladder.series.runs)
+    ).astype(float)
+    for effect in named:
+        by_effect[effect] = _distances(ladder, impacts, [effect]) - everything
+
+
+def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Array:
+    """Sums (R,) of squared residuals of the contact distance over their variance, held out run by run, without the
+    terms of some effects."""
+    dropped = {t for effect in without for t in WALL_TERMS_OF[effect]}
+    terms = tuple(t for t in impacts.wall.terms if t not in dropped)
+    finite = ladder.impacts.finite and "finite_contact_time" not in without
+    junctions, wall = impacts.junctions, impacts.wall.wall
+    start = Wall(wall.contact_radius_m)
+    speed = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None]
+    n = len(ladder.series.runs)
+    out = np.zeros(n)
+    for run in range(n):
+        here = junctions.run == run
+        if not here.any():
+            continue
+        rest = ~here if n > 1 and np.count_nonzero(~here & impacts.wall.used) >= 8 else np.ones(len(here), bool)
+        learnt = fit_wall(subset(junctions, rest), start, terms, extra=speed[rest] if finite else None)
+        seen = measure(subset(junctions, here), learnt.wall)
+        residual = seen.of("radius") - learnt.wall.distance(seen.azimuth_rad)
+        if finite:
+            residual = residual - speed[here, 0] * learnt.estimate[-1]
+        z2 = residual**2 / (seen.sd("radius") ** 2 + impacts.wall.scatter_m**2)
+        out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
+    return out
+
+
+def _measurement(
+    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+) -> None:
+    """Residuals by which measurement effects and the centre marker are known: squared size over the noise's variance,
+    as measured and as it is once the effect is known."""
+    n = len(ladder.series.runs)
+    zero = np.zeros(n)
+    for stages in steps.values():
+        stages["measurement"] = zero
+    for cause in causes:
+        if cause.stage != "measurement" and cause.effect != "centre_marker_offset":
+            continue
+        # What is known with an sd of one leaves a square of one.
+        before, after = np.full(n, cause.gain / n), np.full(n, 1.0 / n)
+        steps["recalibrated"]["measurement"] = steps["recalibrated"]["measurement"] + before
+        steps["with_effect"]["measurement"] = steps["with_effect"]["measurement"] + after
+        by_effect[cause.effect] = before - after
