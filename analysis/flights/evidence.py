@@ -11,7 +11,7 @@ before they are squared.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +138,35 @@ def weighed(run: RunRows, noise: FlightNoise) -> Evidence:
         float(sums[2]),
         float(sums[3]),
         tuple(parts),
+    )
+
+
+def without_own(evidence: Evidence, own: Sequence[int], weight: Array) -> Evidence:
+    """``evidence`` of a run with the unknowns ``own``, which the run shares with no other, solved for; ``weight``:
+    their prior 1/variance about zero.
+
+    ``parts`` hold the flights' information and score with the run's own unknowns at their best; the prior's is none of
+    them."""
+    if not own:
+        return evidence
+    kept = [c for c in evidence.columns if c not in own]
+    at, out = ([evidence.columns.index(c) for c in some] for some in (kept, own))
+    inverse = covariance_of(evidence.information[np.ix_(out, out)] + np.diag(weight))
+    gain = evidence.information[np.ix_(at, out)] @ inverse
+
+    def reduced(information: Array, score: Array) -> tuple[Array, Array]:
+        shown = information[:, out] @ inverse
+        information = information[:, at] - shown @ evidence.information[np.ix_(out, at)]
+        score = score - shown @ evidence.score[out]
+        return information[at] - gain @ information[out], score[at] - gain @ score[out]
+
+    return replace(
+        evidence,
+        columns=tuple(kept),
+        information=evidence.information[np.ix_(at, at)] - gain @ evidence.information[np.ix_(out, at)],
+        score=evidence.score[at] - gain @ evidence.score[out],
+        misfit=evidence.misfit - float(evidence.score[out] @ inverse @ evidence.score[out]),
+        parts=tuple(reduced(*part) for part in evidence.parts),
     )
 
 

@@ -14,13 +14,14 @@ from analysis.flights.evidence import (
     Evidence,
     RunRows,
     columns_of,
-    gather,
     linearised,
     usable_flights,
     weighed,
+    without_own,
 )
 from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.frame_assignment import settled
+from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.noise import PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import FINEST_SD_M, Run
@@ -32,6 +33,8 @@ from analysis.flights.unknown_force import (
     tried_nearby,
     tried_spins,
 )
+from analysis.motion.host_path import HostMotion
+from analysis.motion.rig_frame import CONTACT_RADIUS_M
 
 Array = NDArray[np.float64]
 
@@ -50,6 +53,10 @@ LENS_SD_M = 3e-5
 HELD_M = 1e-9
 LENS_SDS_M = (HELD_M, *np.geomspace(5e-7, 6e-5, 8).tolist())
 ORIGIN_SD_M = 1e-3
+# ... and no slope of heights against places.
+LENS_SLOPE = LENS_SDS_M[-1] / CONTACT_RADIUS_M
+# Vertical acceleration of the floor in step with the drive, over gravity: each run has its own.
+LIFT = ("friction_cos", "friction_sin")
 # Fall of -2 log L from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600
 # series.
 ANOTHER_LAW = 25.0
@@ -226,9 +233,8 @@ def fit_floor(
             break
     if fits[0].parameters is not parameters:
         fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)]
-        evidence = [gather(fit, columns, noise) for fit in fits]
-        prior, pull = _prior(columns, shared, lens_sd)
-        step, covariance = _step(evidence, columns, prior, pull)
+    evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits]
+    step, covariance = _step(evidence, columns, *_prior(columns, shared, lens_sd))
     estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
     wider = disagreement(evidence, step, covariance)[at]
     return FloorFit(
@@ -241,6 +247,34 @@ def fit_floor(
         coupling,
         lens_sd,
     )
+
+
+def _whatever_the_lift(fits: FlightFits, columns: Sequence[int], noise: FlightNoise) -> Evidence:
+    """Evidence of one run in the shared ``columns``, whatever vertical motion of the floor its Host's path leaves open.
+
+    A floor that rises with the drive is lighter whenever the Host moves one way: a disk that slides to and fro sees a
+    mean force along the drive, as a tilt would be."""
+    sd = lift_sd(fits.run.host, with_z=fits.parameters[INDEX["load"]] == 0.0)
+    if fits.parameters[INDEX["friction"]] == 0.0 or sd == 0.0:
+        return weighed(linearised(fits, columns), noise)
+    seen = linearised(fits, columns_of([SHARED[c] for c in columns] + [*LIFT]))
+    return without_own(weighed(seen, noise), columns_of(LIFT), np.full(len(LIFT), sd**-2.0))
+
+
+def lift_sd(host: HostMotion, with_z: bool) -> float:
+    """What is not known of the floor's vertical acceleration in step with the drive: each of its cosine and sine over
+    gravity.
+
+    The path's error in height - noise, and the slope of what a calibration leaves, which makes the drive itself look
+    like one - and, ``with_z``, the vertical motion that was measured and is no part of the law."""
+    if host.omega_rad_per_s == 0.0:
+        return 0.0
+    x, y, z = host.harmonics[:3, 1:3]
+    frames = max(int(np.isfinite(host.residual[:, 2]).sum()), 1)
+    noise_m = float(np.nan_to_num(host.residual_sd[2])) * np.sqrt(2 / frames)
+    slope_m = LENS_SLOPE * float(np.sqrt(np.sum(x**2) + np.sum(y**2)))
+    square = noise_m**2 + slope_m**2 + (float(z @ z) if with_z else 0.0)
+    return host.omega_rad_per_s**2 * float(np.sqrt(square)) / GRAVITY_M_PER_S2
 
 
 def _without_force(noise: FlightNoise) -> FlightNoise:
