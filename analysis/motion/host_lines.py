@@ -14,16 +14,20 @@ Array = NDArray[np.float64]
 
 # A place this far (sd) off the lines is a gross error: of 600 frames none by chance.
 GROSS_SD = 5.0
+# ... and in a spectrum, which a single one would fill, this far.
+CLIP_SD = 4.0
 # Correlations from frame to frame that cameras' noise may have (sealed series: up to 0.7).
 CORRELATIONS = np.linspace(0.0, 0.8, 33)
 # What is slower than this share of the highest frequency may be motion; the noise shows above it, in so many bands.
 NOISE_FROM, NOISE_BANDS = 0.25, 8
 # Of a median's logarithm in a band of m neighbours in a windowed spectrum: variance 2.08 / (0.67 m).
 MEDIAN_VARIANCE = 3.1
+# Below this (m, rad) rounding and splines of a simulation's tables count as noise.
+FINEST = 1e-9
 # How far the correlation may be off: fall of -2 log L.
-UNSURE = 4.0
+UNSURE = 9.0
 # Chance that noise alone shows a line, or more in a band than it should, in a run.
-BY_CHANCE = 1e-5
+BY_CHANCE = 1e-7
 # Lines closer to another one, or to the zero, than this over the run's duration are no lines of their own.
 APART = 1.2
 # Fewer frames tell nothing about a spectrum.
@@ -168,16 +172,11 @@ def excess(time_s: Array, residual: Array) -> Excess:
 
     The noise is taken for AR(1), as the fast end of the spectrum shows it.
     """
-    known = np.isfinite(residual)
-    if known.sum() < FEWEST_FRAMES:
+    if not _tells(residual):
         return Excess(False, 0.0, 0.0)
-    limit = 4 * spread(residual[known])
-    clipped = np.where(known, np.clip(residual, -limit, limit), 0.0)
-    if not np.any(clipped):
-        return Excess(False, 0.0, 0.0)
-    spectrum, turn = _periodogram(clipped, known)
+    spectrum, turn = _periodogram(residual)
     _, level = _noise_level(spectrum, turn)
-    over = spectrum / np.maximum(level, 1e-300)
+    over = spectrum / np.maximum(level, FINEST**2)
     over[0] = 0.0
     peak = int(np.argmax(over))
     line = over[peak] > np.log(len(over) / BY_CHANCE)
@@ -185,21 +184,26 @@ def excess(time_s: Array, residual: Array) -> Excess:
 
 
 def noise_correlation(residual: Array) -> float:
-    """AR(1) correlation of the noise from frame to frame in ``residual`` (N, C), whatever slow motion it holds: median
-    over its columns."""
-    found = []
-    for column in residual.T:
-        known = np.isfinite(column)
-        if known.sum() >= FEWEST_FRAMES and np.any(column[known]):
-            found.append(_noise_level(*_periodogram(np.where(known, column, 0.0), known))[0])
+    """AR(1) correlation of the noise from frame to frame in ``residual`` (N, C), NaN where unknown, which holds nothing
+    but noise or what is slow and of its size: median over its columns."""
+    found = [_noise_level(*_periodogram(column))[0] for column in residual.T if _tells(column)]
     return float(np.median(found)) if found else 0.0
 
 
-def _periodogram(values: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Power at angles per frame (both (N // 2 + 1,)); white noise has its variance everywhere."""
-    window = np.hanning(len(values))
-    spectrum = np.abs(np.fft.rfft(values * window)) ** 2 / float(np.sum((window * known) ** 2))
-    return spectrum, np.arange(len(spectrum)) * (2 * np.pi / len(values))
+def _tells(residual: Array) -> bool:
+    known = residual[np.isfinite(residual)]
+    return len(known) >= FEWEST_FRAMES and bool(np.any(known))
+
+
+def _periodogram(residual: Array) -> tuple[Array, Array]:
+    """Power of ``residual`` (N,) without its gross errors at angles per frame (both (N // 2 + 1,)); white noise has its
+    variance everywhere."""
+    known = np.isfinite(residual)
+    limit = CLIP_SD * spread(residual)
+    window = np.hanning(len(residual))
+    values = np.where(known, np.clip(residual, -limit, limit), 0.0) * window
+    spectrum = np.abs(np.fft.rfft(values)) ** 2 / float(np.sum((window * known) ** 2))
+    return spectrum, np.asarray(np.arange(len(spectrum)) * (2 * np.pi / len(values)), float)
 
 
 def _noise_level(spectrum: Array, turn: Array) -> tuple[float, Array]:
@@ -219,7 +223,7 @@ def _noise_level(spectrum: Array, turn: Array) -> tuple[float, Array]:
 def _shapes(count: int, step: float) -> tuple[list[NDArray[np.int64]], Array]:
     """Places of the bands in a spectrum of ``count`` angles ``step`` apart, and mean logarithms of AR(1) noise there:
     (correlations, bands)."""
-    turn = step * np.arange(count)
+    turn: Array = np.asarray(step * np.arange(count), float)
     bands = np.array_split(np.flatnonzero(turn > NOISE_FROM * np.pi), NOISE_BANDS)
     logs = [np.log(_spectrum(float(one), turn)) for one in CORRELATIONS]
     return bands, np.array([[np.mean(log[band]) for band in bands] for log in logs])

@@ -156,7 +156,7 @@ def _table(host: HostMotion, first_s: float, last_s: float) -> HostTable:
         first_s = start - knot * np.ceil((start - first_s) / knot)
         step = knot / np.ceil(knot / step)
     count = max(int(np.ceil((last_s - first_s) / step)), 1)
-    knots = first_s + step * np.arange(count + 1)
+    knots = np.asarray(first_s + step * np.arange(count + 1), float)
     value, rate, second_rate = (host.at(knots, order) * step**order for order in range(3))
     if paths:
         strongest += float(np.linalg.norm([np.abs(one.at(knots - host.zero_s, 2)).max() for one in paths[:2]]))
@@ -190,15 +190,7 @@ def fit_host_motion(
         # No line of it is the drive: a sweep, a random drive.
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
         left = [excess(time_s, column).there for column in fit.residual.T]
-    together = noise_correlation(fit.residual) if any(left) else 0.0
-    smooth = [
-        smooth_path(time_s, column, together) if there else None
-        for column, there in zip(fit.residual.T, left, strict=True)
-    ]
-    residual = fit.residual.copy()
-    for axis, one in enumerate(smooth):
-        if one is not None:
-            residual[:, axis] -= one.at(time_s)
+    smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
     kept = 1 + 2 * overtones
     omega = float(fit.frequencies[0]) if overtones else 0.0
     phase = 0.0
@@ -215,7 +207,7 @@ def fit_host_motion(
         zero_s,
         fit.frequencies[min(overtones, 1) :],
         fit.coefficients[:, kept:],
-        tuple(smooth),
+        smooth,
         _widened(residual)[:, None, None] * fit.inverse,
     )
 
@@ -262,6 +254,25 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
         stands = stands and after < OWN_SHARE * before
         own = fit if stands else own
     return own if any(excess(time_s, column).there for column in fit.residual.T) else fit
+
+
+def _smooth_paths(
+    time_s: Array, residual: Array, there: NDArray[np.bool_]
+) -> tuple[tuple[SmoothPath | None, ...], Array]:
+    """Smooth paths of the axes where more than noise is ``there`` (4,), and what they leave (N, 4).  The correlation of
+    the noise is that of the other axes, which the same cameras see; where all move, that of what paths leave."""
+    paths: list[SmoothPath | None] = [None] * 4
+    if not there.any():
+        return tuple(paths), residual
+    together, left = noise_correlation(residual[:, ~there]), residual
+    for _ in range(2 if there.all() else 1):
+        left = residual.copy()
+        for axis in np.flatnonzero(there):
+            path = paths[axis] = smooth_path(time_s, residual[:, axis], together)
+            if path is not None:
+                left[:, axis] -= path.at(time_s)
+        together = noise_correlation(left)
+    return tuple(paths), left
 
 
 def _left_share(position: Array, fit: LineFit) -> float:
