@@ -183,7 +183,10 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
 
 def _host_covariance(run: RunData, moment: Array, place: Array) -> Array:
     """What the Host's path leaves open of an impact's state (13, 13): places and velocities count against the wall,
-    which is taken to lie at the disk's ``place``, and both sides share its errors."""
+    which is taken to lie at the disk's ``place``, and both sides share its errors.  Those of harmonics alone are small
+    and common to all impacts of a run: no scatter of theirs."""
+    if run.host.harmonic:
+        return np.zeros((13, 13))
     pose = run.host.covariance(moment)[0]
     arm = place - run.host.at(moment)[0, :2]
     turned = np.array([-arm[1], arm[0]])

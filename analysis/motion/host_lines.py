@@ -30,6 +30,8 @@ UNSURE = 9.0
 BY_CHANCE = 1e-7
 # Lines closer to another one, or to the zero, than this over the run's duration are no lines of their own.
 APART = 1.2
+# ... and lines that stand out only together, closer than this, are the comb of a transient.
+NO_COMB = 3.0
 # Fewer frames tell nothing about a spectrum.
 FEWEST_FRAMES = 24
 # A line is there by itself when it takes this share of what is left along its axis.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.motion.host_lines import (
     APART,
     MOST_LINES,
+    NO_COMB,
     OWN_SHARE,
     LineFit,
     basis,
@@ -232,15 +233,15 @@ def _main_line(
 
 
 def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit) -> LineFit:
-    """``fit`` and lines beside it: all that the noise is reached with; else those only that stand out by
-    themselves."""
+    """``fit`` and lines beside it: all that the noise is reached with, if they are no comb that draws a transient; else
+    those only that stand out by themselves."""
     stands = True  # whether each line so far took most of what was there
     own, duration = fit, float(np.ptp(time_s)) if len(time_s) else 0.0
     for _ in range(MOST_LINES):
         found = [excess(time_s, column) for column in fit.residual.T]
         above = [axis for axis, one in enumerate(found) if one.there]
         if not above:
-            return fit
+            return fit if stands or _spaced(fit, duration) else own
         axis = max(above, key=lambda one: found[one].power)
         omega = found[axis].omega_rad_per_s
         near = np.concatenate([[0.0], fit.omegas])
@@ -253,7 +254,13 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
         fit = more
         stands = stands and after < OWN_SHARE * before
         own = fit if stands else own
-    return own if any(excess(time_s, column).there for column in fit.residual.T) else fit
+    return own
+
+
+def _spaced(fit: LineFit, duration_s: float) -> bool:
+    """Whether lines lie too far apart from each other and from zero to draw a transient together."""
+    apart = np.diff(np.sort(np.concatenate([[0.0], fit.omegas])))
+    return bool(np.min(apart) * duration_s > 2 * np.pi * NO_COMB)
 
 
 def _smooth_paths(
