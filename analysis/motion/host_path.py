@@ -36,7 +36,7 @@ OVERTONES = 3
 # Overtones beyond this share of the highest frequency that frames can tell are left out.
 HIGHEST_SHARE = 0.9
 # A main line that leaves more than this share of the Host's variance is none.
-MAIN_SHARE = 0.5
+MAIN_SHARE = 0.3
 # Frames' errors are widened for their correlation, up to this.
 MOST_WIDENED = 0.95
 # How well a table's pieces follow a line: its place (m, rad), and its share of all lines' accelerations.
@@ -193,6 +193,9 @@ def fit_host_motion(
         left = [excess(time_s, column).there for column in fit.residual.T]
     smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
     kept = 1 + 2 * overtones
+    omega_sd = float(fit.sd[0]) if overtones else 0.0
+    if overtones and any(smooth):  # a line that wanders is known to its width alone
+        omega_sd = float(np.hypot(omega_sd, 2 * np.pi * np.sqrt(_left_share(position, fit)) / np.ptp(time_s)))
     omega = float(fit.frequencies[0]) if overtones else 0.0
     phase = 0.0
     if overtones:
@@ -201,7 +204,7 @@ def fit_host_motion(
     return HostMotion(
         fit.coefficients[:, :kept],
         omega,
-        float(fit.sd[0]) if overtones else 0.0,
+        omega_sd,
         robust_sd(residual),
         phase,
         residual,
