@@ -105,11 +105,12 @@ def _identification_calls() -> list[Called]:
     from analysis.flights.model import FlightRig, fly_with_derivatives
     from analysis.flights.segments import find_kinks
     from analysis.identification.intervals import _best_scatter, _deviance, _tangential
+    from analysis.motion.host_table import HostTable
 
     line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
     fixed, column = np.zeros(2), places[:, 0]
     fixed.flags.writeable = False
-    rig = _filled(FlightRig, harmonics=places)
+    rig = _filled(FlightRig, host=_filled(HostTable, pieces=blocks))
     bounce_rig = _filled(BounceRig, flight=rig, parameters=line)
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [

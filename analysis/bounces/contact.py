@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.model import FlightRig, host_at
+from analysis.flights.model import FlightRig
+from analysis.motion.host_table import host_at
 
 Array = NDArray[np.float64]
 #: columns of an impact's record
@@ -115,7 +116,7 @@ def wall_frequency(restitution: float, delay_s: float) -> float:
 @compiled
 def contact_view(y: Array, t: float, rig: BounceRig, shift_m: float) -> ContactView:
     """The contact point of a disk in state ``y`` (6,) at t; the wall stands out by ``shift_m`` here."""
-    host = host_at(t, rig.flight.harmonics, rig.flight.omega_rad_per_s)
+    host = host_at(t, rig.flight.host)
     c, s = np.cos(host.angle), np.sin(host.angle)
     cd, sd = np.cos(y[2]), np.sin(y[2])
     cx = y[0] + cd * rig.disk_x_m - sd * rig.disk_y_m

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from analysis.comparison.flights_ahead import fly, touches
-from analysis.comparison.simulated_rig import harmonics_from
+from analysis.comparison.simulated_rig import moved
 from analysis.motion.host_path import HostMotion
 from ovines.core import Scenario, simulate
 
@@ -60,11 +60,11 @@ def run_statistics(
         _energy(scenario, motion[motion["time_s"] > start_s]),
     )
     copies = []
-    drive = replace(scenario.host, drive=harmonics_from(host_motion, start_s))
+    driven = moved(scenario.host, host_motion, start_s, duration)
     for _ in range(runs):
         scattered = np.array(state) + rng.normal(0, 1, 6) * START_SD
         result = simulate(
-            replace(scenario, host=drive, initial_nes=tuple(scattered), duration_s=duration, sample_rate_hz=rate)
+            replace(scenario, host=driven, initial_nes=tuple(scattered), duration_s=duration, sample_rate_hz=rate)
         )
         hit = result.impacts
         hit = hit[_resolved(hit["time_s"], hit["normal_speed_before_m_per_s"], rate)]

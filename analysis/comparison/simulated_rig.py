@@ -1,6 +1,8 @@
-"""The rig as the simulator takes it: identified parameters, the Host's harmonics, measured states."""
+"""The rig as the simulator takes it: identified parameters, the Host's measured motion, measured states."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -8,14 +10,16 @@ from numpy.typing import NDArray
 
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
-from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario
+from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
 from ovines.errors import InputError
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "rotation")
-# Weight of the Host's frames, all alike: its harmonics do not depend on it, only whether it counts as moving.
+# Weight of the Host's frames, all alike: its path does not depend on it, only whether it counts as moving.
 HOST_SD_M = 2e-5
+# The simulator joins a table's rows by cubics: so many in a step of the measured path, and as many beside it.
+TABLE_FINER, TABLE_BESIDE = 2, 4
 
 
 def nominal_scenario(
@@ -50,12 +54,11 @@ def nominal_scenario(
     return Scenario(
         recording.name,
         Nes(nes.radius_m, nes.mass_kg or 1.0, nes.inertia_factor or INERTIA_OF_A_DISK),
-        Host(
-            radius_m=radius,
-            polygon_m=host.polygon_m,
-            obstacle_radius_m=host.obstacle_radius_m,
-            motion="driven",
-            drive=harmonics_from(host_motion, 0.0),
+        moved(
+            Host(radius_m=radius, polygon_m=host.polygon_m, obstacle_radius_m=host.obstacle_radius_m),
+            host_motion,
+            0.0,
+            duration_s,
         ),
         law,
         max(duration_s, 1e-3),
@@ -104,7 +107,7 @@ def _contact_radius(
 
 
 def host_motion_of(motion: pd.DataFrame, recording: Recording) -> HostMotion:
-    """The Host's harmonics in the world, from table ``motion``; phases count from the middle of the run."""
+    """The Host's motion in the world, from table ``motion``; phases count from the middle of the run."""
     names = ("host_x_m", "host_y_m", "host_z_m", "host_angle_rad")
     position = np.column_stack(
         [motion[n].to_numpy(float) if n in motion else np.full(len(motion), np.nan) for n in names]
@@ -115,15 +118,27 @@ def host_motion_of(motion: pd.DataFrame, recording: Recording) -> HostMotion:
     return fit_host_motion(times, position, np.full(position.shape, HOST_SD_M), asked, zero_s=middle_s)
 
 
-def harmonics_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
-    """The Host's harmonics with their phases at ``start_s``, as the simulator takes them."""
+def moved(host: Host, host_motion: HostMotion, start_s: float, duration_s: float) -> Host:
+    """``host`` driven as it was measured from ``start_s`` on: by its lines, and by a table of what no line explains."""
+    table = None
+    paths = [one for one in host_motion.smooth if one is not None]
+    if paths:
+        step = paths[0].knot_s / TABLE_FINER
+        time_s = step * np.arange(-TABLE_BESIDE, np.ceil(duration_s / step) + TABLE_BESIDE + 1)
+        at = time_s + start_s - host_motion.zero_s
+        x, y, z, angle = (np.zeros_like(at) if one is None else one.at(at) for one in host_motion.smooth)
+        table = MeasuredMotion(time_s, x, y, angle, z)
+    return replace(host, motion="driven", drive=lines_from(host_motion, start_s), table=table)
+
+
+def lines_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
+    """The Host's lines with their phases at ``start_s``, as the simulator takes them."""
     found = []
-    for axis, row in zip(AXES, host_motion.harmonics, strict=True):
+    for axis, row in zip(AXES, host_motion.coefficients, strict=True):
         found.append(Harmonic(axis, float(row[0]), 0.0, np.pi / 2))
-        for k in range(1, (len(row) - 1) // 2 + 1):
-            cos, sin = row[2 * k - 1], row[2 * k]
-            phase = float(np.arctan2(cos, sin) + k * host_motion.omega_rad_per_s * (start_s - host_motion.zero_s))
-            found.append(Harmonic(axis, float(np.hypot(cos, sin)), k * host_motion.frequency_hz, phase))
+        for omega, cos, sin in zip(host_motion.omegas, row[1::2], row[2::2], strict=True):
+            phase = float(np.arctan2(cos, sin) + omega * (start_s - host_motion.zero_s))
+            found.append(Harmonic(axis, float(np.hypot(cos, sin)), float(omega) / (2 * np.pi), phase))
     return tuple(found)
 
 

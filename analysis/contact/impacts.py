@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.wall import Wall
-from analysis.flights.fit import FlightFits
+from analysis.flights.fit import FlightFits, RunData
 
 Array = NDArray[np.float64]
 
@@ -167,7 +167,7 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     # Speeds count against the Host, which is accelerated: a later instant is a smaller approach, on both sides alike.
     late = np.eye(13)
     late[3:5, 12] = late[9:11, 12] = -run.host.at(moment, 2)[0, :2]
-    posterior = late @ posterior @ late.T
+    posterior = late @ posterior @ late.T + _host_covariance(run, moment, 0.5 * (a[:2] + b[:2]))
     return (
         state[:12],
         t,
@@ -179,6 +179,25 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
         run.host.omega_rad_per_s * t + run.host.phase_rad,
         run.host.phase_rad,
     )
+
+
+def _host_covariance(run: RunData, moment: Array, place: Array) -> Array:
+    """What the Host's path leaves open of an impact's state (13, 13): places and velocities count against the wall,
+    which is taken to lie at the disk's ``place``, and both sides share its errors.  Those of harmonics alone are small
+    and common to all impacts of a run: no scatter of theirs."""
+    if run.host.harmonic:
+        return np.zeros((13, 13))
+    pose = run.host.covariance(moment)[0]
+    arm = place - run.host.at(moment)[0, :2]
+    turned = np.array([-arm[1], arm[0]])
+    rows = np.zeros((13, 6))  # by errors of x, y, angle and of their rates
+    for first, rate in ((0, 0), (3, 3), (6, 0), (9, 3)):
+        rows[first : first + 2, rate : rate + 2] = np.eye(2)
+        rows[first : first + 2, rate + 2] = turned
+    joint = np.zeros((6, 6))
+    for column, axis in enumerate((0, 1, 3)):
+        joint[np.ix_([column, column + 3], [column, column + 3])] = pose[axis, :2, :2]
+    return rows @ joint @ rows.T
 
 
 def measure(junctions: Junctions, wall: Wall) -> Impacts:

@@ -84,7 +84,7 @@ class RunData:
     def flight_rig(self) -> FlightRig:
         """What a flight knows of this run beside its parameters."""
         return FlightRig(
-            self.host.harmonics,
+            self.host.table(self.time_s[0], self.time_s[-1]) if len(self.time_s) else self.host.table(0.0, 1.0),
             float(self.host.omega_rad_per_s),
             float(self.radius_m),
             float(self.inertia_factor),

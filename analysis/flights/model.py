@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights import parameters as P
+from analysis.motion.host_table import HostTable, host_at
 from ovines.core.system.friction import farkas
 
 Array = NDArray[np.float64]
@@ -42,31 +43,16 @@ ANGLE = 2
 class FlightRig(NamedTuple):
     """What a flight knows of its run beside the parameters.
 
-    ``harmonics`` (4, 1 + 2 K) of the Host (:class:`analysis.motion.host_path.HostMotion`): per axis x, y, z (m) and
-    angle (rad) the mean, then cos and sin of k omega t; ``inertia_factor`` q of I = q m R^2; ``phase_rad`` the drive's
-    phase at t = 0.
+    ``host``: the Host's path (:meth:`analysis.motion.host_path.HostMotion.table`); ``inertia_factor`` q of
+    I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line.
     """
 
-    harmonics: Array
+    host: HostTable
     omega_rad_per_s: float
     radius_m: float
     inertia_factor: float
     contact_radius_m: float
     phase_rad: float
-
-
-class HostState(NamedTuple):
-    """Pose of the Host (m, rad), its rates, and its vertical acceleration (m/s^2) at one instant."""
-
-    x: float
-    y: float
-    z: float
-    angle: float
-    vx: float
-    vy: float
-    vz: float
-    spin: float
-    lift: float
 
 
 class Acceleration(NamedTuple):
@@ -86,30 +72,9 @@ class Workspace(NamedTuple):
 
 
 @compiled
-def host_at(t: float, harmonics: Array, omega_rad_per_s: float) -> HostState:
-    """The Host at time t (s)."""
-    x, y, z, angle = harmonics[0, 0], harmonics[1, 0], harmonics[2, 0], harmonics[3, 0]
-    vx, vy, vz, spin, lift = 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range((harmonics.shape[1] - 1) // 2):
-        w = omega_rad_per_s * (k + 1)
-        c, s = np.cos(w * t), np.sin(w * t)
-        a, b = 1 + 2 * k, 2 + 2 * k  # columns of the cosines and of the sines
-        x += harmonics[0, a] * c + harmonics[0, b] * s
-        y += harmonics[1, a] * c + harmonics[1, b] * s
-        z += harmonics[2, a] * c + harmonics[2, b] * s
-        angle += harmonics[3, a] * c + harmonics[3, b] * s
-        vx += w * (harmonics[0, b] * c - harmonics[0, a] * s)
-        vy += w * (harmonics[1, b] * c - harmonics[1, a] * s)
-        vz += w * (harmonics[2, b] * c - harmonics[2, a] * s)
-        spin += w * (harmonics[3, b] * c - harmonics[3, a] * s)
-        lift -= w * w * (harmonics[2, a] * c + harmonics[2, b] * s)
-    return HostState(x, y, z, angle, vx, vy, vz, spin, lift)
-
-
-@compiled
 def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
-    host = host_at(t, rig.harmonics, rig.omega_rad_per_s)
+    host = host_at(t, rig.host)
     rx, ry = y[0] - host.x, y[1] - host.y
     ux = y[3] - host.vx + host.spin * ry
     uy = y[4] - host.vy - host.spin * rx
@@ -177,13 +142,7 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
 @compiled
 def strongest_acceleration(p: Array, rig: FlightRig) -> float:
     """Upper bound of the acceleration of disk against floor (m/s^2), for :func:`advance`."""
-    harmonics = rig.harmonics
-    total = 2 * abs(p[P.FRICTION]) * GRAVITY_M_PER_S2 + 1e-3
-    for k in range((harmonics.shape[1] - 1) // 2):
-        w = rig.omega_rad_per_s * (k + 1)
-        for axis in range(2):
-            total += w * w * np.sqrt(harmonics[axis, 1 + 2 * k] ** 2 + harmonics[axis, 2 + 2 * k] ** 2)
-    return total
+    return 2 * abs(p[P.FRICTION]) * GRAVITY_M_PER_S2 + 1e-3 + rig.host.strongest_m_per_s2
 
 
 @compiled

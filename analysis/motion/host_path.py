@@ -1,33 +1,65 @@
-"""The Host's motion as harmonics of the drive: fundamental and overtones in x, y, z and rotation, frequency
-estimated.
+"""The Host's motion: harmonics of the drive where they explain it to the noise, else further lines, and a smooth path
+for what no line explains.
+
+Harmonics (fundamental and overtones in x, y, z and rotation, frequency estimated) are by far the most precise.  What
+they leave is held against the noise, axis by axis; a second line, a drive that sweeps, starts or is random, and a table
+that steps back at impacts all leave something, and get a path of their own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.robust import spread
+from analysis.motion.host_lines import (
+    APART,
+    MOST_LINES,
+    NO_COMB,
+    OWN_SHARE,
+    LineFit,
+    basis,
+    excess,
+    fit_lines,
+    noise_correlation,
+    robust_sd,
+)
+from analysis.motion.host_table import PLACE_MISS, RATE_MISS, HostTable, quintics
+from analysis.motion.smooth_path import SmoothPath, smooth_path
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "angle")
 # Harmonics beside the mean: the fundamental and two overtones.
 OVERTONES = 3
-# A place this far (sd) off the harmonics is a gross error: of 600 frames none by chance.
-GROSS_SD = 5.0
+# Overtones beyond this share of the highest frequency that frames can tell are left out.
+HIGHEST_SHARE = 0.9
+# A main line that leaves more than this share of the Host's variance is none.
+MAIN_SHARE = 0.3
+# Frames' errors are widened for their correlation, up to this.
+MOST_WIDENED = 0.95
+# How well a table's pieces follow a line: its place (m, rad), and its share of all lines' accelerations.
+TABLE_M, TABLE_SHARE = 5e-11, 5e-7
+# A table goes on beyond a run's frames by this share of its length.
+TABLE_MARGIN = 0.05
+#: pieces of the shortest table: one line between two of them is slower than all of them
+FEWEST_PIECES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class HostMotion:
-    """Harmonics of one run.
+    """Motion of the Host in one run, each time in s, places in m, angles in rad.
 
-    ``harmonics`` (4, 1 + 2 K): per axis x, y, z (m), angle (rad): mean, cos and sin of k omega t; ``omega_rad_per_s``
-    of the fundamental (0 when the Host stands still) with its sd; ``residual_sd`` (4,): robust spread of what is left
-    per frame;
+    ``harmonics`` (4, 1 + 2 K): per axis x, y, z, angle: mean, cos and sin of k omega t; ``omega_rad_per_s`` of the
+    main line (0 where there is none) with its sd; ``residual_sd`` (4,): robust spread of ``residual`` (N, 4), what is
+    left per frame;
     ``phase_rad``: the drive's phase at ``zero_s``, of a sine along the axis that moves most; ``zero_s``: the time t
     from which the phases count (0 in the rig's frame).
+
+    ``lines_rad_per_s`` (L,) with ``line_coefficients`` (4, 2 L), cos and sin: further lines; ``smooth``: per axis the
+    path that no line explains, None where the lines leave only noise.  ``line_covariance`` (4, P, P) of each axis'
+    mean, harmonics and lines (P = 1 + 2 K + 2 L; none: taken as exact).
     """
 
     harmonics: Array
@@ -37,32 +69,99 @@ class HostMotion:
     phase_rad: float
     residual: Array
     zero_s: float = 0.0
+    lines_rad_per_s: Array = field(default_factory=lambda: np.zeros(0))
+    line_coefficients: Array = field(default_factory=lambda: np.zeros((4, 0)))
+    smooth: tuple[SmoothPath | None, ...] = (None,) * 4
+    line_covariance: Array | None = None
 
     @property
     def frequency_hz(self) -> float:
-        """Of the fundamental."""
+        """Of the main line."""
         return self.omega_rad_per_s / (2 * np.pi)
 
     @property
     def amplitude_m(self) -> float:
-        """Of the fundamental along the axis that moves most."""
+        """Of the main line along the axis that moves most."""
         if self.harmonics.shape[1] < 3:
             return 0.0
         return float(np.hypot(self.harmonics[:2, 1], self.harmonics[:2, 2]).max())
 
+    @property
+    def moves(self) -> bool:
+        """Whether it does not stand still."""
+        return bool(self.omega_rad_per_s or len(self.lines_rad_per_s) or any(self.smooth))
+
+    @property
+    def harmonic(self) -> bool:
+        """Whether its harmonics are all there is."""
+        return not len(self.lines_rad_per_s) and not any(self.smooth)
+
+    @cached_property
+    def omegas(self) -> Array:
+        """Frequencies (rad/s) of every line: harmonics of the main one first."""
+        overtones = (self.harmonics.shape[1] - 1) // 2
+        return np.concatenate([self.omega_rad_per_s * np.arange(1, overtones + 1), self.lines_rad_per_s])
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """(4, 1 + 2 L): mean, then cos and sin of every line in :attr:`omegas`."""
+        return np.hstack([self.harmonics, self.line_coefficients])
+
     def at(self, time_s: Array, derivative: int = 0) -> Array:
         """Position, velocity or acceleration (len(time_s), 4) of x, y, z, angle."""
         time_s = np.asarray(time_s, float) - self.zero_s
-        return _basis(time_s, self.omega_rad_per_s, (self.harmonics.shape[1] - 1) // 2, derivative) @ self.harmonics.T
+        path = basis(time_s, self.omegas, derivative) @ self.coefficients.T
+        for axis, one in enumerate(self.smooth):
+            if one is not None:
+                path[:, axis] += one.at(time_s, derivative)
+        return path
+
+    def covariance(self, time_s: Array) -> Array:
+        """Covariance (len(time_s), 4, 3, 3) of position, velocity and acceleration of each axis."""
+        time_s = np.asarray(time_s, float) - self.zero_s
+        found = np.zeros((len(time_s), 4, 3, 3))
+        if self.line_covariance is not None:
+            rows = np.stack([basis(time_s, self.omegas, order) for order in range(3)], 1)
+            found += np.einsum("nap,xpq,nbq->nxab", rows, self.line_covariance, rows)
+        for axis, one in enumerate(self.smooth):
+            if one is not None:
+                found[:, axis] += one.covariance(time_s)
+        return found
+
+    def table(self, first_s: float, last_s: float) -> HostTable:
+        """The path between two times (and somewhat beyond) for compiled code."""
+        key = (float(first_s), float(last_s))
+        if key not in self._tables:
+            self._tables[key] = _table(self, *key)
+        return self._tables[key]
+
+    @cached_property
+    def _tables(self) -> dict[tuple[float, float], HostTable]:
+        return {}
 
 
-def _basis(time_s: Array, omega: float, overtones: int, derivative: int = 0) -> Array:
-    columns = [np.ones_like(time_s) if derivative == 0 else np.zeros_like(time_s)]
-    for k in range(1, overtones + 1):
-        w = k * omega
-        turn = derivative * np.pi / 2
-        columns += [w**derivative * np.cos(w * time_s + turn), w**derivative * np.sin(w * time_s + turn)]
-    return np.stack(columns, -1)
+def _table(host: HostMotion, first_s: float, last_s: float) -> HostTable:
+    margin = TABLE_MARGIN * (last_s - first_s)
+    first_s, last_s = first_s - margin, last_s + margin
+    sizes = np.hypot(host.coefficients[:, 1::2], host.coefficients[:, 2::2])
+    strongest = float(np.sum(host.omegas**2 * sizes[:2]))
+    step = (last_s - first_s) / FEWEST_PIECES or 1.0
+    sixth, second = sizes @ host.omegas**6, sizes @ host.omegas**2
+    if np.any(sixth > 0):
+        step = min(step, (TABLE_M * PLACE_MISS / sixth.max()) ** (1 / 6))
+    if np.any(sixth[:3] > 0):
+        step = min(step, (TABLE_SHARE * RATE_MISS * second[:3].max() / sixth[:3].max()) ** 0.25)
+    paths = [one for one in host.smooth if one is not None]
+    if paths:  # all have the same knots: the pieces between them are theirs
+        knot, start = paths[0].knot_s, paths[0].first_s + host.zero_s
+        first_s = start - knot * np.ceil((start - first_s) / knot)
+        step = knot / np.ceil(knot / step)
+    count = max(int(np.ceil((last_s - first_s) / step)), 1)
+    knots = np.asarray(first_s + step * np.arange(count + 1), float)
+    value, rate, second_rate = (host.at(knots, order) * step**order for order in range(3))
+    if paths:
+        strongest += float(np.linalg.norm([np.abs(one.at(knots - host.zero_s, 2)).max() for one in paths[:2]]))
+    return HostTable(quintics(value, rate, second_rate), float(first_s), float(step), strongest)
 
 
 def fit_host_motion(
@@ -73,8 +172,7 @@ def fit_host_motion(
     overtones: int = OVERTONES,
     zero_s: float = 0.0,
 ) -> HostMotion:
-    """Harmonics by weighted least squares, with the frequency as an unknown (variable projection, Golub and Pereyra
-    1973).
+    """Harmonics, with the frequency as an unknown; further lines and a smooth path where they leave more than noise.
 
     Parameters
     ----------
@@ -83,59 +181,134 @@ def fit_host_motion(
     frequency_hz : what the shaker was asked for, or None: the highest line of the spectrum is taken as the start
     zero_s : time from which phases count; the middle of a run keeps the frequency's error from them
 
-    A Host that moves less than its noise gets means only.  Gross errors are cut at :data:`GROSS_SD` robust sds and the
-    fit repeated.
+    A Host that moves less than its noise gets means only.
     """
-    moving = _moves(position, sd)
-    if not moving:
-        return _standing(position, sd, zero_s)
     time_s = time_s - zero_s
-    omega = 2 * np.pi * (frequency_hz or _spectral_peak(time_s, position))
-    keep = np.isfinite(position) & np.isfinite(sd)
-    coefficients = np.zeros((4, 1 + 2 * overtones))
-    sd_omega = np.inf
-    for _ in range(12):
-        basis = _basis(time_s, omega, overtones)
-        slope = _basis_slope(time_s, omega, overtones)
-        numerator = denominator = 0.0
-        residual = np.full_like(position, np.nan)
-        for axis in range(4):
-            m = keep[:, axis]
-            if m.sum() < basis.shape[1] + 2:
-                coefficients[axis] = 0.0
-                coefficients[axis, 0] = np.nanmean(position[:, axis]) if m.any() else 0.0
-                continue
-            weight = 1 / sd[m, axis]
-            coefficients[axis] = np.linalg.lstsq(basis[m] * weight[:, None], position[m, axis] * weight, rcond=None)[0]
-            residual[:, axis] = position[:, axis] - basis @ coefficients[axis]
-            direction = (slope[m] @ coefficients[axis]) * weight
-            direction -= (basis[m] * weight[:, None]) @ np.linalg.lstsq(
-                basis[m] * weight[:, None], direction, rcond=None
-            )[0]
-            numerator += direction @ (residual[m, axis] * weight)
-            denominator += direction @ direction
-        step = numerator / denominator if denominator > 0 else 0.0
-        sd_omega = 1 / np.sqrt(denominator) if denominator > 0 else np.inf
-        omega += float(np.clip(step, -0.02 * omega, 0.02 * omega))
-        limit = GROSS_SD * np.maximum(_robust_sd(residual), 1e-12)
-        keep = np.isfinite(residual) & (np.abs(residual) < limit)
-        if abs(step) < 1e-3 * sd_omega:
+    fit, overtones = _main_line(time_s, position, sd, frequency_hz, overtones)
+    fit = _with_further_lines(time_s, position, sd, fit)
+    left = [excess(time_s, column).there for column in fit.residual.T]
+    if any(left) and overtones and _left_share(position, fit) > MAIN_SHARE:
+        # No line of it is the drive: a sweep, a random drive.
+        fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
+        left = [excess(time_s, column).there for column in fit.residual.T]
+    smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
+    kept = 1 + 2 * overtones
+    omega_sd = float(fit.sd[0]) if overtones else 0.0
+    if overtones and any(smooth):  # a line that wanders is known to its width alone
+        omega_sd = float(np.hypot(omega_sd, 2 * np.pi * np.sqrt(_left_share(position, fit)) / np.ptp(time_s)))
+    omega = float(fit.frequencies[0]) if overtones else 0.0
+    phase = 0.0
+    if overtones:
+        main = int(np.argmax(np.hypot(fit.coefficients[:2, 1], fit.coefficients[:2, 2])))
+        phase = float(np.arctan2(fit.coefficients[main, 1], fit.coefficients[main, 2]))
+    return HostMotion(
+        fit.coefficients[:, :kept],
+        omega,
+        omega_sd,
+        robust_sd(residual),
+        phase,
+        residual,
+        zero_s,
+        fit.frequencies[min(overtones, 1) :],
+        fit.coefficients[:, kept:],
+        smooth,
+        _widened(residual)[:, None, None] * fit.inverse,
+    )
+
+
+def _main_line(
+    time_s: Array, position: Array, sd: Array, frequency_hz: float | None, overtones: int
+) -> tuple[LineFit, int]:
+    """The harmonics of a Host that moves, and how many; of what it was asked for, or of the strongest line of its
+    spectrum where that one leaves less."""
+    if not _moves(position, sd):
+        return fit_lines(time_s, position, sd, np.zeros(0), 0), 0
+    peak = 2 * np.pi * _spectral_peak(time_s, position)
+    fastest = HIGHEST_SHARE * np.pi / float(np.median(np.diff(time_s)))
+    overtones = int(np.clip(fastest / max(peak, 1e-300), 1, overtones))
+    asked = 2 * np.pi * frequency_hz if frequency_hz else peak
+    fit = fit_lines(time_s, position, sd, np.array([asked]), overtones)
+    if abs(fit.frequencies[0] - peak) * np.ptp(time_s) > 2 * np.pi:
+        other = fit_lines(time_s, position, sd, np.array([peak]), overtones)
+        if _left_share(position, other) < OWN_SHARE * _left_share(position, fit):
+            return other, overtones
+    return fit, overtones
+
+
+def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit) -> LineFit:
+    """``fit`` and lines beside it: all that the noise is reached with, if they are no comb that draws a transient; else
+    those only that stand out by themselves."""
+    stands = True  # whether each line so far took most of what was there
+    own, duration = fit, float(np.ptp(time_s)) if len(time_s) else 0.0
+    for _ in range(MOST_LINES):
+        found = [excess(time_s, column) for column in fit.residual.T]
+        above = [axis for axis, one in enumerate(found) if one.there]
+        if not above:
+            return fit if stands or _spaced(fit, duration) else own
+        axis = max(above, key=lambda one: found[one].power)
+        omega = found[axis].omega_rad_per_s
+        near = np.concatenate([[0.0], fit.omegas])
+        if np.min(np.abs(near - omega)) * duration < 2 * np.pi * APART:
             break
-    main = int(np.argmax(np.hypot(coefficients[:2, 1], coefficients[:2, 2])))
-    phase = float(np.arctan2(coefficients[main, 1], coefficients[main, 2]))
-    return HostMotion(coefficients, float(omega), float(sd_omega), _robust_sd(residual), phase, residual, zero_s)
+        more = fit_lines(time_s, position, sd, np.append(fit.frequencies, omega), fit.overtones)
+        before, after = (float(np.nanmean(one.residual[:, axis] ** 2)) for one in (fit, more))
+        if not after < before:
+            break
+        fit = more
+        stands = stands and after < OWN_SHARE * before
+        own = fit if stands else own
+    return own
 
 
-def _basis_slope(time_s: Array, omega: float, overtones: int) -> Array:
-    """Derivative of the basis with respect to omega."""
-    columns = [np.zeros_like(time_s)]
-    for k in range(1, overtones + 1):
-        columns += [-k * time_s * np.sin(k * omega * time_s), k * time_s * np.cos(k * omega * time_s)]
-    return np.stack(columns, -1)
+def _spaced(fit: LineFit, duration_s: float) -> bool:
+    """Whether lines lie too far apart from each other and from zero to draw a transient together."""
+    apart = np.diff(np.sort(np.concatenate([[0.0], fit.omegas])))
+    return bool(np.min(apart) * duration_s > 2 * np.pi * NO_COMB)
 
 
-def _robust_sd(residual: Array) -> Array:
-    return np.array([spread(column) for column in residual.T])
+def _smooth_paths(
+    time_s: Array, residual: Array, there: NDArray[np.bool_]
+) -> tuple[tuple[SmoothPath | None, ...], Array]:
+    """Smooth paths of the axes where more than noise is ``there`` (4,), and what they leave (N, 4).  The correlation of
+    the noise is that of the other axes, which the same cameras see; where all move, that of what paths leave."""
+    paths: list[SmoothPath | None] = [None] * 4
+    if not there.any():
+        return tuple(paths), residual
+    together, left = noise_correlation(residual[:, ~there]), residual
+    for _ in range(2 if there.all() else 1):
+        left = residual.copy()
+        for axis in np.flatnonzero(there):
+            path = paths[axis] = smooth_path(time_s, residual[:, axis], together)
+            if path is not None:
+                left[:, axis] -= path.at(time_s)
+        together = noise_correlation(left)
+    return tuple(paths), left
+
+
+def _left_share(position: Array, fit: LineFit) -> float:
+    """Share of the variance in the plane that lines leave."""
+    known = np.isfinite(position[:, :2]) & fit.keep[:, :2]
+    total = left = 0.0
+    for axis in range(2):
+        m = known[:, axis]
+        if m.any():
+            total += float(np.sum((position[m, axis] - np.mean(position[m, axis])) ** 2))
+            left += float(np.sum(fit.residual[m, axis] ** 2))
+    return left / total if total > 0 else 0.0
+
+
+def _widened(residual: Array) -> Array:
+    """Variance (4,) of each axis' noise where it is taken for white: that of its frames, widened for their
+    correlation."""
+    found = np.zeros(4)
+    for axis, column in enumerate(residual.T):
+        r = column[np.isfinite(column)]
+        if len(r) > 2:
+            r = np.clip(r, -3 * np.std(r), 3 * np.std(r))
+            power = float(np.sum(r**2))
+            together = float(np.clip(np.sum(r[1:] * r[:-1]) / power, 0.0, MOST_WIDENED)) if power > 0 else 0.0
+            found[axis] = power / len(r) * (1 + together) / (1 - together)
+    return found
 
 
 def _moves(position: Array, sd: Array) -> bool:
@@ -144,13 +317,6 @@ def _moves(position: Array, sd: Array) -> bool:
         if known.sum() > 1 and np.std(position[known, axis]) > max(10 * float(np.median(sd[known, axis])), 2e-5):
             return True
     return False
-
-
-def _standing(position: Array, sd: Array, zero_s: float) -> HostMotion:
-    known = np.isfinite(position)
-    mean = np.array([np.mean(position[known[:, a], a]) if known[:, a].any() else 0.0 for a in range(4)])
-    residual = position - mean
-    return HostMotion(mean[:, None], 0.0, 0.0, _robust_sd(residual), 0.0, residual, zero_s)
 
 
 def _spectral_peak(time_s: Array, position: Array) -> float:

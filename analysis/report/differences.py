@@ -70,7 +70,7 @@ def compare_methods(
 
 
 def host_acceleration(motion: pd.DataFrame) -> float:
-    """Largest acceleration of the Host in the plane, m/s^2, from its fitted harmonics; 0 for a Host at rest,
+    """Largest acceleration of the Host in the plane, m/s^2, from its fitted motion; 0 for a Host at rest,
     NaN with fewer than 20 frames of it.
     """
     time_s = motion["time_s"].to_numpy(float)
@@ -137,7 +137,7 @@ def in_words(
             f"{percent(share) if share < 1 else with_unit(share, digits=2) + ' times'} "
             f"{'of ' if share < 1 else ''}the median normal speed. The error depends on the drive's phase at "
             "the contact: it does not average out, and more impacts do not help. "
-            "The flight model carries the Host as harmonics and the NES with floor friction up to the "
+            "The flight model carries the Host along its measured path and the NES with floor friction up to the "
             "contact instant itself."
         )
     return paragraphs

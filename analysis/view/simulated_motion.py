@@ -25,7 +25,7 @@ def simulated_motion(
 
     The NES is where the simulator's nominal model takes it from the state measured after the impact before; it is
     missing before the first impact and where no flight could be predicted (see `flown_flights`).  The Host follows
-    its fitted harmonics.  A run is never simulated as a whole: chaos would carry it away after a few impacts.
+    its fitted motion.  A run is never simulated as a whole: chaos would carry it away after a few impacts.
     Raises `InputError` where neither ``identification`` nor ``[model]`` give a parameter of the wall.
     """
     clock = motion["time_s"].to_numpy(float)

@@ -147,7 +147,7 @@ def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies
     parts.
     """
     if low[SHARP] > 0.0 and flies_on:
-        restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], p)
+        restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], record[P.TIME], p)
         strike_extended(before, low, restitution, p, k)
         y[: P.LOST_FRICTION], y[P.HOST :] = before[: P.LOST_FRICTION], before[P.HOST :]
     else:
@@ -168,6 +168,7 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
+    p[P.LAST_IMPACT] = -math.inf  # the one number that a run writes
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
@@ -202,6 +203,7 @@ def run(
         t += duration
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
+            p[P.LAST_IMPACT] = t
             if n_impacts < impacts.shape[0]:
                 impacts[n_impacts, :] = record
             n_impacts += 1

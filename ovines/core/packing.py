@@ -157,18 +157,21 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
         rates.append(math.sqrt(p[P.STIFFNESS_R] * p[P.INVERSE_HOST_INERTIA]))
     fastest = max([rate for rate in rates if rate > 0.0], default=0.0)
     p[P.MAX_STEP] = 0.5 * math.pi / fastest if fastest > 0.0 else p[P.DURATION]
-    shaped = p[P.ELLIPTICITY] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
+    # lobes of order n bend the wall (n/2)^2 times as much as an ellipse of their size
+    p[P.WALL_SHAPE] = abs(p[P.ELLIPTICITY]) + 0.25 * p[P.LOBE_ORDER] ** 2 * abs(p[P.LOBES])
+    shaped = p[P.WALL_SHAPE] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
     turns = (driven and (turning.any() or k[P.HAS_TABLE])) or k[P.HOST_KIND] in (P.FREE, P.SPRUNG)
     k[P.WALL_TURNS] = shaped and turns
     k[P.EXTENDED] = with_energy and can_extend(p, k, drive)
-    k[P.PLAIN] = k[P.HOST_KIND] in (P.FIXED, P.DRIVEN) and not k[P.OFF_CENTRE]
+    k[P.PLAIN] = k[P.HOST_KIND] in (P.FIXED, P.DRIVEN) and not k[P.OFF_CENTRE] and p[P.ROCKING] == 0.0
     k[P.FLOOR_TURNS] = driven and (turning.any() or k[P.HAS_TABLE])
     if k[P.OFF_CENTRE]:
         cosine, sine = math.cos(y[4]), math.sin(y[4])
         dx, dy = cosine * p[P.MASS_X] - sine * p[P.MASS_Y], sine * p[P.MASS_X] + cosine * p[P.MASS_Y]
         y[0], y[1] = y[0] + dx, y[1] + dy
         y[2], y[3] = y[2] - y[5] * dy, y[3] + y[5] * dx
-    pull = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + p[P.FLOOR_FRICTION] * p[P.FLOOR_LOAD]
+    rubbing = p[P.FLOOR_FRICTION] * p[P.FLOOR_LOAD] * (1.0 + abs(p[P.ROCKING]))
+    pull = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + rubbing
     own = math.hypot(y[2], y[3]) + math.hypot(y[P.HOST + 2], y[P.HOST + 3]) + p[P.RADIUS] * abs(y[5])
     scale = own + speed + math.sqrt(pull * p[P.LENGTH])
     p[P.SPEED] = scale if scale > 0.0 else 1.0
@@ -206,7 +209,7 @@ def undamped_resonance(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> bool:
 
 def can_extend(p: np.ndarray, k: np.ndarray, drive: np.ndarray) -> bool:
     """Whether contacts can be sharpened to 30 digits: closed flights, one round wall, instant impacts, weak dampers."""
-    round_only = k[P.N_WALLS] == 2 and p[P.OBSTACLE_RADIUS] == 0.0 and p[P.ELLIPTICITY] == 0.0
+    round_only = k[P.N_WALLS] == 2 and p[P.OBSTACLE_RADIUS] == 0.0 and p[P.WALL_SHAPE] == 0.0
     plain = bool(k[P.CLOSED_FORM]) and p[P.WALL_X] == 0.0 and p[P.WALL_Y] == 0.0 and p[P.CONTACT_DURATION] == 0.0
     if not (round_only and plain) or k[P.HAS_TABLE]:
         return False

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovines.core.effects import EFFECTS
+from ovines.core.effects.effect import Seen
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE
 from ovines.core.packing import pack
@@ -99,7 +100,7 @@ def mechanical_energy(y: np.ndarray, packed: Packed, time_s: float) -> float:
 def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> SimulationResult:
     """Run ``scenario`` with its effects from its start to its end.
 
-    ``rng`` is needed by effects that scatter (``trigger_jitter``) only.
+    ``rng`` is needed by effects that scatter (``trigger_jitter``, ``motion_blur``) only.
     """
     packed = pack(scenario)
     times = sample_times(scenario)
@@ -116,14 +117,14 @@ def simulate(scenario: Scenario, rng: np.random.Generator | None = None) -> Simu
         impact_rows, contact_rows = max(impact_rows, n_impacts), max(contact_rows, n_contacts)
     impacts, contacts = impacts[:n_impacts], contacts[:n_contacts]
     energy = energy_balance(packed, y, end, impacts)
-    shown, seen = times, samples
+    shown = Seen(times, samples, impacts, float(packed.p[P.MASS]))
     for name, values in scenario.effects.items():
         observe = EFFECTS[name].observe
         if observe is not None:
             source = rng if rng is not None else np.random.default_rng(0)
-            shown, seen = observe(shown, seen, EFFECTS[name].complete(values), source)
-    motion = motion_columns(times, seen, packed)
-    return SimulationResult(scenario, shown, motion, impact_records(impacts), contacts, float(end), y, energy)
+            shown = observe(shown, EFFECTS[name].complete(values), source)
+    motion = motion_columns(times, shown.samples, packed)
+    return SimulationResult(scenario, shown.times, motion, impact_records(impacts), contacts, float(end), y, energy)
 
 
 def impact_records(rows: np.ndarray) -> np.recarray:
@@ -134,7 +135,7 @@ def impact_records(rows: np.ndarray) -> np.recarray:
 def motion_columns(times: np.ndarray, samples: np.ndarray, packed: Packed) -> dict[str, np.ndarray]:
     """Samples as the columns of ``simulation.parquet``; z of the NES follows the floor it lies on."""
     height = np.zeros((len(times), 2))
-    if packed.k[P.HOST_KIND] == P.DRIVEN:
+    if packed.k[P.HOST_KIND] in (P.DRIVEN, P.SPRUNG):
         for i, time in enumerate(times):
             height[i] = vertical_motion(time, packed.k, packed.drive, packed.table)
     height[np.isnan(samples[:, 0])] = np.nan

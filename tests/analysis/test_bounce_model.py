@@ -9,9 +9,11 @@ from analysis.bounces.contact import RECORD, BounceRig, wall_frequency
 from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.flights.model import FlightRig
 from analysis.flights.parameters import PARAMETERS
+from analysis.motion.host_path import HostMotion
 
+STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
 REST = BounceRig(
-    FlightRig(np.zeros((4, 7)), 60.0, 0.01, 0.5, 0.04, 0.0),
+    FlightRig(STILL.table(0.0, 1.0), 60.0, 0.01, 0.5, 0.04, 0.0),
     np.zeros(len(PARAMETERS)),
     centre_x_m=0.0,
     centre_y_m=0.0,

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from analysis.compare import compare, one_impact_ahead
-from analysis.comparison.simulated_rig import harmonics_from, nominal_scenario, states_after
+from analysis.comparison.simulated_rig import lines_from, nominal_scenario, states_after
 from analysis.motion.host_path import fit_host_motion
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
@@ -168,7 +168,7 @@ def test_harmonics_keep_their_phase_from_any_start(run):
     time_s = motion["time_s"].to_numpy(float)
     position = motion[["host_x_m", "host_y_m", "host_z_m", "host_angle_rad"]].to_numpy(float)
     host = fit_host_motion(time_s, position, np.full(position.shape, 1e-6), 11.0)
-    later = harmonics_from(host, 0.123)
+    later = lines_from(host, 0.123)
     x = sum(
         h.amplitude * np.sin(2 * np.pi * h.frequency_hz * (time_s - 0.123) + h.phase_rad)
         for h in later

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import analysis.flights.parameters as parameters
+from analysis.motion.host_path import HostMotion
 
 SOURCE = Path(parameters.__file__).read_text(encoding="utf-8")
 NAMES = list(parameters.PARAMETERS)
@@ -35,7 +36,8 @@ for before in sys.argv[1:]:
     p = np.zeros(len(parameters.PARAMETERS))
     for name, value in zip(NAMES, VALUES):
         p[parameters.INDEX[name]] = value
-    rig = model.FlightRig(harmonics, 60.0, 0.01, 0.5, 0.04, 0.3)
+    host = HostMotion(harmonics, 60.0, 0.0, np.zeros(4), 0.3, np.zeros((0, 4))).table(0.0, 0.5)
+    rig = model.FlightRig(host, 60.0, 0.01, 0.5, 0.04, 0.3)
     free = np.array([parameters.INDEX[name] for name in ("friction", "coupling", "load", "magnus", "wall_pull")])
     out, derivative = np.empty((2, 6)), np.empty((2, 6, 6 + len(free)))
     model.fly_with_derivatives(state, 0.0, np.array([0.001, 0.002]), p, free, rig, out, derivative)

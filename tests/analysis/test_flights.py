@@ -22,7 +22,7 @@ HOST = HostMotion(HARMONICS, OMEGA, 1e-3, np.zeros(4), 0.0, np.zeros((0, 4)))
 TRUE = np.zeros(len(PARAMETERS))
 TRUE[INDEX["friction"]], TRUE[INDEX["coupling"]] = 0.25, 1.0
 SHARED = np.zeros(2 + len(LENS_TERMS))
-RIG = FlightRig(HARMONICS, OMEGA, 0.01, 0.5, 0.04, 0.0)
+RIG = FlightRig(HOST.table(-0.1, 1.0), OMEGA, 0.01, 0.5, 0.04, 0.0)
 
 
 def flown(start, frames=40, t0=0.02, p=TRUE):
@@ -130,7 +130,7 @@ def test_a_disk_that_comes_to_rest_tells_its_start_and_the_friction():
     """Friction 0.25 stops 0.3 m/s and 20 rad/s within 0.15 s; the other half second lies still."""
     still = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
     start, times, states = np.array([0.01, 0.0, 0.1, 0.3, -0.1, 20.0]), np.arange(400) / 800, np.empty((400, 6))
-    fly(start, 0.0, times, TRUE, RIG._replace(harmonics=np.zeros((4, 1)), omega_rad_per_s=0.0), states)
+    fly(start, 0.0, times, TRUE, RIG._replace(host=still.table(0.0, 1.0), omega_rad_per_s=0.0), states)
     assert np.abs(states[200, 3:]).max() < 1e-3
     run = replace(run_of(times, states, np.random.default_rng(4)), host=still)
     fit = fit_flights(run, [Flight(0, 399, False)], TRUE, SHARED)

@@ -1,4 +1,5 @@
-"""The Host's motion as harmonics: frequency, amplitudes, a Host at rest, outliers."""
+"""The Host's motion: harmonics where they explain it, further lines, a smooth path for the rest; a Host at rest,
+outliers."""
 
 from __future__ import annotations
 
@@ -6,6 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.motion.host_path import fit_host_motion
+from analysis.motion.host_table import host_at
 
 FREQUENCY_HZ = 11.03
 
@@ -40,6 +42,117 @@ def test_acceleration_is_the_second_derivative():
     h = 1e-5
     numeric = (host.at(t + h) - 2 * host.at(t) + host.at(t - h)) / h**2
     np.testing.assert_allclose(host.at(t, 2)[:, 0], numeric[:, 0], rtol=1e-3, atol=0.05)
+
+
+TURN = 2 * np.pi
+RANDOM = np.random.default_rng(7).uniform([3.0, 0.0], [25.0, TURN], (40, 2))
+DRIVES = {  # x, y (m) over time (s); the lines beside the main one (Hz), whether a smooth path is needed; main line
+    "two lines": (
+        lambda t: (0.0164 * np.sin(TURN * 11 * t) + 0.0035 * np.cos(TURN * 17.3 * t), 0 * t), [17.3], False, 11.0
+    ),
+    "two axes": (lambda t: (0.0164 * np.sin(TURN * 11 * t), 0.005 * np.cos(TURN * 13 * t)), [13.0], False, 11.0),
+    "a small line": (
+        lambda t: (0.0164 * np.sin(TURN * 11 * t) + 1e-4 * np.sin(TURN * 47 * t), 0 * t), [47.0], False, 11.0
+    ),
+    "another frequency than asked": (lambda t: (0.0164 * np.sin(TURN * 13.2 * t), 0 * t), [], False, 13.2),
+    "chirp": (lambda t: (0.01 * np.sin(TURN * (11 * t + 6 * t * t)), 0 * t), [], True, 0.0),
+    "random": (lambda t: (sum(2e-3 * np.sin(TURN * f * t + phase) for f, phase in RANDOM), 0 * t), [], True, 0.0),
+    "start-up": (lambda t: (0.0164 * np.sin(TURN * 11 * t) * (1 - np.exp(-(t + 0.6) / 0.15)), 0 * t), [], True, 11.0),
+}  # fmt: skip
+
+
+def seen_under(drive, seed, correlation=0.0, n=800, sd=8e-6):
+    """(t, exact (N, 2), seen (N, 4), sd): markers' noise white or AR(1), gaps, gross errors."""
+    rng = np.random.default_rng(seed)
+    t = (np.arange(n) - 0.5 * n) / 800
+    exact = np.stack(DRIVES[drive][0](t), -1)
+    noise = rng.standard_normal((n, 4))
+    for i in range(1, n):
+        noise[i] = correlation * noise[i - 1] + np.sqrt(1 - correlation**2) * noise[i]
+    sds = sd * np.array([1.0, 1.0, 2.5, 20.0])
+    seen = np.column_stack([exact, np.zeros((n, 2))]) + noise * sds
+    seen[rng.random(n) < 0.001] += 3e-4
+    seen[200:225] = np.nan
+    return t, exact, seen, np.broadcast_to(sds, (n, 4))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+@pytest.mark.parametrize("drive", DRIVES)
+def test_any_drive_is_followed_within_its_own_sds(drive, correlation):
+    lines, smooth, main = DRIVES[drive][1:]
+    squares = []
+    for seed in range(2):
+        t, exact, seen, sd = seen_under(drive, seed, correlation)
+        host = fit_host_motion(t, seen, sd, 11.0)
+        np.testing.assert_allclose(host.lines_rad_per_s / TURN, lines, atol=0.2)
+        assert host.frequency_hz == pytest.approx(main, abs=0.05)
+        assert any(one is not None for one in host.smooth) == smooth and host.harmonic == (not lines and not smooth)
+        inside = slice(10, -10)  # the ends of a path that steps are no smooth motion
+        step = 1e-5
+        speed = (np.stack(DRIVES[drive][0](t + step), -1) - np.stack(DRIVES[drive][0](t - step), -1)) / (2 * step)
+        covariance = host.covariance(t)[inside, :2]
+        for order, true in enumerate((exact, speed)):
+            miss = (host.at(t, order)[:, :2] - true)[inside]
+            variance = covariance[:, :, order, order]
+            assert np.all(miss[variance == 0] == 0)  # an axis without a line has no speed
+            squares.append(np.mean(miss**2 / np.maximum(variance, 1e-300), 0))
+    assert np.all(np.sqrt(np.mean(np.array(squares).reshape(2, 2, 2), 0)) < 2.5)
+
+
+def test_a_host_that_steps_back_at_impacts_is_followed_below_its_noise():
+    """Kinks of 2 mm/s are no smooth motion; the path is within the noise of a frame all the same."""
+    rng = np.random.default_rng(11)
+    t = np.arange(800) / 800 - 0.5
+    steps = list(zip(np.sort(rng.uniform(-0.48, 0.45, 15)), 2e-3 * rng.choice([-1, 1], 15), strict=True))
+
+    def exact(at):
+        late = [np.clip(at - when, 0, None) for when, _ in steps]
+        back = sum(size * one * np.exp(-one / 0.03) for one, (_, size) in zip(late, steps, strict=True))
+        return 0.0164 * np.sin(TURN * 11 * at) + back
+
+    seen = np.column_stack([exact(t), np.zeros((800, 3))]) + 8e-6 * rng.standard_normal((800, 4))
+    host = fit_host_motion(t, seen, np.full((800, 4), 8e-6), 11.0)
+    assert not host.harmonic and host.frequency_hz == pytest.approx(11.0, abs=0.02)
+    assert np.std((host.at(t)[:, 0] - exact(t))[10:-10]) < 5e-6
+    speed = (exact(t + 1e-5) - exact(t - 1e-5)) / 2e-5
+    assert np.std((host.at(t, 1)[:, 0] - speed)[10:-10]) < 1e-3
+
+
+@pytest.mark.parametrize("drive", ["two lines", "chirp", "start-up"])
+def test_compiled_code_takes_the_same_path(drive):
+    t, _, seen, sd = seen_under(drive, 0)
+    host = fit_host_motion(t, seen, sd, 11.0)
+    table = host.table(t[0], t[-1])
+    times = np.linspace(t[0], t[-1], 1777)
+    found = np.array([host_at(one, table) for one in times])
+    np.testing.assert_allclose(found[:, :4], host.at(times), atol=1e-10)
+    np.testing.assert_allclose(found[:, 4:8], host.at(times, 1), atol=1e-7)
+    assert np.abs(found[:, 8] - host.at(times, 2)[:, 2]).max() < 1e-6 * np.abs(host.at(times, 2)).max()
+    far = host_at(t[-1] + 1.0, table)
+    last = host_at(t[-1] + 0.5, table)
+    assert far.x - last.x == pytest.approx(0.5 * far.vx) and far.lift == 0.0  # beyond it goes on as it went
+
+
+def test_a_path_goes_on_beyond_its_ends_with_the_velocity_it_has():
+    t, _, seen, sd = seen_under("chirp", 0)
+    path = fit_host_motion(t, seen, sd, None).smooth[0]
+    beyond = path.last_s + np.array([0.0, 0.1, 0.2])
+    assert np.ptp(np.diff(path.at(beyond))) < 1e-12 and np.ptp(path.at(beyond, 1)) == 0.0
+    assert path.at(beyond[1:], 2).tolist() == [0.0, 0.0]
+
+
+def test_noise_alone_is_no_motion():
+    """Neither a Host at rest nor a shaken one gets lines or a path from noise, white or correlated."""
+    for correlation in (0.0, 0.5, 0.7):
+        for seed in range(12):
+            rng = np.random.default_rng(seed)
+            noise = rng.standard_normal((600, 4))
+            for i in range(1, 600):
+                noise[i] = correlation * noise[i - 1] + np.sqrt(1 - correlation**2) * noise[i]
+            t, exact, _, sd = shaken(600)
+            assert fit_host_motion(t, exact + 1e-5 * noise, sd, 11.0).harmonic
+            still = fit_host_motion(t, 1e-5 * noise, sd, None)
+            assert still.harmonic and not still.moves
 
 
 def test_outliers_and_gaps_do_no_harm():

@@ -27,7 +27,7 @@ PARAMETER[INDEX["friction"]], PARAMETER[INDEX["coupling"]] = 0.25, 1.0
 LAW = {"restitution": 0.72, "wall_friction": 0.15, "tangential_restitution": 0.45}
 RADIUS = 0.04
 RIG = BounceRig(
-    FlightRig(HARMONICS, OMEGA, 0.01, 0.5, RADIUS, 0.0),
+    FlightRig(HOST.table(-0.1, 2.0), OMEGA, 0.01, 0.5, RADIUS, 0.0),
     PARAMETER,
     centre_x_m=0.0,
     centre_y_m=0.0,

@@ -212,7 +212,7 @@ CASES = [
     Case("Host still", lambda: plant(still=True), GOOD),
     Case("one impact", lambda: with_impacts(1)(plant()), DOUBTFUL, LAW, "1 impact could be used"),
     Case("no impact", lambda: with_impacts(0)(plant()), DOUBTFUL, LAW, "0 impacts could be used"),
-    Case("halves of two recordings glued", lambda: halves_glued(plant()), NO, PRINCIPAL, "periodic motion"),
+    Case("halves of two recordings glued", lambda: halves_glued(plant()), NO, PRINCIPAL, "The Host jumps"),
 ]
 
 

@@ -31,11 +31,14 @@ def speeds(result):
 def test_names_and_stages_are_the_contract():
     expected = {
         "flight": {"floor_friction", "spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion",
-                   "friction_drift"},
-        "impact": {"speed_dependent_restitution", "direction_dependent_restitution", "finite_contact_time"},
-        "geometry": {"wall_ellipticity", "wall_centre_offset", "mass_centre_offset", "centre_marker_offset"},
+                   "friction_drift", "nes_rocking"},
+        "impact": {"speed_dependent_restitution", "direction_dependent_restitution", "finite_contact_time",
+                   "restitution_drift"},
+        "geometry": {"wall_ellipticity", "wall_centre_offset", "mass_centre_offset", "centre_marker_offset",
+                     "wall_lobes", "inertia_error"},
+        "drive": {"host_recoil", "host_ringing", "host_sway"},
         "measurement": {"camera_clock_offset", "sensor_window_offset", "length_scale_error", "frame_rate_error",
-                        "plane_tilt", "trigger_jitter"},
+                        "plane_tilt", "trigger_jitter", "motion_blur"},
     }  # fmt: skip
     for stage, names in expected.items():
         assert names == {effect.name for effect in EFFECTS.values() if effect.stage == stage}
@@ -189,6 +192,196 @@ def test_measurement_effects():
     late = simulate(replace(RING, effects={"trigger_jitter": {"sd_s": 1e-4}}), np.random.default_rng(5))
     moved = (late.motion["nes_x_m"] - plain.motion["nes_x_m"]) / plain.motion["nes_vx_m_per_s"]
     assert np.std(moved) == pytest.approx(1e-4, rel=0.15)
+
+
+def test_restitution_drift():
+    drifting = replace(RING, run_number=2)
+    impacts = with_effect(drifting, "restitution_drift", relative_per_s=-0.2, relative_per_run=0.03).impacts
+    ratio = -impacts["normal_speed_after_m_per_s"] / impacts["normal_speed_before_m_per_s"]
+    assert len(impacts) > 5
+    assert np.allclose(ratio, 0.7 * (1 - 0.2 * impacts["time_s"]) * 1.06, atol=1e-12)
+    hard = with_effect(replace(RING, run_number=50), "restitution_drift", relative_per_run=0.03).impacts
+    assert np.allclose(-hard["normal_speed_after_m_per_s"], hard["normal_speed_before_m_per_s"], rtol=1e-12)
+
+
+def test_nes_rocking():
+    """Speed lost s after an impact: mu g (s + a T (1 - exp(-s / T))); before the first it is plain friction's."""
+    rubbed = replace(RING, friction=FloorFriction(0.2, "coulomb", "host", 1e-5), initial_nes=(0, 0, 2, 0, 0, 0))
+    scenario = replace(rubbed, duration_s=0.06, sample_rate_hz=4e3)
+    result = with_effect(scenario, "nes_rocking", relative=-0.6, decay_s=0.015)
+    hits, speed = result.impacts, speeds(result)
+    late = result.time_s - hits["time_s"][0]
+    assert np.allclose(speed[late < 0], 2.0 - 0.2 * 9.81 * result.time_s[late < 0], atol=1e-8)
+    after = (late > 0) & (result.time_s < np.append(hits["time_s"], 1.0)[1])
+    s, left = late[after], -hits["normal_speed_after_m_per_s"][0]
+    assert s[-1] > 0.03
+    assert np.allclose(speed[after], left - 0.2 * 9.81 * (s - 0.6 * 0.015 * (1 - np.exp(-s / 0.015))), atol=1e-8)
+
+
+def test_inertia_error():
+    """A contact that sticks shares its slip between speed and spin as the true inertia has it (thesis eq. 96)."""
+    scenario = replace(RING, impact=ImpactLaw(0.7, 50.0, 0.5), max_impacts=1)
+    for ratio in (0.8, 1.3):
+        hit = with_effect(scenario, "inertia_error", ratio=ratio).impacts[0]
+        slip, q = hit["tangential_speed_before_m_per_s"], 0.5 * ratio
+        impulse_per_mass = -1.5 * slip / (1 + 1 / q)
+        spun = hit["spin_after_rad_per_s"] - hit["spin_before_rad_per_s"]
+        assert spun == pytest.approx(impulse_per_mass / (q * 0.01), rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [3, 5])
+def test_wall_lobes(order):
+    """The disk never crosses R_c (1 + a cos n(azimuth - phi)) and touches it; a smooth elastic impact mirrors there."""
+    scenario = replace(RING, impact=ImpactLaw(1.0, 0.0, 0.0), sample_rate_hz=2e5, duration_s=1.0)
+    result = with_effect(scenario, "wall_lobes", amplitude=0.01, order=order, direction_rad=0.4)
+    distance, azimuth = contact_radii(result)
+    room = 0.04 * (1 + 0.01 * np.cos(order * (azimuth - 0.4))) - distance
+    assert -1e-12 < np.min(room) < 1e-6
+    assert np.ptp(azimuth[room < 1e-5]) > 1.0
+    for hit in result.impacts[:20]:
+        k = int(np.searchsorted(result.time_s, hit["time_s"]))
+        velocity = np.array([[result.motion[f"nes_v{axis}_m_per_s"][i] for axis in "xy"] for i in (k - 1, k)])
+        # the wall's normal by differences of its own equation
+        around = azimuth[k] + np.array([-1e-6, 1e-6])
+        edge = 0.04 * (1 + 0.01 * np.cos(order * (around - 0.4))) * np.array([np.cos(around), np.sin(around)])
+        along = (edge[:, 1] - edge[:, 0]) / np.linalg.norm(edge[:, 1] - edge[:, 0])
+        before, after = velocity @ along
+        assert before == pytest.approx(after, abs=2e-3)
+        before, after = velocity @ np.array([along[1], -along[0]])
+        assert before == pytest.approx(-after, abs=2e-3) and before > 0.01
+
+
+def test_lobes_and_ellipse_add_up():
+    scenario = replace(RING, impact=ImpactLaw(1.0, 0.0, 0.0), sample_rate_hz=2e5, duration_s=1.0)
+    both = {"wall_ellipticity": {"ellipticity": 0.01}, "wall_lobes": {"amplitude": 0.006}}
+    distance, azimuth = contact_radii(simulate(replace(scenario, effects=both)))
+    room = 0.04 * (1 + 0.01 * np.cos(2 * azimuth) + 0.006 * np.cos(3 * azimuth)) - distance
+    assert -1e-12 < np.min(room) < 1e-6
+
+
+SHAKEN = replace(
+    RING, host=Host(0.05, motion="driven", drive=(Harmonic("x", 0.0164, 11.0, 0.3), Harmonic("z", 1e-3, 11.0, 1.0)))
+)
+
+
+def drive_x(time_s):
+    return 0.0164 * np.sin(2 * math.pi * 11.0 * time_s + 0.3)
+
+
+@pytest.mark.parametrize("scenario", [SHAKEN, RING], ids=["driven", "fixed"])
+def test_host_recoil(scenario):
+    """Between two impacts the Host swings about its drive as a damped oscillator, from the momentum of the first."""
+    drive = drive_x if scenario is SHAKEN else np.zeros_like
+    scenario = replace(scenario, sample_rate_hz=2e4, duration_s=0.2)
+    shown = with_effect(scenario, "host_recoil", mass_kg=2.0, frequency_hz=20.0, damping_ratio=0.25)
+    time, hits = shown.time_s, shown.impacts["time_s"]
+    before = time < hits[0]
+    assert np.allclose(shown.motion["host_x_m"][before], drive(time[before]), atol=1e-12)
+    span = (time > hits[0] + 1e-9) & (time < hits[1])
+    late, k = time[span] - hits[0], int(np.flatnonzero(span)[0])
+    largest = 0.0
+    # without friction the disk's velocity is constant but for the impact
+    for axis, home in (("x", drive), ("y", np.zeros_like)):
+        change = shown.motion[f"nes_v{axis}_m_per_s"][k] - shown.motion[f"nes_v{axis}_m_per_s"][k - 2]
+        kick, omega = -0.02 / 2.0 * change, 2 * math.pi * 20.0
+        damped = omega * math.sqrt(1 - 0.25**2)
+        swing = kick / damped * np.exp(-0.25 * omega * late) * np.sin(damped * late)
+        assert np.allclose(shown.motion[f"host_{axis}_m"][span] - home(time[span]), swing, atol=1e-8)
+        largest = max(largest, np.ptp(swing))
+    assert largest > 1e-5
+    assert np.all(np.abs(shown.motion["host_angle_rad"]) < 1e-6)
+    assert np.array_equal(shown.motion["host_z_m"], simulate(scenario).motion["host_z_m"])
+    assert abs(shown.energy.relative_residual) < 1e-8
+
+
+def test_a_heavy_host_does_not_recoil():
+    shown, plain = with_effect(SHAKEN, "host_recoil", mass_kg=1e9), simulate(SHAKEN)
+    early = plain.time_s < 0.2
+    for name in ("nes_x_m", "nes_y_m", "host_x_m"):
+        assert np.allclose(shown.motion[name][early], plain.motion[name][early], atol=1e-7)
+
+
+def test_host_ringing():
+    """After each impact the markers swing as damped oscillators of a modal mass; the motion itself stays the same."""
+    scenario = replace(SHAKEN, sample_rate_hz=2e4, duration_s=0.2)
+    plain = simulate(scenario)
+    shown = with_effect(scenario, "host_ringing", mass_kg=0.5, frequency_hz=90.0, damping_ratio=0.1)
+    assert np.array_equal(shown.impacts, plain.impacts)
+    assert np.array_equal(shown.motion["nes_x_m"], plain.motion["nes_x_m"])
+    root = (-0.1 + 1j * math.sqrt(0.99)) * 2 * math.pi * 90.0
+    place, rate = np.zeros((len(plain.time_s), 2)), np.zeros((len(plain.time_s), 2))
+    for hit in plain.impacts:
+        late = plain.time_s - hit["time_s"]
+        speed = 0.02 / 0.5 * (hit["normal_speed_before_m_per_s"] - hit["normal_speed_after_m_per_s"])
+        wave = np.where(late > 0, np.exp(root * np.clip(late, 0, None)), 0.0)
+        towards = [math.cos(hit["azimuth_rad"]), math.sin(hit["azimuth_rad"])]
+        place += np.outer(speed * np.imag(wave) / root.imag, towards)
+        rate += np.outer(speed * np.imag(root * wave) / root.imag, towards)
+    for column, axis in enumerate("xy"):
+        off = shown.motion[f"host_{axis}_m"] - plain.motion[f"host_{axis}_m"]
+        assert np.allclose(off, place[:, column], atol=1e-15) and np.ptp(off) > 1e-6
+        speed = shown.motion[f"host_v{axis}_m_per_s"] - plain.motion[f"host_v{axis}_m_per_s"]
+        assert np.allclose(speed, rate[:, column], atol=1e-12)
+
+
+@pytest.mark.parametrize("scenario", [SHAKEN, RING], ids=["driven", "fixed"])
+def test_host_sway(scenario):
+    values = {"amplitude_m": 2e-4, "frequency_hz": 0.7, "direction_rad": 0.5, "phase_rad": 1.1}
+    shown, plain = with_effect(scenario, "host_sway", **values), simulate(scenario)
+    sway = 2e-4 * np.sin(2 * math.pi * 0.7 * plain.time_s + 1.1)
+    assert np.allclose(shown.motion["host_x_m"] - plain.motion["host_x_m"], math.cos(0.5) * sway, atol=1e-15)
+    assert np.allclose(shown.motion["host_y_m"] - plain.motion["host_y_m"], math.sin(0.5) * sway, atol=1e-15)
+    # the wall sways, too: the disk turns back there
+    reach = np.hypot(*(shown.motion[f"nes_{a}_m"] - shown.motion[f"host_{a}_m"] for a in "xy"))
+    assert 0.039 < np.max(reach) < 0.04 + 1e-12
+
+
+def test_motion_blur():
+    plain = simulate(SHAKEN)
+    shown = simulate(replace(SHAKEN, effects={"motion_blur": {"sd_s": 2e-5}}), np.random.default_rng(4))
+    errors = []
+    for body in ("nes", "host"):
+        speed = np.hypot(*(plain.motion[f"{body}_v{a}_m_per_s"] for a in "xy"))
+        for axis in "xy":
+            errors.append((shown.motion[f"{body}_{axis}_m"] - plain.motion[f"{body}_{axis}_m"]) / speed)
+    assert np.allclose(np.std(errors, axis=1), 2e-5, rtol=0.08)
+    assert abs(np.corrcoef(errors)[np.triu_indices(4, 1)]).max() < 0.1
+    turned = (shown.motion["nes_angle_rad"] - plain.motion["nes_angle_rad"]) / plain.motion["nes_spin_rad_per_s"]
+    assert np.std(turned) == pytest.approx(2e-5, rel=0.08)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("wall_lobes", {"amplitude": 0.01, "order": 3.5}, "whole number"),
+        ("wall_lobes", {"amplitude": 0.01, "order": 2.0}, "order"),
+        ("wall_lobes", {"amplitude": 0.05, "order": 6.0}, "bends inwards"),
+        ("inertia_error", {"ratio": 0.0}, "ratio"),
+        ("host_recoil", {"mass_kg": 0.0}, "mass_kg"),
+        ("host_recoil", {"mass_kg": 1.0, "damping_ratio": 0.0}, "damping_ratio"),
+        ("host_ringing", {"mass_kg": 1.0, "frequency_hz": 90.0, "damping_ratio": 1.0}, "damping_ratio"),
+        ("host_sway", {"amplitude_m": 1e-3}, "without frequency_hz"),
+        ("nes_rocking", {"relative": -1.5}, "relative"),
+        ("nes_rocking", {"relative": 0.5, "decay_s": 0.0}, "decay_s"),
+        ("motion_blur", {"sd_s": -1e-5}, "sd_s"),
+    ],
+)
+def test_nonsense_is_refused(name, values, said):
+    with pytest.raises(ScenarioError, match=said):
+        with_effect(RING, name, **values)
+
+
+def test_effects_that_a_host_cannot_have_are_refused():
+    free = replace(RING, host=Host(0.05, motion="free", mass_kg=1.0))
+    for name, values in (
+        ("host_recoil", {"mass_kg": 1.0}),
+        ("host_sway", {"amplitude_m": 1e-3, "frequency_hz": 1.0}),
+    ):
+        with pytest.raises(ScenarioError, match=name):
+            with_effect(free, name, **values)
+    square = Host(polygon_m=((0.05, -0.05), (0.05, 0.05), (-0.05, 0.05), (-0.05, -0.05)))
+    with pytest.raises(ScenarioError, match="flat walls"):
+        with_effect(replace(RING, host=square), "wall_lobes", amplitude=0.01)
 
 
 def test_refusals():

@@ -52,19 +52,27 @@ def with_law(**values):
 def test_restitution_falls_with_speed_and_swings_with_azimuth():
     """Closed forms; each effect alone is off where its parameter is 0, and the value stays within 0..1."""
     plain = with_law(RESTITUTION=0.7)
-    assert effective_restitution(1.3, 0.4, plain) == 0.7
+    assert effective_restitution(1.3, 0.4, 0.0, plain) == 0.7
     falling = with_law(RESTITUTION=0.8, RESTITUTION_FAST=0.5, RESTITUTION_SPEED=0.25)
     for speed in (0.0, 0.1, 0.25, 2.0):
-        assert effective_restitution(speed, 0.0, falling) == pytest.approx(0.5 + 0.3 * np.exp(-speed / 0.25), rel=1e-14)
+        assert effective_restitution(speed, 0.0, 0.0, falling) == pytest.approx(
+            0.5 + 0.3 * np.exp(-speed / 0.25), rel=1e-14
+        )
     swing = with_law(RESTITUTION=0.7, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)
     for azimuth in (0.5, 1.5, 0.5 + np.pi):
-        assert effective_restitution(1.0, azimuth, swing) == pytest.approx(0.7 + 0.1 * np.cos(azimuth - 0.5), rel=1e-14)
+        assert effective_restitution(1.0, azimuth, 0.0, swing) == pytest.approx(
+            0.7 + 0.1 * np.cos(azimuth - 0.5), rel=1e-14
+        )
     assert (
-        effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.95, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5))
+        effective_restitution(
+            1.0, 0.5, 0.0, with_law(RESTITUTION=0.95, RESTITUTION_SWING=0.1, RESTITUTION_DIRECTION=0.5)
+        )
         == 1.0
     )
     assert (
-        effective_restitution(1.0, 0.5, with_law(RESTITUTION=0.05, RESTITUTION_SWING=-0.1, RESTITUTION_DIRECTION=0.5))
+        effective_restitution(
+            1.0, 0.5, 0.0, with_law(RESTITUTION=0.05, RESTITUTION_SWING=-0.1, RESTITUTION_DIRECTION=0.5)
+        )
         == 0.0
     )
 

@@ -62,6 +62,9 @@ class Physics(NamedTuple):
     pull_width_m: float  # ... and falling off within this distance
     mass_x_m: float  # centre of mass from the disk's middle, in the disk
     mass_y_m: float
+    recoil_share: float  # the disk's mass over the Host's, which steps back at impacts ...
+    recoil_rad_per_s: float  # ... and swings about where it was, so fast, ...
+    recoil_decay_per_s: float  # ... for so long
     step_s: float
 
 
@@ -91,18 +94,40 @@ def sliding_table(count: int = 4001) -> np.ndarray:
     return out
 
 
+LINE_COLUMNS = 8
+
+
 @njit(cache=True)
-def host_at(time, harmonics):
-    """Host's position, velocity and acceleration (each x, y, rotation, z); ``harmonics`` (n, 4): axis, amplitude,
-    rad/s, phase.
+def host_at(time, lines):
+    """Host's position, velocity and acceleration (each x, y, rotation, z).
+
+    ``lines`` (n, 8): axis (negative: no more lines), amplitude, rad/s, phase, sweep (rad/s^2), since (s; nothing
+    before), rise (s; 0: at once) and decay (1/s): a sine, a chirp, a start-up, or what rings after an impact, and any
+    sum of them.
     """
     where, speed, change = np.zeros(4), np.zeros(4), np.zeros(4)
-    for i in range(harmonics.shape[0]):
-        axis, size, omega = int(harmonics[i, 0]), harmonics[i, 1], harmonics[i, 2]
-        phase = omega * time + harmonics[i, 3]
-        where[axis] += size * math.sin(phase)
-        speed[axis] += size * omega * math.cos(phase)
-        change[axis] -= size * omega * omega * math.sin(phase)
+    for i in range(lines.shape[0]):
+        if lines[i, 0] < 0.0:
+            break
+        late = time - lines[i, 5]
+        rise, decay = lines[i, 6], lines[i, 7]
+        if late < 0.0 or lines[i, 1] == 0.0 or decay * late > 40.0:
+            continue
+        axis, size, sweep = int(lines[i, 0]), lines[i, 1], lines[i, 4]
+        phase = lines[i, 3] + (lines[i, 2] * time if decay == 0.0 else lines[i, 2] * late) + 0.5 * sweep * time * time
+        omega = lines[i, 2] + sweep * time
+        sine, cosine = math.sin(phase), math.cos(phase)
+        # the envelope g and its derivatives
+        g, g1, g2 = 1.0, 0.0, 0.0
+        if rise > 0.0:
+            left = math.exp(-late / rise)
+            g, g1, g2 = 1.0 - left, left / rise, -left / rise**2
+        elif decay > 0.0:
+            g = math.exp(-decay * late)
+            g1, g2 = -decay * g, decay * decay * g
+        where[axis] += size * g * sine
+        speed[axis] += size * (g1 * sine + g * omega * cosine)
+        change[axis] += size * (g2 * sine + 2.0 * g1 * omega * cosine + g * (sweep * cosine - omega * omega * sine))
     return where, speed, change
 
 
@@ -364,7 +389,14 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
         time += high
         nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 0.0
         n += 1
+        before = state[3:5].copy()
         state, told = strike(time, state, p, harmonics, drawn[k])
+        if p.recoil_share != 0.0 and told[0] > 0.0:  # the Host takes the momentum and swings back
+            for axis in range(2):
+                row = harmonics.shape[0] - 2 * drawn.shape[0] + 2 * k + axis
+                kick = -p.recoil_share * (state[3 + axis] - before[axis]) / p.recoil_rad_per_s
+                harmonics[row, 0], harmonics[row, 1], harmonics[row, 2] = axis, kick, p.recoil_rad_per_s
+                harmonics[row, 5], harmonics[row, 7] = time, p.recoil_decay_per_s
         impacts[k, 0], impacts[k, 1:] = time, told
         k += 1
         press = pressed(time, state, p, harmonics, gust, table)[1]

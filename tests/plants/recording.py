@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
-from tests.plants.kernel import GRAVITY_M_PER_S2, middle_of, run, sliding_table
+from tests.plants.kernel import GRAVITY_M_PER_S2, LINE_COLUMNS, host_at, middle_of, run, sliding_table
 from tests.plants.rig import FRAME_RATE_HZ, LAST_FRAME, LATEST_S, Rig, Spec, draw_rig
 
 FAST_M_PER_S = 0.15
@@ -45,14 +45,82 @@ class Run:
     truth: dict[str, Any] = field(repr=False)
 
 
-def _harmonics(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+def _harmonic(rig: Rig, rng: np.random.Generator) -> np.ndarray:
     omega, phase = 2 * np.pi * rig.drive_hz, rng.uniform(0, 2 * np.pi, 5)
     size = rig.amplitude_m
-    return np.array([
+    still = np.array([1.0, 0.0 if rig.spec.still else 1.0, 1.0, 1.0])
+    return _rows(np.array([
         [0, size, omega, phase[0]], [0, size * rng.uniform(0.003, 0.02), 2 * omega, phase[1]],
         [1, size * rng.uniform(0.002, 0.015), omega, phase[2]], [2, 1e-4 * rng.uniform(0.2, 1), omega, phase[3]],
         [3, (rig.vertical_g + 0.002) * GRAVITY_M_PER_S2 / omega**2, omega, phase[4]],
-    ]) * np.array([1.0, 0.0 if rig.spec.still else 1.0, 1.0, 1.0])  # fmt: skip
+    ]) * still)  # fmt: skip
+
+
+def _rows(lines: np.ndarray) -> np.ndarray:
+    """Lines for ever (n, 4) as the kernel takes them."""
+    rows = np.zeros((len(lines), LINE_COLUMNS))
+    rows[:, :4], rows[:, 5] = lines, -np.inf
+    return rows
+
+
+def _more(rig: Rig, *lines: tuple[float, ...]) -> np.ndarray:
+    """Rows of lines given by axis, amplitude and frequency over the drive's, and phase."""
+    unit = np.array([1.0, rig.amplitude_m, 2 * np.pi * rig.drive_hz, 1.0])
+    return _rows(np.array(lines) * unit)
+
+
+def _two_lines(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    return np.vstack([_harmonic(rig, rng), _more(rig, (0, 0.2, 17.3 / 11, rng.uniform(0, 6.28)))])
+
+
+def _two_axes(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    return np.vstack([_harmonic(rig, rng), _more(rig, (1, 0.6, 13 / 11, rng.uniform(0, 6.28)))])
+
+
+def _small_line(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    return np.vstack([_harmonic(rig, rng), _more(rig, (0, 0.006, 47 / 11, rng.uniform(0, 6.28)))])
+
+
+def _chirp(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    """From 0.6 to 1.4 of the drive's frequency over the run."""
+    rows = _more(rig, (0, 1.0, 0.6, rng.uniform(0, 6.28)))
+    omega = 2 * np.pi * rig.drive_hz
+    rows[:, 4] = 0.8 * omega / ((rig.spec.periods + SPIN_UP_PERIODS) / rig.drive_hz)
+    return rows
+
+
+def _random(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    """Forty lines between 0.4 and 1.6 of the drive's frequency."""
+    return _more(rig, *((0, 0.2 / f, f, rng.uniform(0, 6.28)) for f in rng.uniform(0.4, 1.6, 40)))
+
+
+def _start_up(rig: Rig, rng: np.random.Generator) -> np.ndarray:
+    """From rest on, within a period and a half."""
+    rows = _harmonic(rig, rng)
+    rows[:, 5], rows[:, 6] = 0.0, 1.5 / rig.drive_hz
+    return rows
+
+
+#: name -> lines of the drive
+DRIVES = {
+    "harmonic": _harmonic,
+    "two lines": _two_lines,
+    "two axes": _two_axes,
+    "small line": _small_line,
+    "chirp": _chirp,
+    "random": _random,
+    "start-up": _start_up,
+}
+
+
+def _later(rows: np.ndarray, late_s: float) -> np.ndarray:
+    """The same motion with time from ``late_s`` on."""
+    rows = rows.copy()
+    ringing = rows[:, 7] > 0  # their phase counts from their own begin
+    rows[:, 3] += np.where(ringing, 0.0, rows[:, 2] * late_s + 0.5 * rows[:, 4] * late_s**2)
+    rows[:, 2] += rows[:, 4] * late_s
+    rows[:, 5] -= late_s
+    return rows
 
 
 def _gust(rig: Rig, duration_s: float, rng: np.random.Generator) -> np.ndarray:
@@ -96,12 +164,14 @@ def moved(rig: Rig, rng: np.random.Generator) -> tuple[np.ndarray, pd.DataFrame,
 def _moved_once(rig: Rig, rng: np.random.Generator) -> tuple[np.ndarray, pd.DataFrame, np.ndarray, np.ndarray]:
     period = 1 / rig.drive_hz
     duration = (rig.spec.periods + SPIN_UP_PERIODS) * period
-    harmonics, p = _harmonics(rig, rng), rig.physics
+    harmonics, p = DRIVES[rig.spec.drive](rig, rng), rig.physics
+    if p.recoil_share:
+        none = np.zeros((2 * MOST_IMPACTS, LINE_COLUMNS))
+        none[:, 0] = -1.0
+        harmonics = np.vstack([harmonics, none])
     far, azimuth = p.reach_m * 0.9 * np.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
     start = np.zeros(8)
-    omega = harmonics[:, 2]
-    for axis in (0, 1):
-        start[axis] = np.sum((harmonics[:, 1] * np.sin(harmonics[:, 3]))[harmonics[:, 0] == axis])
+    start[:2] = host_at(0.0, harmonics)[0][:2]
     start[:2] += far * np.cos(azimuth), far * np.sin(azimuth)
     start[2], start[5] = rng.uniform(0, 2 * np.pi), rng.normal(0, 0.4 * rig.top_speed_m_per_s / p.radius_m)
     start[3:5] = rng.normal(0, (1.5 if rig.spec.still else 0.6) * rig.top_speed_m_per_s, 2)
@@ -112,7 +182,7 @@ def _moved_once(rig: Rig, rng: np.random.Generator) -> tuple[np.ndarray, pd.Data
         duration, np.inf if rig.spec.still else LONGEST_HOLD_PERIODS * period, start, p, harmonics, gust, _TABLE, drawn
     )
     late = SPIN_UP_PERIODS * period
-    harmonics[:, 3] += omega * late
+    harmonics = _later(harmonics[harmonics[:, 0] >= 0], late)
     nodes[:, 0] -= late
     impacts[:, 0] -= late
     kept = impacts[(impacts[:, 0] > 0) & (impacts[:, 1] > 0)]
@@ -136,11 +206,8 @@ def at_times(nodes: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return np.hstack([place, a[:, 4:7] + s * (b[:, 4:7] - a[:, 4:7])])
 
 
-def _host(harmonics: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    out = np.zeros((len(time_s), 4))
-    for axis, size, omega, phase in harmonics:
-        out[:, int(axis)] += size * np.sin(omega * time_s + phase)
-    return out
+def _host(lines: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    return np.array([host_at(t, lines)[0] for t in time_s])
 
 
 def _frame_rate(rig: Rig, impacts: pd.DataFrame) -> float:

@@ -29,7 +29,8 @@ class Spec:
 
     ``law`` of flight (:data:`laws.LAWS`); ``noise`` one of :data:`NOISES` or None to draw; ``physics`` overrides fields
     of :class:`kernel.Physics`, ``reach_m`` and the rest the ring, the drive and the film; ``at_origin`` leaves world
-    and clock alone; ``still``: the Host stands, and the disk comes to rest in it.
+    and clock alone; ``still``: the Host stands, and the disk comes to rest in it;
+    ``drive`` one of :data:`recording.DRIVES`.
     """
 
     law: str = "ours"
@@ -43,6 +44,7 @@ class Spec:
     with_sd: bool = True
     at_origin: bool = False
     still: bool = False
+    drive: str = "harmonic"
     physics: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from ovines.commands.check import NAME  # the command that the written folder must satisfy
 from tests.plants import LAWS, Spec, make_recording, make_series, write_series
-from tests.plants.kernel import GRAVITY_M_PER_S2, Physics, host_at, run, sliding_table, struck
+from tests.plants.kernel import GRAVITY_M_PER_S2, LINE_COLUMNS, Physics, host_at, run, sliding_table, struck
 
 TABLE = sliding_table()
-AT_REST = np.zeros((1, 4))
+AT_REST = np.zeros((1, LINE_COLUMNS))
 
 
 def physics(**changed: float) -> Physics:
@@ -109,14 +109,44 @@ def test_a_disk_that_the_wall_carries_is_let_go_when_the_wall_slows():
     a period.
     """
     omega = 2 * np.pi * 10.0
-    host = np.array([[0, 0.01, omega, 0.0]])
+    host = np.array([[0, 0.01, omega, 0.0, 0.0, -1.0, 0.0, 0.0]])
     p = physics()
     early = 1e-3
     where, speed, _ = host_at(early, host)
-    shifted = np.array([[0, 0.01, omega, omega * early]])
+    shifted = np.array([[0, 0.01, omega, omega * early, 0.0, -1.0, 0.0, 0.0]])
     _, _, held = gone(p, [where[0] + p.reach_m * (1 - 1e-9), 0.0, 0.0, speed[0], 0.0, 0.0], 0.049 + 0.012, shifted)
     assert held[0, 0] < 2e-3
     assert held[0, 1] == pytest.approx(np.pi / omega - early, abs=2 * p.step_s)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        [0, 0.01, 60.0, 0.4, 0.0, -1.0, 0.0, 0.0],
+        [1, 0.01, 60.0, 0.4, 40.0, -1.0, 0.0, 0.0],
+        [0, 0.01, 60.0, 0.4, 0.0, 0.0, 0.15, 0.0],
+        [2, 0.01, 60.0, 0.0, 0.0, 0.1, 0.0, 25.0],
+    ],
+)
+def test_speed_and_acceleration_of_a_line_are_its_derivatives(line):
+    """A sine, a chirp, a start-up, and what rings after an instant; before it there is nothing."""
+    lines, axis, step = np.array([line]), line[0], 1e-5
+    for time in (0.12, 0.31, 0.5):
+        before, now, after = (host_at(time + k * step, lines) for k in (-1, 0, 1))
+        assert (after[0][axis] - before[0][axis]) / (2 * step) == pytest.approx(now[1][axis], rel=1e-5, abs=1e-7)
+        assert (after[1][axis] - before[1][axis]) / (2 * step) == pytest.approx(now[2][axis], rel=1e-5, abs=1e-4)
+    assert line[5] < 0 or not np.any(host_at(line[5] - 1e-3, lines))
+
+
+def test_a_host_that_recoils_takes_the_momentum():
+    """A disk of a thousandth of the Host's mass: the Host gets a thousandth of the disk's change of speed."""
+    p = physics(recoil_share=1e-3, recoil_rad_per_s=60.0, recoil_decay_per_s=20.0)
+    lines = np.zeros((1001, LINE_COLUMNS))
+    lines[1:, 0] = -1.0
+    state = np.array([0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0, -1.0])
+    nodes, impacts, _ = run(0.04, 1e9, state, p, lines, np.zeros((0, 3)), TABLE, np.zeros((500, 2)))
+    assert len(impacts) == 1
+    assert host_at(impacts[0, 0] + 1e-9, lines)[1][0] == pytest.approx(1e-3 * (1.5 - nodes[-1, 4]), rel=1e-6)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparison.simulated_rig import harmonics_from
+from analysis.comparison.simulated_rig import moved
 from analysis.flights.fit import FlightFits, RunData
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run, cut
@@ -97,12 +97,13 @@ def record(
     friction, coupling = (float(ladder.flights.fitted.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
     values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
     # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
-    drive = [h for h in harmonics_from(host, start_s) if h.axis != "z" or "vertical_motion" in values]
-    values.pop("vertical_motion", None)
+    wall = moved(Host(radius_m=_contact_m(ladder, data) + data.radius_m), host, start_s, duration_s)
+    if values.pop("vertical_motion", None) is None:
+        wall = replace(wall, drive=tuple(h for h in wall.drive if h.axis != "z"))
     scenario = Scenario(
         "next test",
         Nes(data.radius_m, 1.0, data.inertia_factor),
-        Host(radius_m=_contact_m(ladder, data) + data.radius_m, motion="driven", drive=tuple(drive)),
+        wall,
         _law(ladder),
         duration_s,
         FloorFriction(friction, "farkas" if coupling > 0.5 else "coulomb") if friction > 0 else None,
@@ -143,13 +144,14 @@ def _contact_m(ladder: Ladder, data: RunData) -> float:
 
 
 def _host(host: HostMotion, setting: Setting) -> HostMotion:
-    """The Host's harmonics in a setting: the same acceleration at another frequency asks for another amplitude; at rest
-    only means are left.
+    """The Host's lines in a setting: the same acceleration at another frequency asks for another amplitude; at rest
+    only means are left.  What no line explains (a sweep, a recoil) is not asked of the shaker.
     """
     if setting.launch is not None:
         return HostMotion(host.harmonics[:, :1], 0.0, 0.0, host.residual_sd, 0.0, host.residual[:0])
+    size = setting.level / setting.frequency**2
     harmonics = host.harmonics.copy()
-    harmonics[:, 1:] *= setting.level / setting.frequency**2
+    harmonics[:, 1:] *= size
     return HostMotion(
         harmonics,
         setting.frequency * host.omega_rad_per_s,
@@ -157,6 +159,8 @@ def _host(host: HostMotion, setting: Setting) -> HostMotion:
         host.residual_sd,
         host.phase_rad,
         host.residual[:0],
+        lines_rad_per_s=setting.frequency * host.lines_rad_per_s,
+        line_coefficients=size * host.line_coefficients,
     )
 
 

@@ -71,7 +71,7 @@ def resolve(
         push(at, face, -normal / k_nn, 0.0, p, k, y)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * face.y, at[0] - at[4] + p[P.RADIUS] * face.x)
-    restitution = effective_restitution(normal, azimuth, p)
+    restitution = effective_restitution(normal, azimuth, t, p)
     friction, reversal = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION]
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]

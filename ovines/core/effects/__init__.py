@@ -3,11 +3,13 @@
 from ovines.core.effects.effect import Effect, EffectParameter
 from ovines.core.effects.flight import FLIGHT_EFFECTS
 from ovines.core.effects.geometry import GEOMETRY_EFFECTS
+from ovines.core.effects.host import HOST_EFFECTS
 from ovines.core.effects.impact import IMPACT_EFFECTS
 from ovines.core.effects.measurement import MEASUREMENT_EFFECTS
 
 EFFECTS: dict[str, Effect] = {
-    effect.name: effect for effect in FLIGHT_EFFECTS + IMPACT_EFFECTS + GEOMETRY_EFFECTS + MEASUREMENT_EFFECTS
+    effect.name: effect
+    for effect in FLIGHT_EFFECTS + IMPACT_EFFECTS + GEOMETRY_EFFECTS + HOST_EFFECTS + MEASUREMENT_EFFECTS
 }
 
 __all__ = ["EFFECTS", "Effect", "EffectParameter"]

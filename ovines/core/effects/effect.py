@@ -14,7 +14,20 @@ from ovines.core.system.packed import Packed
 
 Values = Mapping[str, float]  # an effect's parameters
 Apply = Callable[[Packed, Values, Scenario], Packed]
-Observe = Callable[[Floats, Floats, Values, np.random.Generator], tuple[Floats, Floats]]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a run shows: ``times`` (n,), ``samples`` (n, 12, columns of :mod:`ovines.core.integration.sampling`), the
+    engine's ``impacts`` (k, columns of :mod:`ovines.core.system.parameters`) and the disk's mass (kg)."""
+
+    times: Floats
+    samples: Floats
+    impacts: Floats
+    mass_kg: float
+
+
+Observe = Callable[[Seen, Values, np.random.Generator], Seen]
 
 
 @dataclass(frozen=True)
@@ -37,9 +50,8 @@ def unchanged(packed: Packed, values: Values, scenario: Scenario) -> Packed:
 class Effect:
     """One effect, used by all: ``apply`` changes the packed scenario, ``observe`` the sampled motion.
 
-    ``observe(times, samples, values, rng)`` takes sample times (n,) and samples (n, 12, columns of
-    :mod:`ovines.core.integration.sampling`) and gives what is reported.  ``meaning`` says what it is, how large and
-    after whom.
+    ``observe(seen, values, rng)`` takes what a run shows (:class:`Seen`) and gives what is reported of it.  ``meaning``
+    says what it is, how large and after whom.
     """
 
     name: str

@@ -54,6 +54,10 @@ def _friction_drift(packed: Packed, values: Values, scenario: Scenario) -> Packe
     return with_floats(packed, {P.FLOOR_FRICTION: strength, P.DRIFT_PER_S: values["relative_per_s"]})
 
 
+def _rocking(packed: Packed, values: Values, scenario: Scenario) -> Packed:
+    return with_floats(packed, {P.ROCKING: values["relative"], P.ROCKING_S: values["decay_s"]})
+
+
 FLIGHT_EFFECTS = (
     Effect(
         "floor_friction", "flight", (EffectParameter("coefficient", "1", 0.0, INF),),
@@ -102,5 +106,15 @@ FLIGHT_EFFECTS = (
         ),
         "Floor friction times (1 + a t)(1 + b run): wear, dust or charge (thesis Sec. 9.1 saw PVC washers slow down).",
         _friction_drift,
+    ),
+    Effect(
+        "nes_rocking", "flight",
+        (
+            EffectParameter("relative", "1", -1.0, INF),
+            EffectParameter("decay_s", "s", 1e-6, INF, 0.02),
+        ),
+        "After each impact the disk rocks on its rim: floor friction times 1 + a exp(-s / T), s since the last impact. "
+        "a is negative where it touches the floor less.",
+        _rocking,
     ),
 )  # fmt: skip

@@ -22,6 +22,14 @@ def _direction_dependent(packed: Packed, values: Values, scenario: Scenario) -> 
     return with_floats(packed, changes)
 
 
+def _restitution_drift(packed: Packed, values: Values, scenario: Scenario) -> Packed:
+    changes = {
+        P.RESTITUTION_PER_S: values["relative_per_s"],
+        P.RESTITUTION_OF_RUN: values["relative_per_run"] * scenario.run_number,
+    }
+    return with_floats(packed, changes)
+
+
 def _finite_contact(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_floats(packed, {P.CONTACT_DURATION: values["duration_s"]})
 
@@ -46,6 +54,15 @@ IMPACT_EFFECTS = (
         "eps_0 + a cos(azimuth - phi), azimuth of the contact from the Host's centre, world frame, kept in 0..1: "
         "a wall that is stiffer on one side.",
         _direction_dependent,
+    ),
+    Effect(
+        "restitution_drift", "impact",
+        (
+            EffectParameter("relative_per_s", "1/s", -INF, INF, 0.0),
+            EffectParameter("relative_per_run", "1/run", -INF, INF, 0.0),
+        ),
+        "Restitution times (1 + a t)(1 + b run), kept in 0..1: a wall that wears, hardens or warms.",
+        _restitution_drift,
     ),
     Effect(
         "finite_contact_time", "impact", (EffectParameter("duration_s", "s", 0.0, 0.1),),

@@ -7,41 +7,51 @@ they are declared here and act where images are made (`observe` None); the other
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.compiled import Floats
-from ovines.core.effects.effect import Effect, EffectParameter, Values
+from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values
 
 INF = math.inf
 _POSITIONS, _VELOCITIES = (0, 1, 6, 7), (2, 3, 8, 9)
 
 
-def _scale(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    seen = samples.copy()
+def _scale(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+    seen = shown.samples.copy()
     seen[:, _POSITIONS + _VELOCITIES] *= values["scale"]
-    return times, seen
+    return replace(shown, samples=seen)
 
 
-def _frame_rate(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    seen = samples.copy()
+def _frame_rate(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+    seen = shown.samples.copy()
     seen[:, (2, 3, 5, 8, 9, 11)] /= values["ratio"]
-    return times * values["ratio"], seen
+    return replace(shown, times=shown.times * values["ratio"], samples=seen)
 
 
-def _plane(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    seen = samples.copy()
+def _plane(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+    seen = shown.samples.copy()
     seen[:, (0, 2, 6, 8)] *= math.cos(values["y_rad"])
     seen[:, (1, 3, 7, 9)] *= math.cos(values["x_rad"])
-    return times, seen
+    return replace(shown, samples=seen)
 
 
-def _jitter(times: Floats, samples: Floats, values: Values, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    seen = samples.copy()
-    late = rng.normal(0.0, values["sd_s"], len(times))
+def _jitter(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+    seen = shown.samples.copy()
+    samples = shown.samples
+    late = rng.normal(0.0, values["sd_s"], len(seen))
     for position, velocity in ((0, 2), (1, 3), (4, 5), (6, 8), (7, 9), (10, 11)):
         seen[:, position] += samples[:, velocity] * late
-    return times, seen
+    return replace(shown, samples=seen)
+
+
+def _blur(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+    seen = shown.samples.copy()
+    for first in (0, 6):  # each body by its own errors
+        speed = np.hypot(seen[:, first + 2], seen[:, first + 3])
+        seen[:, first : first + 2] += values["sd_s"] * speed[:, None] * rng.standard_normal((len(seen), 2))
+        seen[:, first + 4] += values["sd_s"] * np.abs(seen[:, first + 5]) * rng.standard_normal(len(seen))
+    return replace(shown, samples=seen)
 
 
 MEASUREMENT_EFFECTS = (
@@ -92,5 +102,13 @@ MEASUREMENT_EFFECTS = (
         (EffectParameter("sd_s", "s", 0.0, INF),),
         "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.",
         observe=_jitter,
+    ),
+    Effect(
+        "motion_blur",
+        "measurement",
+        (EffectParameter("sd_s", "s", 0.0, INF),),
+        "Places scatter by this time's way, in any direction (normal, sd times speed; angles by sd times spin), each "
+        "body by its own: markers smeared over the exposure are found less well the faster they are.",
+        observe=_blur,
     ),
 )

@@ -165,7 +165,7 @@ def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
     """
     if k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0:
         return False
-    room = p[P.CONTACT_RADIUS] * (1.0 - abs(p[P.ELLIPTICITY])) - 0.125 * bend
+    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE]) - 0.125 * bend
     ax, ay, bx, by = a[0] - p[P.WALL_X], a[1] - p[P.WALL_Y], b[0] - p[P.WALL_X], b[1] - p[P.WALL_Y]
     return room > 0.0 and max(ax * ax + ay * ay, bx * bx + by * by) < room * room
 

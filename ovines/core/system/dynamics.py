@@ -64,6 +64,8 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
         floor_spin = at[9]
         load = max(load + vertical_acceleration(t, k, drive, table), 0.0)
     strength = max(p[P.FLOOR_FRICTION] * (1.0 + p[P.DRIFT_PER_S] * t), 0.0) * load
+    if p[P.ROCKING] != 0.0:
+        strength *= 1.0 + p[P.ROCKING] * math.exp(-(t - p[P.LAST_IMPACT]) / p[P.ROCKING_S])
     ax, ay, torque = floor_friction(
         vx - floor_vx, vy - floor_vy, spin - floor_spin, p[P.RADIUS], strength, p[P.REGULARISATION], p[P.COUPLING]
     )

@@ -31,14 +31,15 @@ def luding(
 
 
 @compiled
-def effective_restitution(speed: float, azimuth: float, p: Floats) -> float:
-    """Restitution at a normal approach speed and world azimuth: the constant, or its two effects, within 0..1."""
+def effective_restitution(speed: float, azimuth: float, time: float, p: Floats) -> float:
+    """Restitution at a normal approach speed, world azimuth and time: the constant, or its effects, within 0..1."""
     value = p[P.RESTITUTION]
     if p[P.RESTITUTION_SPEED] > 0.0:
         fast = p[P.RESTITUTION_FAST]
         value = fast + (value - fast) * math.exp(-speed / p[P.RESTITUTION_SPEED])
     if p[P.RESTITUTION_SWING] != 0.0:
         value += p[P.RESTITUTION_SWING] * math.cos(azimuth - p[P.RESTITUTION_DIRECTION])
+    value *= (1.0 + p[P.RESTITUTION_PER_S] * time) * (1.0 + p[P.RESTITUTION_OF_RUN])
     return min(max(value, 0.0), 1.0)
 
 

@@ -25,9 +25,9 @@ def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p: Floats, 
         y -= p[P.WALL_Y]
         square = x * x + y * y
         rate = x * vx + y * vy
-        if p[P.ELLIPTICITY] == 0.0 or square == 0.0:
+        if p[P.WALL_SHAPE] == 0.0 or square == 0.0:
             return 0.5 * (radius - square / radius), -rate / radius
-        stretch, slope = ellipse(x, y, p)
+        stretch, slope, _bend = stretched(x, y, p)
         turning = (x * vy - y * vx) / square
         return (
             0.5 * (radius * stretch * stretch - square / radius),
@@ -42,10 +42,20 @@ def gap_measure(wall: int, x: float, y: float, vx: float, vy: float, p: Floats, 
 
 
 @compiled
-def ellipse(x: float, y: float, p: Floats) -> tuple[float, float]:
-    """1 + e cos 2(azimuth - phi) and its derivative with azimuth (effect ``wall_ellipticity``)."""
-    angle = 2.0 * (math.atan2(y, x) - p[P.ELLIPSE_DIRECTION])
-    return 1.0 + p[P.ELLIPTICITY] * math.cos(angle), -2.0 * p[P.ELLIPTICITY] * math.sin(angle)
+def stretched(x: float, y: float, p: Floats) -> tuple[float, float, float]:
+    """Contact radius over the round one, 1 + e cos 2(azimuth - phi) and lobes likewise, and its first and second
+    derivative with azimuth (effects ``wall_ellipticity``, ``wall_lobes``).
+    """
+    azimuth = math.atan2(y, x)
+    angle = 2.0 * (azimuth - p[P.ELLIPSE_DIRECTION])
+    oval = p[P.ELLIPTICITY] * math.cos(angle)
+    slope = -2.0 * p[P.ELLIPTICITY] * math.sin(angle)
+    if p[P.LOBES] == 0.0:
+        return 1.0 + oval, slope, -4.0 * oval
+    order = p[P.LOBE_ORDER]
+    angle = order * (azimuth - p[P.LOBE_DIRECTION])
+    lobe = p[P.LOBES] * math.cos(angle)
+    return 1.0 + oval + lobe, slope - order * p[P.LOBES] * math.sin(angle), -4.0 * oval - order * order * lobe
 
 
 @compiled
@@ -62,10 +72,10 @@ def contact_frame(wall: int, x: float, y: float, p: Floats, polygon: Floats) -> 
         if distance == 0.0:
             return 1.0, 0.0, radius, 1.0 / radius
         nx, ny = x / distance, y / distance
-        if p[P.ELLIPTICITY] == 0.0:
+        if p[P.WALL_SHAPE] == 0.0:
             return nx, ny, radius - distance, 1.0 / radius
-        stretch, slope = ellipse(x, y, p)
-        rho, d_rho, dd_rho = radius * stretch, radius * slope, -4.0 * radius * (stretch - 1.0)
+        stretch, slope, bend = stretched(x, y, p)
+        rho, d_rho, dd_rho = radius * stretch, radius * slope, radius * bend
         steep = math.hypot(rho, d_rho)
         cosine, sine = rho / steep, -d_rho / steep
         curvature = (rho * rho + 2.0 * d_rho * d_rho - rho * dd_rho) / steep**3
@@ -97,8 +107,8 @@ def safe_time(
     else:
         speed = math.hypot(vx, vy)
         radius = p[P.CONTACT_RADIUS] if wall == P.ROUND else p[P.OBSTACLE_RADIUS]
-        if wall == P.ROUND and p[P.ELLIPTICITY] != 0.0:
-            e = abs(p[P.ELLIPTICITY])
+        if wall == P.ROUND and p[P.WALL_SHAPE] != 0.0:
+            e = p[P.WALL_SHAPE]
             distance = math.hypot(x - p[P.WALL_X], y - p[P.WALL_Y])
             if distance < 0.6 * radius:  # the ellipse's measure is rough near the centre: go by displacement alone
                 room = radius * (1.0 - e) - distance
