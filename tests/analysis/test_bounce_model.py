@@ -9,16 +9,14 @@ from analysis.bounces.contact import RECORD, BounceRig, wall_frequency
 from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.flights.model import FlightRig
 from analysis.flights.parameters import PARAMETERS
+from analysis.walls.wall import Wall
 
 REST = BounceRig(
     FlightRig(np.zeros((4, 7)), 60.0, 0.01, 0.5, 0.04, 0.0),
     np.zeros(len(PARAMETERS)),
-    centre_x_m=0.0,
-    centre_y_m=0.0,
+    surfaces=Wall.ring(0.04).surfaces,
     disk_x_m=0.0,
     disk_y_m=0.0,
-    ellipse_cos=0.0,
-    ellipse_sin=0.0,
     wall_friction=0.15,
     tangential_restitution=0.4,
     stop_speed_m_per_s=0.02,

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparison.simulated_rig import harmonics_from
+from analysis.comparison.simulated_rig import harmonics_from, simulated_wall
 from analysis.flights.fit import FlightFits, RunData
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run, cut
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.motion.host_path import HostMotion
+from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.effects import EFFECTS
 
@@ -75,10 +76,10 @@ class Recorded:
             like.contact_radius_m,
             like.radius_m,
             like.inertia_factor,
+            like.wall,
         )
-        return cut(
-            made, np.column_stack([self.host.at(time_s), np.full((n, 4), sd)]), np.arange(n), _contact_m(ladder, like)
-        )
+        host = np.column_stack([self.host.at(time_s), np.full((n, 4), sd)])
+        return cut(made, host, np.arange(n), _wall(ladder, like))
 
 
 def record(
@@ -102,7 +103,7 @@ def record(
     scenario = Scenario(
         "next test",
         Nes(data.radius_m, 1.0, data.inertia_factor),
-        Host(radius_m=_contact_m(ladder, data) + data.radius_m, motion="driven", drive=tuple(drive)),
+        Host(**simulated_wall(_wall(ladder, data), data.radius_m), motion="driven", drive=tuple(drive)),
         _law(ladder),
         duration_s,
         FloorFriction(friction, "farkas" if coupling > 0.5 else "coulomb") if friction > 0 else None,
@@ -136,10 +137,8 @@ def _law(ladder: Ladder) -> ImpactLaw:
     )
 
 
-def _contact_m(ladder: Ladder, data: RunData) -> float:
-    return (
-        ladder.impacts.fitted.wall.wall.contact_radius_m if ladder.impacts.fitted is not None else data.contact_radius_m
-    )
+def _wall(ladder: Ladder, data: RunData) -> Wall:
+    return ladder.impacts.fitted.wall.wall if ladder.impacts.fitted is not None else data.wall
 
 
 def _host(host: HostMotion, setting: Setting) -> HostMotion:
@@ -165,10 +164,17 @@ def _start(fits: FlightFits, host: HostMotion, setting: Setting, start_s: float)
     the Host's centre, in the direction in which the disk was seen to fly."""
     x, y, angle, vx, vy, spin = fits.states[0]
     place = np.array([x, y]) - fits.run.host.at(np.array([start_s]))[0, :2]
-    place *= min(1.0, 0.9 * fits.run.contact_radius_m / max(float(np.hypot(*place)), 1e-9))
+    place *= _share_inside(fits.run.wall, place, float(fits.run.host.at(np.array([start_s]))[0, 3]))
     if setting.launch is not None:
         speed, spin = setting.launch
         along = np.array([vx, vy]) / max(float(np.hypot(vx, vy)), 1e-9)
         place, (vx, vy) = np.zeros(2), speed * along
     cx, cy = host.at(np.array([start_s]))[0, :2] + place
     return float(cx), float(cy), float(vx), float(vy), float(angle), float(spin)
+
+
+def _share_inside(wall: Wall, place: Array, host_angle_rad: float) -> float:
+    """By which share of its way from the Host's centre a place is well inside the wall: 1 where it is."""
+    far = max(float(np.hypot(*place)), 1e-9)
+    reach = far - float(wall.outline_gap(place[None], np.array([host_angle_rad]))[0])
+    return min(1.0, 0.9 * reach / far)

@@ -23,6 +23,7 @@ from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIG
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
 from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.thresholds import SIGNIFICANCE
+from analysis.walls.wall import Ring
 
 _MEASURED = {
     "camera_clock_offset": "offset_s",
@@ -149,13 +150,13 @@ def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
 
 def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_found: bool) -> dict[str, Entry]:
     """Shape of the wall and lasting contact, from the contact distance."""
-    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.contact_radius_m
+    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.size_m
     noise_m = rules.SIGNIFICANCE * scatter * np.sqrt(2 / max(int(impacts.wall.used.sum()), 1))
     speed = impacts.data.before
     per_slope = (1 + impacts.law.restitution) / max(impacts.law.restitution, 0.05)
     ellipse = rules.ELLIPTICITY_UNDER_LENS if lens_residual_found else rules.ELLIPTICITY_NEGLIGIBLE
     finite = left.get("finite_contact_time")
-    return {
+    found = {
         "finite_contact_time": _entry(
             "duration_s",
             rules.CONTACT_TIME_NEGLIGIBLE_S,
@@ -164,3 +165,6 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_foun
         ),
         "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"))),
     }
+    return (
+        found if isinstance(impacts.wall.wall.outline, Ring) else {"finite_contact_time": found["finite_contact_time"]}
+    )

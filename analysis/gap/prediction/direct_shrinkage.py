@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.wall import Wall
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.prediction.predict import shrinkage
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_candidates import ImpactFit, wall_prior
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 
@@ -84,6 +84,7 @@ def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrin
     without = fit_without(
         impacts,
         WALL_TERMS_OF[cause.effect],
+        ladder.series.runs[0].data.wall,
         finite=ladder.impacts.finite and cause.effect != "finite_contact_time",
     )
     used = fitted.used & without.used
@@ -94,20 +95,17 @@ def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrin
         return np.bincount(run, weights=np.minimum(residual[used] ** 2, 1e-6), minlength=n).astype(float)
 
     before, after = sums(without.residual_m), sums(fitted.residual_m)
-    share = shrinkage(before, after, sums(fitted.impacts.sd("radius")), rng)
+    share = shrinkage(before, after, sums(fitted.impacts.sd("gap")), rng)
     count = max(int(used.sum()), 1)
     return OwnShrinkage(*share, float(np.sqrt(before.sum() / count)), float(np.sqrt(after.sum() / count)))
 
 
-def fit_without(impacts: ImpactFit, names: tuple[str, ...], *, finite: bool) -> WallFit:
-    """The wall refitted without the terms ``names``; ``finite`` keeps the slope of a contact that lasts."""
-    wall = impacts.wall.wall
-    start = Wall(
-        wall.contact_radius_m,
-        *(
-            np.zeros(2) if name in names else value
-            for name, value in (("centre_x", wall.centre_m), ("disk_x", wall.disk_m), ("ellipse_c", wall.ellipse))
-        ),
-    )
+def fit_without(impacts: ImpactFit, names: tuple[str, ...], stated: Wall, *, finite: bool) -> WallFit:
+    """The wall refitted with the terms ``names`` as ``stated`` (of flat sides, which have no centre of their own, with
+    their distances); ``finite`` keeps the slope of a contact that lasts."""
+    wall, as_stated = impacts.wall.wall, stated.values()
+    held = [t for t in wall.terms if t in names or (t.startswith("side") and "centre_x" in names)]
+    start = wall.moved({name: as_stated[name] - wall.values()[name] for name in held})
     extra = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None] if finite else None
-    return fit_wall(impacts.junctions, start, tuple(t for t in impacts.wall.terms if t not in names), extra=extra)
+    terms = tuple(t for t in impacts.wall.terms if t not in held)
+    return fit_wall(impacts.junctions, start, terms, wall_prior(wall), extra)

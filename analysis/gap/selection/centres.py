@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.cause import Cause
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.series import Series
 from analysis.gap.thresholds import CENTRE_NEGLIGIBLE_M, MASS_CENTRE_NEGLIGIBLE_M, SIGNIFICANCE
+from analysis.walls.wall import DISK_TERMS, Sides, Wall, side_term
 from ovines.recording import Recording
+
+Array = NDArray[np.float64]
 
 
 def is_effect(offset: Cause) -> bool:
@@ -24,23 +30,35 @@ def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None)
     out = []
     if impacts is not None:
         wall, terms = impacts.wall.wall, list(impacts.wall.terms)
-        sd = np.sqrt(np.diag(impacts.wall.covariance))
+        covariance = impacts.wall.covariance[: len(terms), : len(terms)]
         lens = float(np.hypot(2e-6, impacts.wall.scatter_m / 3))
-        for effect, vector, names, limit in (
-            ("wall_centre_offset", wall.centre_m, ("centre_x", "centre_y"), CENTRE_NEGLIGIBLE_M),
-            ("mass_centre_offset", -wall.disk_m, ("disk_x", "disk_y"), MASS_CENTRE_NEGLIGIBLE_M),
+        for effect, vector, rows, limit in (
+            ("wall_centre_offset", wall.centre_m, _centre_rows(wall, terms), CENTRE_NEGLIGIBLE_M),
+            ("mass_centre_offset", -wall.disk_m, _rows_of(DISK_TERMS, terms), MASS_CENTRE_NEGLIGIBLE_M),
         ):
-            error = [
-                float(np.hypot(sd[terms.index(n)], lens if effect == "mass_centre_offset" else 2.5e-5)) for n in names
-            ]
+            sd = np.sqrt(np.diag(rows @ covariance @ rows.T))
+            error = np.hypot(sd, lens if effect == "mass_centre_offset" else 2.5e-5).tolist()
             size = float(np.hypot(*vector))
             parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
-            gain = (size / max(float(sd[terms.index(names[0])]), 1e-12)) ** 2
+            gain = (size / max(float(sd[0]), 1e-12)) ** 2
             out.append(Cause(effect, "geometry", parameters, size / limit, gain, "radius", "impact"))
     marker = _centre_marker(
         series, flight, impacts, any(c.effect == "mass_centre_offset" and is_effect(c) for c in out)
     )
     return out + ([marker] if marker else [])
+
+
+def _rows_of(names: Sequence[str], terms: Sequence[str]) -> Array:
+    """(N, P) that picks ``names`` out of a fit's ``terms``."""
+    return np.array([[float(term == name) for term in terms] for name in names])
+
+
+def _centre_rows(wall: Wall, terms: Sequence[str]) -> Array:
+    """(2, P) that makes the wall's centre of a fit's ``terms``."""
+    if isinstance(wall.outline, Sides):
+        sides = [side_term(k + 1) for k in range(len(wall.outline.names))]
+        return np.asarray(wall.outline.to_centre @ _rows_of(sides, terms), float)
+    return _rows_of(("centre_x", "centre_y"), terms)
 
 
 def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None, off_centre: bool) -> Cause | None:
