@@ -161,14 +161,17 @@ def _host(host: HostMotion, setting: Setting) -> HostMotion:
 
 def _start(fits: FlightFits, host: HostMotion, setting: Setting, start_s: float) -> tuple[float, ...]:
     """x, y, vx, vy, angle, spin: the measured state against the Host, well inside the wall; or launched by hand from
-    the Host's centre, in the direction in which the disk was seen to fly."""
+    the Host's centre (or beside its cylinder), in the direction in which the disk was seen to fly."""
     x, y, angle, vx, vy, spin = fits.states[0]
     place = np.array([x, y]) - fits.run.host.at(np.array([start_s]))[0, :2]
     place *= _share_inside(fits.run.wall, place, float(fits.run.host.at(np.array([start_s]))[0, 3]))
     if setting.launch is not None:
         speed, spin = setting.launch
         along = np.array([vx, vy]) / max(float(np.hypot(vx, vy)), 1e-9)
-        place, (vx, vy) = np.zeros(2), speed * along
+        cylinder = fits.run.wall.cylinder
+        # From the middle of what a cylinder leaves free, else from the Host's.
+        place = along * (0.0 if cylinder is None else 0.5 * (cylinder.radius_m + fits.run.wall.size_m))
+        vx, vy = speed * along
     cx, cy = host.at(np.array([start_s]))[0, :2] + place
     return float(cx), float(cy), float(vx), float(vy), float(angle), float(spin)
 

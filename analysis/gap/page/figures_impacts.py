@@ -39,6 +39,7 @@ VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "finite_contact_time": ("distance", ("approach speed", "azimuth in the room")),
     "wall_ellipticity": ("distance", ("azimuth in the room", "approach speed")),
     "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
+    "stated_radius": ("distance", ("azimuth in the Host", "approach speed")),
     "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
 }
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}

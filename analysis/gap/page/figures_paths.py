@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
-from analysis.flights.fit import RunData
-from analysis.flights.runs import Run
+from analysis.flights.runs import Run, from_host
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import give_room
 from analysis.gap.prediction.predict import QUANTITIES
@@ -65,13 +64,13 @@ def where_map(paths: list[Paths]) -> Figure:
     place: list[Array] = []
     errors: dict[str, list[Array]] = {m: [] for m in shown}
     for p in paths:
-        place.append(p.measured[:, :2] - p.run.data.host.at(p.time_s)[:, :2])
+        place.append(in_host(p))
         for m in shown:
             e = np.hypot(*(p.measured[:, :2] - p.models[m][:, :2]).T)
             limit = WILD * np.nanmedian(e) if np.isfinite(e).any() else np.inf
             errors[m].append(np.where(e < limit, e, np.nan))
     xy = 1e3 * np.concatenate(place)
-    outlines = [1e3 * turned(edge, paths[0].run.data) for edge in paths[0].run.data.wall.edges_m()]
+    outlines = [1e3 * edge for edge in paths[0].run.data.wall.edges_m()]
     reach = 1.02 * float(np.abs(outlines[0]).max())
     edges = np.linspace(-reach, reach, SQUARES + 1)
     maps = {m: 1e6 * _rms_map(xy, np.concatenate(errors[m]), edges) for m in shown}
@@ -98,11 +97,12 @@ def where_map(paths: list[Paths]) -> Figure:
     return figure
 
 
-def turned(edge_m: Array, data: RunData) -> Array:
-    """A curve (N, 2) of the Host's frame in the rig's directions, in the middle of a run."""
-    middle = data.host.at(np.array([float(np.mean(data.time_s))]))[0, 3]
-    c, s = np.cos(middle), np.sin(middle)
-    return edge_m @ np.array([[c, s], [-s, c]])
+def in_host(path: Paths) -> Array:
+    """Where the NES was in the predicted frames (N, 2), seen from the Host and in its directions (m)."""
+    relative, angle = from_host(path.run.data)
+    c, s = np.cos(angle), np.sin(angle)
+    own = np.column_stack([c * relative[:, 0] + s * relative[:, 1], c * relative[:, 1] - s * relative[:, 0]])
+    return own[pd.Index(path.run.frame).get_indexer(path.frame)]
 
 
 def _rms_map(xy: Array, error: Array, edges: Array) -> Array:

@@ -62,10 +62,11 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
         out |= _of_impacts(steps.impacts.fitted, impacts_left)
         out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
     for offset in steps.centres:
-        size, sd = float(np.linalg.norm([v for v, _ in offset.parameters.values()])), offset.parameters["x_m"][1]
+        parameter, (_, sd) = next(iter(offset.parameters.items()))
+        size = float(np.linalg.norm([v for v, _ in offset.parameters.values()]))
         out[offset.effect] = _entry(
-            "x_m",
-            {"mass_centre_offset": rules.MASS_CENTRE_NEGLIGIBLE_M}.get(offset.effect, rules.CENTRE_NEGLIGIBLE_M),
+            parameter,
+            size / max(offset.strength, 1e-9),
             None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
             (size, sd),
         )

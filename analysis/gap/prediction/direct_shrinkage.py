@@ -28,6 +28,7 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
     "wall_centre_offset": ("centre_x", "centre_y"),
     "mass_centre_offset": ("disk_x", "disk_y"),
     "wall_ellipticity": ("ellipse_c", "ellipse_s"),
+    "stated_radius": ("radius", "cylinder_radius"),
     "finite_contact_time": (),
 }
 
@@ -101,10 +102,10 @@ def _of_wall(ladder: Ladder, cause: Cause, rng: np.random.Generator) -> OwnShrin
 
 
 def fit_without(impacts: ImpactFit, names: tuple[str, ...], stated: Wall, *, finite: bool) -> WallFit:
-    """The wall refitted with the terms ``names`` as ``stated`` (of flat sides, which have no centre of their own, with
-    their distances); ``finite`` keeps the slope of a contact that lasts."""
+    """The wall refitted with the terms ``names`` as ``stated`` (of flat sides, whose distances are their radius and
+    centre, with these); ``finite`` keeps the slope of a contact that lasts."""
     wall, as_stated = impacts.wall.wall, stated.values()
-    held = [t for t in wall.terms if t in names or (t.startswith("side") and "centre_x" in names)]
+    held = [t for t in wall.terms if t in names or (t.startswith("side") and {"centre_x", "radius"} & set(names))]
     start = wall.moved({name: as_stated[name] - wall.values()[name] for name in held})
     extra = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None] if finite else None
     terms = tuple(t for t in impacts.wall.terms if t not in held)
