@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.comparison.flights_ahead import one_flight_ahead
 from analysis.comparison.run_statistics import run_statistics
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
+from analysis.walls.wall import identified_wall
 from ovines.core import Scenario
 from ovines.recording import Recording
 
@@ -59,7 +60,8 @@ def compare(
     scenario = nominal_scenario(
         identification, recording, host_motion, float(motion["time_s"].max() - motion["time_s"].min())
     )
-    states = states_after(impacts, host_motion, scenario.nes.radius_m, scenario.host.radius_m or 0.0)
+    wall = identified_wall(identification, recording)
+    states = states_after(impacts, host_motion, scenario.nes.radius_m, wall)
     flights = one_flight_ahead(motion, impacts, states, scenario, host_motion, contacts_s)
     after = one_impact_ahead(impacts, scenario)
     statistics, samples = run_statistics(motion, impacts, states, scenario, host_motion, rng, runs, contacts_s)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from analysis.flights.runs import contact_radius, prepare
+from analysis.flights.runs import prepare
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
@@ -18,6 +18,7 @@ from analysis.identification.intervals import Interval
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import rig_frame
+from analysis.walls.wall import stated_wall
 from ovines.recording import Recording
 from ovines.tables import checked
 
@@ -55,7 +56,7 @@ def identify_series(
     motions: Sequence[pd.DataFrame], recordings: Sequence[Recording]
 ) -> tuple[pd.DataFrame, list[Identified]]:
     """Joint table ``identification`` of runs of one rig, and each run's tables as the joint fit sees them."""
-    frame = rig_frame(motions, contact_radius(recordings[0]))
+    frame = rig_frame(motions, stated_wall(recordings[0]).size_m)
     runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], recordings, frame)
     runs = [run if np.isfinite(run.host_table[:, 0]).any() else replace(run, flights=()) for run in runs]
     unseen = [

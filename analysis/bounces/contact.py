@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.compiled import compiled
 from analysis.flights.model import FlightRig
 from analysis.motion.host_table import host_at
+from analysis.walls.surfaces import nearest_surface, surface_seen
 
 Array = NDArray[np.float64]
 #: columns of an impact's record
@@ -29,7 +30,9 @@ RECORD = (
     "spin_before",
     "spin_after",
     "azimuth",
+    "surface",
 )
+SURFACE = RECORD.index("surface")
 TIME, AZIMUTH = RECORD.index("time"), RECORD.index("azimuth")
 NORMAL_BEFORE, NORMAL_AFTER = RECORD.index("normal_before"), RECORD.index("normal_after")
 TANGENTIAL_BEFORE, TANGENTIAL_AFTER = RECORD.index("tangential_before"), RECORD.index("tangential_after")
@@ -42,23 +45,20 @@ BISECTIONS, LARGEST_DAMPING = 30, 0.999
 
 
 class BounceRig(NamedTuple):
-    """What a bounce sequence knows of rig and laws: the flight's part (contact radius: the fitted wall's) and its
-    ``parameters`` (:mod:`analysis.flights.parameters`), wall and contact law.
+    """What a bounce sequence knows of rig and laws: the flight's part and its ``parameters``
+    (:mod:`analysis.flights.parameters`), wall and contact law.
 
-    ``centre`` of the wall in the Host, ``disk`` the disk's geometric centre seen from its centre of mass (m);
-    ``ellipse_cos``, ``ellipse_sin`` of twice the azimuth, over the radius.  The restitution at approach speed v is
+    ``surfaces`` (S, 6) of the wall (:mod:`analysis.walls.surfaces`), ``disk`` the disk's geometric centre seen from its
+    centre of mass (m).  The restitution at approach speed v is
     restitution + restitution_rise exp(-v / restitution_speed_m_per_s).  Slower than ``stop_speed_m_per_s`` the disk
     stays at the wall; ``wall_frequency_per_s``: undamped, of a contact that lasts, 0 for an instant one.
     """
 
     flight: FlightRig
     parameters: Array
-    centre_x_m: float
-    centre_y_m: float
+    surfaces: Array
     disk_x_m: float
     disk_y_m: float
-    ellipse_cos: float
-    ellipse_sin: float
     wall_friction: float
     tangential_restitution: float
     stop_speed_m_per_s: float
@@ -70,13 +70,14 @@ class BounceRig(NamedTuple):
 
 class ContactView(NamedTuple):
     """The contact point as the wall sees it: ``gap`` beyond the wall (m, > 0: outside), speeds along its normal and its
-    tangent (m/s), azimuth of the contact and direction of the normal (rad)."""
+    tangent (m/s), azimuth of the contact and direction of the normal (rad), number of the surface."""
 
     gap: float
     normal_speed: float
     tangential_speed: float
     azimuth: float
     normal: float
+    surface: int
 
 
 class LastingContact(NamedTuple):
@@ -117,21 +118,16 @@ def wall_frequency(restitution: float, delay_s: float) -> float:
 def contact_view(y: Array, t: float, rig: BounceRig, shift_m: float) -> ContactView:
     """The contact point of a disk in state ``y`` (6,) at t; the wall stands out by ``shift_m`` here."""
     host = host_at(t, rig.flight.host)
-    c, s = np.cos(host.angle), np.sin(host.angle)
     cd, sd = np.cos(y[2]), np.sin(y[2])
     cx = y[0] + cd * rig.disk_x_m - sd * rig.disk_y_m
     cy = y[1] + sd * rig.disk_x_m + cd * rig.disk_y_m
-    rx = cx - host.x - (c * rig.centre_x_m - s * rig.centre_y_m)
-    ry = cy - host.y - (s * rig.centre_x_m + c * rig.centre_y_m)
-    azimuth = np.arctan2(ry, rx)
-    cos2, sin2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
-    radius = rig.flight.contact_radius_m * (1 + rig.ellipse_cos * cos2 + rig.ellipse_sin * sin2) + shift_m
-    normal = azimuth + 2 * (rig.ellipse_cos * sin2 - rig.ellipse_sin * cos2)
-    ex, ey = np.cos(normal), np.sin(normal)
+    which = nearest_surface(rig.surfaces, cx - host.x, cy - host.y, host.angle, rig.flight.radius_m)
+    seen = surface_seen(rig.surfaces[which], cx - host.x, cy - host.y, host.angle, rig.flight.radius_m)
+    ex, ey = np.cos(seen.normal), np.sin(seen.normal)
     px, py = cx + rig.flight.radius_m * ex, cy + rig.flight.radius_m * ey
     vx = y[3] - y[5] * (py - y[1]) - host.vx + host.spin * (py - host.y)
     vy = y[4] + y[5] * (px - y[0]) - host.vy - host.spin * (px - host.x)
-    return ContactView(np.sqrt(rx * rx + ry * ry) - radius, vx * ex + vy * ey, -vx * ey + vy * ex, azimuth, normal)
+    return ContactView(seen.gap - shift_m, vx * ex + vy * ey, -vx * ey + vy * ex, seen.azimuth, seen.normal, which)
 
 
 @compiled
@@ -160,7 +156,7 @@ def push(y: Array, view: ContactView, rig: BounceRig, normal_impulse: float, tan
 @compiled
 def touch(y: Array, view: ContactView, rig: BounceRig, deviation: float, record: Array, t: float) -> LastingContact:
     """A contact that lasts begins: ``record`` filled but for what comes after it."""
-    record[TIME], record[AZIMUTH] = t, view.azimuth
+    record[TIME], record[AZIMUTH], record[SURFACE] = t, view.azimuth, view.surface
     record[NORMAL_BEFORE], record[NORMAL_AFTER] = view.normal_speed, 0.0
     record[TANGENTIAL_BEFORE], record[TANGENTIAL_AFTER] = view.tangential_speed, view.tangential_speed
     record[SPIN_BEFORE], record[SPIN_AFTER] = y[5], y[5]
@@ -219,7 +215,7 @@ def strike(y: Array, view: ContactView, rig: BounceRig, deviation: float, record
     """Luding's law at the contact, its restitution changed by ``deviation``: ``y`` after it, ``record`` filled."""
     share = 1 + 1 / rig.flight.inertia_factor
     restitution = restitution_at(view.normal_speed, rig, deviation)
-    record[TIME], record[AZIMUTH] = t, view.azimuth
+    record[TIME], record[AZIMUTH], record[SURFACE] = t, view.azimuth, view.surface
     record[NORMAL_BEFORE], record[NORMAL_AFTER] = view.normal_speed, restitution * view.normal_speed
     record[TANGENTIAL_BEFORE], record[SPIN_BEFORE] = view.tangential_speed, y[5]
     tangential = push(y, view, rig, (1 + restitution) * view.normal_speed, rig.tangential_restitution)

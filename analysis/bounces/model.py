@@ -54,7 +54,7 @@ RECORD_SIZE = len(RECORD)
 
 
 class BouncePath(NamedTuple):
-    """What a simulation fills: ``states`` (N, 6) at the times asked for, ``records`` (K, 8) of
+    """What a simulation fills: ``states`` (N, 6) at the times asked for, ``records`` (K, 9) of
     :data:`analysis.bounces.contact.RECORD`, and the states just before each impact, ``befores`` (K, 6)."""
 
     states: Array
@@ -103,7 +103,7 @@ def _longest_step(y: Array, t: float, view: ContactView, rig: BounceRig, shift_m
 def _left_wall(y: Array, t: float, rig: BounceRig, shift_m: float) -> ContactView:
     """The contact point of a disk that leaves the wall at t: without a gap, whatever rounding made of it."""
     view = contact_view(y, t, rig, shift_m)
-    return ContactView(0.0, view.normal_speed, view.tangential_speed, view.azimuth, view.normal)
+    return ContactView(0.0, view.normal_speed, view.tangential_speed, view.azimuth, view.normal, view.surface)
 
 
 @compiled
@@ -256,7 +256,7 @@ def bounce_residual(
     theta: Array, steps: Array, frames: BounceFrames, rig: BounceRig, jacobian: Array, records: Array, r: Array
 ) -> tuple[int, float]:
     """Standardised residuals ``r`` (N, 3) of a bounce sequence, their ``jacobian`` (N, 3, P) in theta (P,) where it has
-    rows, ``records`` (K, 8).
+    rows, ``records`` (K, 9).
 
     theta: :data:`COMMON` unknowns, then deviations of the impacts' restitutions from the law; later impacts have the
     common shift alone.  Returns the number of impacts and the time at which the disk settled.

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
 from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.runs import contact_radius
 from analysis.identification.fit import RigFit
 from analysis.motion.drive import jump
 from analysis.statistics.robust import smooth_noise
+from analysis.walls.wall import Wall, motion_gaps, stated_wall
 from ovines.plausibility.host_signal import ORDERS, dominant, scatter
 from ovines.recording import Recording
 from ovines.robust import residual_sd
@@ -80,31 +80,16 @@ def check_motion(
     ]
 
 
-def approaches(motion: pd.DataFrame, contact_radius_m: float) -> Array:
-    """Times (s) at which the disk turns back from the wall faster than forces turn it: from places alone, no law
-    assumed.
+def approaches(motion: pd.DataFrame, wall: Wall) -> Array:
+    """Times (s) at which the disk turns back from a surface of the ``wall`` faster than forces turn it: from places
+    alone, no law assumed.
     """
     time = motion["time_s"].to_numpy(float)
-    host = motion[["host_x_m", "host_y_m"]].to_numpy(float)
-    out = _distance(motion)
-    n = len(out)
-    if n < 4 * SLOPE_FRAMES:
+    if len(time) < 4 * SLOPE_FRAMES:
         return np.zeros(0)
     step = float(np.median(np.diff(time)))
-    noise = smooth_noise(out)
-    forces = _host_acceleration(host, step) + GRAVITY_M_PER_S2
-    found = []
-    span = (SLOPE_FRAMES - 1) * step
-    for i in range(SLOPE_FRAMES - 1, n - SLOPE_FRAMES):
-        if time[i + SLOPE_FRAMES] - time[i - SLOPE_FRAMES + 1] > (2 * SLOPE_FRAMES - 0.5) * step:
-            continue  # frames are missing here
-        # Between frames i and i + 1; a frame's own place may lie across the impact.
-        before, after = (out[i] - out[i - SLOPE_FRAMES + 1]) / span, (out[i + SLOPE_FRAMES] - out[i + 1]) / span
-        jump = before - after
-        limit = max(JUMP_OVER_FORCES * forces[i] * (span + step), JUMP_SD * 2 * noise / span)
-        near = max(out[i], out[i + 1]) + max(before, 0.0) * step > (1 - NEAR_SHARE) * contact_radius_m
-        if before > _on_this_ring(APPROACH_M_PER_S, contact_radius_m) and after < 0 and jump > limit and near:
-            found.append((jump, time[i] + 0.5 * step))
+    forces = _host_acceleration(motion[["host_x_m", "host_y_m"]].to_numpy(float), step) + GRAVITY_M_PER_S2
+    found = [one for out in motion_gaps(motion, wall).T for one in _turned_back(time, out, step, forces, wall.size_m)]
     kept: list[float] = []
     for _, moment in sorted(found, reverse=True):
         if all(abs(moment - other) > SLOPE_FRAMES * step for other in kept):
@@ -112,10 +97,22 @@ def approaches(motion: pd.DataFrame, contact_radius_m: float) -> Array:
     return np.array(sorted(kept))
 
 
-def _distance(motion: pd.DataFrame) -> Array:
-    """The disk's distance (m) from the Host's middle in each frame."""
-    relative = motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(float)
-    return np.asarray(np.hypot(relative[:, 0], relative[:, 1]), float)
+def _turned_back(time: Array, out: Array, step: float, forces: Array, size_m: float) -> list[tuple[float, float]]:
+    """Change of speed and time of each approach to one surface, ``out`` (N,) past it, that turns back."""
+    noise = smooth_noise(out)
+    found = []
+    n, span = len(out), (SLOPE_FRAMES - 1) * step
+    for i in range(SLOPE_FRAMES - 1, n - SLOPE_FRAMES):
+        if time[i + SLOPE_FRAMES] - time[i - SLOPE_FRAMES + 1] > (2 * SLOPE_FRAMES - 0.5) * step:
+            continue  # frames are missing here
+        # Between frames i and i + 1; a frame's own place may lie across the impact.
+        before, after = (out[i] - out[i - SLOPE_FRAMES + 1]) / span, (out[i + SLOPE_FRAMES] - out[i + 1]) / span
+        jump = before - after
+        limit = max(JUMP_OVER_FORCES * forces[i] * (span + step), JUMP_SD * 2 * noise / span)
+        near = max(out[i], out[i + 1]) + max(before, 0.0) * step > -NEAR_SHARE * size_m
+        if before > _on_this_ring(APPROACH_M_PER_S, size_m) and after < 0 and jump > limit and near:
+            found.append((jump, time[i] + 0.5 * step))
+    return found
 
 
 def _on_this_ring(speed_m_per_s: float, contact_radius_m: float) -> float:
@@ -151,7 +148,7 @@ def _explained(times_s: Array, within_s: float, impacts: pd.DataFrame, flights: 
 
 
 def _approaches(motion: pd.DataFrame, recording: Recording, impacts: pd.DataFrame, flights: pd.DataFrame) -> Row:
-    turned = approaches(motion, contact_radius(recording))
+    turned = approaches(motion, stated_wall(recording))
     name = "approaches to the wall explained"
     if not len(turned):
         return row(name, np.nan, EXPLAINED, None, "The disk never turns back from the wall fast enough to tell.")
@@ -185,14 +182,15 @@ def _peaks(
     if thesis is None:
         return None
     name = "peaks of the acceleration (thesis' method) that are impacts"
-    time, out, radius = motion["time_s"].to_numpy(float), _distance(motion), contact_radius(recording)
+    wall = stated_wall(recording)
+    time, out = motion["time_s"].to_numpy(float), motion_gaps(motion, wall).max(axis=1)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     before, after = (thesis[f"normal_speed_{side}_m_per_s"].to_numpy(float) for side in ("before", "after"))
-    reach = np.array([np.nanmax(out[np.abs(time - t) < PEAK_FRAMES * step], initial=0.0) for t in thesis["time_s"]])
+    reach = np.array([np.nanmax(out[np.abs(time - t) < PEAK_FRAMES * step], initial=-np.inf) for t in thesis["time_s"]])
     turns = (
-        (before > _on_this_ring(PEAK_M_PER_S, radius))
+        (before > _on_this_ring(PEAK_M_PER_S, wall.size_m))
         & (after > 0)
-        & (reach + before * step > (1 - NEAR_SHARE) * radius)
+        & (reach + before * step > -NEAR_SHARE * wall.size_m)
     )
     moments = thesis["time_s"].to_numpy(float)[turns]
     if not len(moments):
@@ -217,7 +215,7 @@ def _drive(rig: RigFit, run: int, motion: pd.DataFrame, recording: Recording) ->
     asked = recording.excitation
     if asked is None or asked.axis == "z":
         return []
-    frame_factor = np.sqrt(contact_radius(recording) / rig.runs[run].data.contact_radius_m)
+    frame_factor = np.sqrt(stated_wall(recording).size_m / rig.runs[run].data.contact_radius_m)
     host = rig.runs[run].data.host
     if host.moves and not host.omega_rad_per_s:
         return []  # a sweep or a random drive has no line to be held against the one asked for

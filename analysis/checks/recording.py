@@ -18,6 +18,7 @@ from analysis.checks.motion import check_motion
 from analysis.checks.points import check_points
 from analysis.checks.row import COLUMNS, DIAGNOSE, PRINCIPAL, Row
 from analysis.identification.fit import RigFit
+from analysis.walls.wall import motion_gaps, stated_wall
 from ovines.recording import Recording
 
 __all__ = ["COLUMNS", "DIAGNOSE", "PRINCIPAL", "check_run", "in_words", "summed", "verdict"]
@@ -37,8 +38,8 @@ def check_run(
 
     ``motion``, ``impacts``, ``flights``, ``thesis`` (thesis_impacts; None: not compared) and ``points`` (None: the
     recording enters later) are the world's tables of that run."""
-    apart = motion[["nes_x_m", "nes_y_m"]].to_numpy(float) - motion[["host_x_m", "host_y_m"]].to_numpy(float)
-    farthest_m = float(np.nanmax(np.hypot(*apart.T), initial=0.0))
+    wall = stated_wall(recording)
+    farthest_m = float(np.nanmax(motion_gaps(motion, wall), initial=-wall.size_m))
     rows: list[Row | None] = check_motion(rig, run, motion, recording, impacts, flights, thesis)
     rows += check_fit(rig, run, recording, farthest_m)
     rows += check_points(points, recording)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
+from analysis.walls.wall import Ring, Sides, Wall, identified_wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
 from ovines.errors import InputError
 from ovines.recording import Recording
@@ -50,12 +52,11 @@ def nominal_scenario(
             floor, "farkas" if "spin_coupling" in effects or "floor_friction" not in effects else "coulomb"
         )
     )
-    radius = _contact_radius(identification, nes.radius_m, host.inner_radius_m)
     return Scenario(
         recording.name,
         Nes(nes.radius_m, nes.mass_kg or 1.0, nes.inertia_factor or INERTIA_OF_A_DISK),
         moved(
-            Host(radius_m=radius, polygon_m=host.polygon_m, obstacle_radius_m=host.obstacle_radius_m),
+            Host(**simulated_wall(identified_wall(identification, recording), nes.radius_m)),
             host_motion,
             0.0,
             duration_s,
@@ -65,6 +66,16 @@ def nominal_scenario(
         friction,
         sample_rate_hz=0.0,
     )
+
+
+def simulated_wall(wall: Wall, nes_radius_m: float) -> dict[str, Any]:
+    """The wall as :class:`ovines.core.Host` takes it."""
+    outline, cylinder = wall.outline, wall.cylinder
+    return {
+        "radius_m": outline.radius_m + nes_radius_m if isinstance(outline, Ring) else None,
+        "polygon_m": tuple(map(tuple, outline.corners_m(nes_radius_m))) if isinstance(outline, Sides) else None,
+        "obstacle_radius_m": cylinder.radius_m - nes_radius_m if cylinder else None,
+    }
 
 
 def _needed(name: str, identification: pd.DataFrame | None, recording: Recording) -> float:
@@ -93,17 +104,6 @@ def _within(name: str, value: float) -> float:
     return float(
         np.clip(value, -1.0 if name == "tangential_restitution" else 0.0, 1.0 if "restitution" in name else np.inf)
     )
-
-
-def _contact_radius(
-    identification: pd.DataFrame | None, nes_radius_m: float, inner_radius_m: float | None
-) -> float | None:
-    """Wall radius that puts the contact edge where the impacts put it, where they tell; None for polygons."""
-    if inner_radius_m is None or identification is None:
-        return inner_radius_m
-    row = identification[identification["parameter"] == "contact_radius_m"]
-    found = float(row.iloc[0]["value"]) if len(row) else np.nan
-    return found + nes_radius_m if np.isfinite(found) else inner_radius_m
 
 
 def host_motion_of(motion: pd.DataFrame, recording: Recording) -> HostMotion:
@@ -142,23 +142,27 @@ def lines_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
     return tuple(found)
 
 
-def states_after(
-    impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: float, host_radius_m: float
-) -> dict[str, Array]:
+def states_after(impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: float, wall: Wall) -> dict[str, Array]:
     """Measured NES velocity and spin after (and before) each impact in the world frame, from the contact's
     speeds: (n, 3) each.
 
-    The inverse of thesis eq. (88): v_N = v_H + v_n e_r + (v_t - R_N omega_N + R_H omega_H) e_theta;
-    ``host_radius_m`` is 0 for a polygon; NaN where a speed is missing.
+    The inverse of thesis eq. (88) for any surface of the ``wall``: v_N = v_H + v_n e_n + (v_t - R_N omega_N) e_t +
+    omega_H x (contact from the Host's centre).  NaN where a speed is missing.
     """
     time_s, azimuth = impacts["time_s"].to_numpy(float), impacts["azimuth_rad"].to_numpy(float)
-    wall, normal = host_motion.at(time_s, 1), np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+    told = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else np.full(len(impacts), np.nan)
+    direction = np.where(np.isfinite(told), told, azimuth)
+    host, normal = host_motion.at(time_s, 1), np.column_stack([np.cos(direction), np.sin(direction)])
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    # The contact from the Host's centre: along the normal and, beside the foot of a flat side, across it.
+    out = wall.reach(wall.numbers(impacts)) + nes_radius_m
+    across = out * np.tan(azimuth - direction)
+    turning = host[:, 3:] * (out[:, None] * tangent - across[:, None] * normal)
     found = {}
     for when, sign in (("before", 1.0), ("after", -1.0)):
         v_n = sign * impacts[f"normal_speed_{when}_m_per_s"].to_numpy(float)
         v_t = impacts[f"tangential_speed_{when}_m_per_s"].to_numpy(float)
         spin = impacts[f"spin_{when}_rad_per_s"].to_numpy(float)
-        slide = v_t - nes_radius_m * spin + host_radius_m * wall[:, 3]
-        found[when] = np.column_stack([wall[:, :2] + v_n[:, None] * normal + slide[:, None] * tangent, spin])
+        slide = v_t - nes_radius_m * spin
+        found[when] = np.column_stack([host[:, :2] + v_n[:, None] * normal + slide[:, None] * tangent + turning, spin])
     return found

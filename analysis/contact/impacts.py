@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.wall import Wall
 from analysis.flights.fit import FlightFits, RunData
+from analysis.walls.wall import Ring, Wall
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,8 @@ LEAST_STEP_M_PER_S = 1e-3
 INSTANT_S, INSTANT_STEPS, SEARCHED_FRAMES, ACCEPTED_FRAMES = 1e-9, 10, 2.0, 1.5
 # Steps of the differences of :func:`measure`: places and angles, the instant, velocities and spins.
 PLACE_STEP, INSTANT_STEP_S, VELOCITY_STEP = 1e-7, 1e-8, 1e-5
+# Step of a wall's terms (m, rad), of :meth:`Impacts.design`.
+TERM_STEP = 1e-6
 
 #: rows of ``Impacts.value``
 QUANTITIES = (
@@ -37,7 +39,7 @@ QUANTITIES = (
     "tangential_after",
     "spin_before",
     "spin_after",
-    "radius",
+    "gap",
     "time",
 )
 
@@ -72,16 +74,20 @@ class Impacts:
     """K impacts as the contact law sees them.
 
     ``value`` (K, 8) of :data:`QUANTITIES`: normal speeds (before: towards the wall, after: away from it), tangential
-    speeds of the contact point against the wall (m/s), spins (rad/s), distance of the disk's geometric centre from the
-    wall's centre (m), time (s);
+    speeds of the contact point against the wall (m/s), spins (rad/s), gap of the disk's edge past the wall (m), time
+    (s);
     ``covariance`` (K, 8, 8); ``azimuth_rad`` of the contact seen from the Host's centre in the world, ``body_rad`` the
-    same seen from the disk, ``junctions`` what they were made of.
+    same seen from the disk, ``normal_rad`` direction of the wall's outward normal there; ``surface`` of ``wall`` that
+    was hit, ``junctions`` what they were made of.
     """
 
     value: Array
     covariance: Array
     azimuth_rad: Array
     body_rad: Array
+    normal_rad: Array
+    surface: NDArray[np.int64]
+    wall: Wall
     junctions: Junctions
 
     def __len__(self) -> int:
@@ -95,6 +101,17 @@ class Impacts:
         """Its standard deviation, (K,)."""
         i = QUANTITIES.index(name)
         return np.sqrt(self.covariance[:, i, i])
+
+    def design(self, terms: Sequence[str]) -> Array:
+        """(K, P) derivative of the place of the contact along the wall's normal, as observed, with respect to
+        ``terms``: how much farther past a wall that is held still the disk is seen when the true one has moved.
+        """
+        columns = [
+            (_gap(self.junctions, self.wall.moved({t: -TERM_STEP}), self.surface)
+             - _gap(self.junctions, self.wall.moved({t: TERM_STEP}), self.surface)) / (2 * TERM_STEP)
+            for t in terms
+        ]  # fmt: skip
+        return np.stack(columns, -1) if columns else np.zeros((len(self), 0))
 
 
 def intersect(fits: Sequence[FlightFits]) -> Junctions:
@@ -201,44 +218,60 @@ def _host_covariance(run: RunData, moment: Array, place: Array) -> Array:
 
 
 def measure(junctions: Junctions, wall: Wall) -> Impacts:
-    """Normal and tangential speeds, contact distance and their covariance, for a wall of given centre and shape."""
-    value, azimuth, body = _evaluate(junctions.state, np.zeros(len(junctions)), junctions, wall)
+    """Normal and tangential speeds, gap and their covariance, for a wall that is known."""
+    state = junctions.state
+    place = _place(state, np.zeros(len(junctions)), junctions, wall)
+    surface = wall.hit(place, junctions.host[:, 3], state[:, 9:11] - state[:, 3:5])
+    value, seen = _evaluate(state, np.zeros(len(junctions)), junctions, wall, surface)
     derivative = np.empty((len(junctions), 8, 13))
     for j in range(13):
         h = PLACE_STEP if j in (0, 1, 2, 6, 7, 8) else (INSTANT_STEP_S if j == 12 else VELOCITY_STEP)
-        state, shift = junctions.state.copy(), np.zeros(len(junctions))
+        moved, shift = state.copy(), np.zeros(len(junctions))
         if j < 12:
-            state[:, j] += h
+            moved[:, j] += h
         else:
             shift += h
-        derivative[:, :, j] = (_evaluate(state, shift, junctions, wall)[0] - value) / h
+        derivative[:, :, j] = (_evaluate(moved, shift, junctions, wall, surface)[0] - value) / h
     covariance = derivative @ junctions.covariance @ derivative.transpose(0, 2, 1)
-    return Impacts(value, covariance, azimuth, body, junctions)
+    normal, azimuth = seen[:, 1], seen[:, 2]
+    # On a ring the azimuth itself, which its slight ellipse does not turn.
+    facing = np.where(surface == 0, azimuth, normal) if isinstance(wall.outline, Ring) else normal
+    angle = 0.5 * (state[:, 2] + state[:, 8])
+    return Impacts(value, covariance, azimuth, facing - angle, normal, surface, wall, junctions)
 
 
-def _evaluate(state: Array, shift: Array, junctions: Junctions, wall: Wall) -> tuple[Array, Array, Array]:
+def _place(state: Array, shift: Array, junctions: Junctions, wall: Wall) -> Array:
+    """The disk's geometric centre (K, 2) from the Host's, in the room's directions; it sits at wall.disk_m in the
+    disk.
+    """
     before, after = state[:, :6], state[:, 6:]
     drift = shift[:, None]
     place = 0.5 * (before[:, :2] + after[:, :2]) + 0.5 * (before[:, 3:5] + after[:, 3:5]) * drift
-    angle = 0.5 * (before[:, 2] + after[:, 2])
-    host = junctions.host[:, :2] + junctions.host_rate[:, :2] * drift
-    turn = junctions.host[:, 3]
-    # The disk's geometric centre sits at wall.disk_m in the disk; the wall's centre at wall.centre_m in the Host.
-    centre = place + _turned(wall.disk_m, angle)
-    pivot = host + _turned(wall.centre_m, turn)
-    relative = centre - pivot
-    distance = np.hypot(relative[:, 0], relative[:, 1])
-    azimuth = np.arctan2(relative[:, 1], relative[:, 0])
-    normal = azimuth + wall.normal_turn(azimuth)
-    er = np.stack([np.cos(normal), np.sin(normal)], -1)
+    centre = place + _turned(wall.disk_m, 0.5 * (before[:, 2] + after[:, 2]))
+    return np.asarray(centre - (junctions.host[:, :2] + junctions.host_rate[:, :2] * drift), float)
+
+
+def _gap(junctions: Junctions, wall: Wall, surface: NDArray[np.int64]) -> Array:
+    place = _place(junctions.state, np.zeros(len(junctions)), junctions, wall)
+    return np.asarray(wall.seen(surface, place, junctions.host[:, 3], junctions.radius_m)[:, 0], float)
+
+
+def _evaluate(
+    state: Array, shift: Array, junctions: Junctions, wall: Wall, surface: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Values (K, 8) of :data:`QUANTITIES`, and the surfaces as :meth:`Wall.seen` gives them (K, 3)."""
+    before, after = state[:, :6], state[:, 6:]
+    centre = _place(state, shift, junctions, wall)
+    seen = wall.seen(surface, centre, junctions.host[:, 3], junctions.radius_m)
+    er = np.stack([np.cos(seen[:, 1]), np.sin(seen[:, 1])], -1)
     et = np.stack([-er[:, 1], er[:, 0]], -1)
-    arm = centre + junctions.radius_m * er
+    # The contact from the Host's centre, and from the centre of mass.
+    out = centre + junctions.radius_m * er
+    lever = _turned(wall.disk_m, 0.5 * (before[:, 2] + after[:, 2])) + junctions.radius_m * er
     rate = junctions.host_rate
 
     def at_contact(side: Array) -> tuple[Array, Array]:
-        lever = arm - place
         velocity = side[:, 3:5] + side[:, 5:6] * np.stack([-lever[:, 1], lever[:, 0]], -1)
-        out = arm - host
         velocity = velocity - rate[:, :2] - rate[:, 3:4] * np.stack([-out[:, 1], out[:, 0]], -1)
         return np.sum(velocity * er, -1), np.sum(velocity * et, -1)
 
@@ -252,12 +285,12 @@ def _evaluate(state: Array, shift: Array, junctions: Junctions, wall: Wall) -> t
             tangential_after,
             before[:, 5],
             after[:, 5],
-            distance,
+            seen[:, 0],
             junctions.time_s + shift,
         ],
         -1,
     )
-    return value, azimuth, azimuth - angle
+    return value, seen
 
 
 def _turned(vector: Array, angle: Array) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import Impacts, Junctions, measure
-from analysis.contact.wall import WALL_TERMS, Wall, moved, wall_design
 from analysis.statistics.robust import at_least_noise, root_weights
+from analysis.walls.wall import Wall
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def usable(impacts: Impacts) -> NDArray[np.bool_]:
         (before > SLOWEST_M_PER_S)
         & (after > 0)
         & (impacts.sd("normal_before") < UNCERTAIN_SHARE * before)
-        & (impacts.sd("radius") < UNCERTAIN_M)
+        & (impacts.sd("gap") < UNCERTAIN_M)
     )
 
 
@@ -65,44 +65,41 @@ def fit_wall(
     extra: Array | None = None,
     rounds: int = 5,
 ) -> WallFit:
-    """Robust least squares of the contact distance in the given :data:`WALL_TERMS`.
+    """Robust least squares of the gaps at contact in the given terms of the wall (:attr:`Wall.terms`).
 
     ``prior_sd`` (m, or 1 for the ellipse) draws a term to ``start``; ``extra`` (K, E) are further regressors whose
     coefficients are fitted along (for instance the approach speed, which a contact of finite duration adds).  The
     scatter found becomes the weight, never below the cameras' noise.
     """
-    at = [WALL_TERMS.index(t) for t in terms]
     n_extra = 0 if extra is None else extra.shape[1]
     wall, coefficients = start, np.zeros(n_extra)
-    start_vector = _vector(start)
+    start_vector = _vector(start, terms)
     prior = np.array([1 / (prior_sd or {}).get(t, np.inf) ** 2 for t in terms] + [0.0] * n_extra)
     for _ in range(rounds):
         impacts = measure(junctions, wall)
         used = usable(impacts)
-        residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+        residual = impacts.of("gap")
         if extra is not None:
             residual = residual - extra @ coefficients
-        design = wall_design(impacts.azimuth_rad, junctions.host[:, 3], impacts.body_rad, wall.contact_radius_m)[:, at]
+        design = impacts.design(terms)
         if extra is not None:
             design = np.column_stack([design, extra])
-        sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+        sd = np.sqrt(impacts.sd("gap") ** 2 + DISTANCE_FLOOR_M**2)
         standard = residual / sd
         weight = np.where(used, root_weights(standard, at_least_noise(standard[used])) / sd, 0.0)
         normal = (design * weight[:, None]).T @ (design * weight[:, None]) + np.diag(prior)
-        pull = prior * np.concatenate([(start_vector - _vector(wall))[at], np.zeros(n_extra)])
+        pull = prior * np.concatenate([start_vector - _vector(wall, terms), np.zeros(n_extra)])
         covariance = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
         step = covariance @ ((design * weight[:, None]).T @ (residual * weight) + pull)
-        full = np.zeros(len(WALL_TERMS))
-        full[at] = step[: len(at)]
-        wall = moved(wall, full)
-        coefficients = coefficients + step[len(at) :]
+        wall = wall.moved(dict(zip(terms, map(float, step), strict=False)))
+        coefficients = coefficients + step[len(terms) :]
     impacts = measure(junctions, wall)
-    residual = impacts.of("radius") - wall.distance(impacts.azimuth_rad)
+    residual = impacts.of("gap")
     if extra is not None:
         residual = residual - extra @ coefficients
     used = usable(impacts)
     scatter = residual_sd(residual[used])
-    sd = np.sqrt(impacts.sd("radius") ** 2 + DISTANCE_FLOOR_M**2)
+    sd = np.sqrt(impacts.sd("gap") ** 2 + DISTANCE_FLOOR_M**2)
     chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, CUT_SD**2))) if used.any() else 0.0
     wider = _between_runs(design * weight[:, None] ** 2 * residual[:, None], junctions.run, covariance)
     return WallFit(
@@ -112,7 +109,7 @@ def fit_wall(
         scatter,
         used,
         tuple(terms),
-        np.concatenate([_vector(wall)[at], coefficients]),
+        np.concatenate([_vector(wall, terms), coefficients]),
         covariance * np.outer(wider, wider),
         chi,
     )
@@ -132,5 +129,6 @@ def _between_runs(scores: Array, run: NDArray[np.int64], covariance: Array) -> A
     return np.sqrt(np.maximum(np.diag(spread) / np.maximum(np.diag(covariance), 1e-300), 1.0))
 
 
-def _vector(wall: Wall) -> Array:
-    return np.concatenate([[wall.contact_radius_m], wall.centre_m, wall.disk_m, wall.ellipse])
+def _vector(wall: Wall, terms: Sequence[str]) -> Array:
+    values = wall.values()
+    return np.array([values[t] for t in terms])

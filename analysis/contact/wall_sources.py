@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.motion.host_circle import fit_circles
 from analysis.statistics.robust import MEDIAN_SD
+from analysis.walls.wall import Sides, Wall, drawn_wall, identified_wall, side_term, wall_parameter
 from ovines.recording import Recording
 from ovines.robust import residual_sd
 
@@ -57,15 +58,17 @@ def wall_sources(
         _design(recording),
         _markers(recording, motion, circles),
         _edges(motion, walls, pixel_m),
-        _impacts(identification),
+        _impacts(recording, identification),
     ]
 
 
 def _design(recording: Recording) -> WallSource:
     name, inner, radius = "recording.toml", _inner_radius_m(recording), _disk_radius_m(recording)
     if not np.isfinite(inner - radius):
-        return WallSource(name, "", missing="recording.toml lacks inner_radius_m of the Host or radius_m of the NES.")
-    return WallSource(name, f"wall {1e3 * inner:.3f} mm less disk {1e3 * radius:.3f} mm", inner - radius)
+        return WallSource(name, "", missing="recording.toml lacks the wall of the Host or radius_m of the NES.")
+    flat = getattr(recording.bodies.get("host"), "polygon_m", None) is not None
+    what = "flat sides on average" if flat else "wall"
+    return WallSource(name, f"{what} {1e3 * inner:.3f} mm less disk {1e3 * radius:.3f} mm", inner - radius)
 
 
 def _markers(recording: Recording, motion: pd.DataFrame | None, circles: pd.DataFrame | None) -> WallSource:
@@ -136,10 +139,12 @@ def _edges(motion: pd.DataFrame | None, walls: pd.DataFrame | None, pixel_m: flo
     )
 
 
-def _impacts(identification: pd.DataFrame | None) -> WallSource:
-    """The distance of the two centres at impacts."""
+def _impacts(recording: Recording, identification: pd.DataFrame | None) -> WallSource:
+    """The distance of the two centres at impacts; along their normals where the sides are flat."""
     name = "impacts"
     rows = {} if identification is None else {str(row["parameter"]): row for _, row in identification.iterrows()}
+    if wall_parameter(side_term(1)) in rows:
+        return _flat_sides(identified_wall(identification, recording), rows)
     if "contact_radius_m" not in rows:
         return WallSource(name, "", missing="No impact was identified.")
     radius = rows["contact_radius_m"]
@@ -157,9 +162,31 @@ def _impacts(identification: pd.DataFrame | None) -> WallSource:
     )
 
 
+def _flat_sides(wall: Wall, rows: dict[str, pd.Series]) -> WallSource:
+    """Mean contact distance of the flat sides, and how far they are off their place together."""
+    assert isinstance(wall.outline, Sides)
+    sides = [rows[wall_parameter(side_term(k + 1))] for k in range(len(wall.outline.names))]
+    sd = np.array([float(side["sd"]) for side in sides])
+    x, y = wall.centre_m
+    x_sd, y_sd = np.sqrt(wall.outline.to_centre**2 @ sd**2)
+    return WallSource(
+        "impacts",
+        "centre's distance from flat sides at contact",
+        float(np.mean(wall.outline.distance_m)),
+        float(np.sqrt(np.mean(sd**2) / len(sd))),
+        (float(x), float(y)),
+        (float(x_sd), float(y_sd)),
+        0 if pd.isna(sides[0]["n_impacts"]) else int(sides[0]["n_impacts"]),
+    )
+
+
 def _inner_radius_m(recording: Recording) -> float:
-    value = getattr(recording.bodies.get("host"), "inner_radius_m", None)
-    return float("nan") if value is None else float(value)
+    """Radius of the round wall, or the mean distance of flat sides, from the Host's centre (m)."""
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
+    if host is None or nes is None:
+        return float("nan")
+    outline = drawn_wall(host, nes).outline
+    return nes.radius_m + float(np.mean(outline.distance_m) if isinstance(outline, Sides) else outline.radius_m)
 
 
 def _disk_radius_m(recording: Recording) -> float:

@@ -26,6 +26,7 @@ from analysis.figures.style import (
     robust_limits,
     thinned,
 )
+from analysis.walls.wall import Wall, drawn_wall
 from ovines.recording_schema import Host, Nes
 
 Array = NDArray[np.float64]
@@ -58,30 +59,35 @@ def _circle(ax: Axes, radius_m: float, name: str, **style: Any) -> None:
     ax.add_patch(Circle((0, 0), MM * radius_m, fill=False, label=name, **style))
 
 
-def _outlines(ax: Axes, host: Host, nes_radius_m: float) -> None:
+def _outlines(ax: Axes, host: Host, nes: Nes | None) -> None:
     """Wall, contact edge and obstacle as recording.toml has them."""
     if host.polygon_m is not None:
         corners = MM * np.asarray(host.polygon_m, float)
         ax.add_patch(Polygon(corners, fill=False, ec=HOST_COLOUR, lw=1.6, label="wall"))
     elif host.inner_radius_m is not None:
         _circle(ax, host.inner_radius_m, "wall", ec=HOST_COLOUR, lw=1.6)
-        if nes_radius_m:
-            edge = host.inner_radius_m - nes_radius_m
-            _circle(ax, edge, "contact edge: wall − NES radius", ec=HOST_COLOUR, lw=1.0, ls="--")
     if host.obstacle_radius_m:
         radius = MM * host.obstacle_radius_m
         ax.add_patch(Circle((0, 0), radius, color=HOST_COLOUR, alpha=0.3, lw=0, label="obstacle"))
+    if nes is not None:
+        _edges(ax, drawn_wall(host, nes), "contact edge: wall − NES radius", color=HOST_COLOUR, ls="--")
+
+
+def _edges(ax: Axes, wall: Wall, name: str, **style: Any) -> None:
+    """The curves that the disk's centre cannot pass."""
+    for k, edge in enumerate(wall.edges_m()):
+        ax.plot(*(MM * edge.T), lw=1.0, label=name if k == 0 else None, **style)
 
 
 def relative_trajectory(
     motion: pd.DataFrame,
     host: Host | None,
     nes: Nes | None,
-    contact_radius_m: float = float("nan"),
+    wall: Wall | None = None,
     impacts: pd.DataFrame | None = None,
 ) -> Figure:
-    """Path of the NES centre in the Host's frame with the wall and the contact edge; contacts where
-    ``impacts`` are given.
+    """Path of the NES centre in the Host's frame with the wall and the contact edge; the edge as the impacts put it
+    where that ``wall`` is given, contacts where ``impacts`` are.
 
     Examples
     --------
@@ -101,9 +107,9 @@ def relative_trajectory(
     ax.plot(position[:, 0], position[:, 1], color=NES_COLOUR, lw=0.8, label="NES centre")
     nes_radius = 0.0 if nes is None else nes.radius_m
     if host is not None:
-        _outlines(ax, host, nes_radius)
-    if np.isfinite(contact_radius_m):
-        _circle(ax, contact_radius_m, "contact edge from impacts", ec=BLACK, lw=1.0, ls=":")
+        _outlines(ax, host, nes)
+    if wall is not None:
+        _edges(ax, wall, "contact edge from impacts", color=BLACK, ls=":")
     if impacts is not None and len(impacts):
         time_s = motion["time_s"].to_numpy(float)
         seen = np.isfinite(position).all(1)

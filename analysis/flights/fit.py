@@ -15,6 +15,7 @@ from analysis.flights.model import STATES, FlightRig, fly_with_derivatives, fly_
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
 from analysis.flights.parameters import PARAMETERS
 from analysis.motion.host_path import HostMotion
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,9 @@ PER_S, START_RIDGE = 100.0, 1e-9
 
 @dataclass(frozen=True, eq=False)
 class RunData:
-    """What the fit needs of one run: N frames; NaN where the NES was not seen."""
+    """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
+    round).
+    """
 
     name: str
     time_s: Array
@@ -74,6 +77,12 @@ class RunData:
     contact_radius_m: float
     radius_m: float
     inertia_factor: float
+    stated: Wall | None = None
+
+    @property
+    def wall(self) -> Wall:
+        """The wall as it was designed."""
+        return self.stated or Wall.ring(self.contact_radius_m)
 
     @property
     def period_s(self) -> float:

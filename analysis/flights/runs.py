@@ -17,7 +17,7 @@ from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
 from analysis.statistics.robust import smooth_noise
-from ovines.errors import InputError
+from analysis.walls.wall import Wall, stated_wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
@@ -38,36 +38,13 @@ UNKNOWN_SD_M = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording ready to be fitted: ``data``, its ``flights``, the ``segments`` they come from, NES distance from
-    the Host.
-    """
+    """One recording ready to be fitted: ``data``, its ``flights``, the ``segments`` they come from."""
 
     data: RunData
     segments: Segments
     flights: tuple[Flight, ...]
-    distance_m: Array
     host_table: Array
     frame: NDArray[np.int64]
-
-
-def contact_radius(recording: Recording) -> float:
-    """Design contact radius R_H - R_N (m); refused when recording.toml lacks either."""
-    host, nes = recording.bodies.get("host"), recording.bodies.get("nes")
-    inner = getattr(host, "inner_radius_m", None)
-    radius = getattr(nes, "radius_m", None)
-    if getattr(host, "polygon_m", None) is not None:
-        raise InputError(
-            f"{recording.folder}: flat walls (polygon_m) in [bodies.host]",
-            "a round wall (inner_radius_m): impacts are identified on it",
-            "use the earlier stages (motion, thesis_impacts) and ovines simulate for this rig",
-        )
-    if inner is None or radius is None:
-        raise InputError(
-            f"{recording.folder}: no round wall (inner_radius_m) or no disk (radius_m) in [bodies]",
-            "[bodies.host] inner_radius_m and [bodies.nes] radius_m",
-            "add them to recording.toml",
-        )
-    return float(inner - radius)
 
 
 def run_data(
@@ -93,7 +70,7 @@ def run_data(
     xy = np.where(seen[:, None], nes[:, :2], np.nan)
     sd = np.maximum(np.sqrt(0.5 * (nes_sd[:, 0] ** 2 + nes_sd[:, 1] ** 2)), FINEST_SD_M)
     body = recording.bodies["nes"]
-    contact_m = contact_radius(recording) / frame.length
+    wall = stated_wall(recording).over(frame.length)
     radius_m = float(getattr(body, "radius_m", np.nan)) / frame.length
     inertia = getattr(body, "inertia_factor", None) or INERTIA_OF_A_DISK
     data = RunData(
@@ -104,9 +81,10 @@ def run_data(
         sd,
         np.maximum(angle_sd, FINEST_SD_M / radius_m),
         harmonics,
-        contact_m,
+        wall.size_m,
         radius_m,
         float(inertia),
+        wall,
     )
     return data, np.column_stack([host, host_sd])
 
@@ -131,27 +109,39 @@ def cut(
     data: RunData,
     host_table: Array,
     frame: NDArray[np.int64],
-    wall_m: Array | float,
+    wall: Wall,
     origin_m: Array | None = None,
 ) -> Run:
-    """Segment a run, ``wall_m`` (scalar or per frame) being the contact distance.
+    """Segment a run inside ``wall``.
 
     ``origin_m`` (2,): where the markers' origin lies from the mass centre, whose path has no bends of the disk's
     turning.
     """
-    relative = data.xy_m - data.host.at(data.time_s)[:, :2]
-    distance = np.hypot(relative[:, 0], relative[:, 1])
+    relative, host_angle = from_host(data)
     noise = float(np.median(data.xy_sd_m)) if len(data.xy_sd_m) else 0.0
-    limit = np.broadcast_to(np.asarray(wall_m, float) - CONTACT_MARGIN_M - CONTACT_MARGIN_SD * noise, distance.shape)
     path = data.xy_m if origin_m is None else data.xy_m - turned(origin_m, data.angle_rad)
-    segments = segment(data.time_s, path, data.xy_sd_m, relative, limit)
+    segments = segment(
+        data.time_s,
+        path,
+        data.xy_sd_m,
+        relative,
+        wall.gap(relative, host_angle),
+        CONTACT_MARGIN_M + CONTACT_MARGIN_SD * noise,
+        wall.size_m,
+    )
     if len(segments.smeared):
         xy = data.xy_m.copy()
         xy[segments.smeared] = np.nan
         data = replace(data, xy_m=xy)
     seen = np.isfinite(data.xy_m[:, 0])
     flights = shortened(flights_from_segments(seen, segments.gaps.tolist(), segments.contact), data.time_s, seen)
-    return Run(data, segments, tuple(flights), distance, host_table, frame)
+    return Run(data, segments, tuple(flights), host_table, frame)
+
+
+def from_host(data: RunData) -> tuple[Array, Array]:
+    """The NES' places (N, 2) from the Host's centre, in the room's directions, and the Host's angles (N,)."""
+    host = data.host.at(data.time_s)
+    return data.xy_m - host[:, :2], host[:, 3]
 
 
 def turned(place_m: Array, angle_rad: Array) -> Array:
@@ -162,32 +152,31 @@ def turned(place_m: Array, angle_rad: Array) -> Array:
 
 def cut_again(runs: Sequence[Run], origin_m: Array) -> list[Run]:
     """The runs segmented on the path of the mass centre, now that it is known."""
-    wall = wall_distance([run.data for run in runs])
+    wall = reached_wall([run.data for run in runs])
     return [cut(run.data, run.host_table, run.frame, wall, origin_m) for run in runs]
 
 
-def wall_distance(datas: Sequence[RunData]) -> float:
-    """First guess of the contact distance from the data: what the NES reaches in sustained contact and at impacts.
+def reached_wall(datas: Sequence[RunData]) -> Wall:
+    """First guess of the wall from the data: the design, its outline moved to where the NES gets in sustained contact
+    and at impacts.
 
     The farthest of each run but for single wrong frames (median of three neighbours), and of the runs a high quantile:
-    a disk that comes to rest, or hits the wall but once and fast, never shows it.  The design radius where no run comes
-    near it."""
-    reached = []
+    a disk that comes to rest, or hits the wall but once and fast, never shows it.  The design where no run comes near
+    it."""
+    reached, design = [], datas[0].wall
     for data in datas:
-        relative = data.xy_m - data.host.at(data.time_s)[:, :2]
-        distance = np.hypot(relative[:, 0], relative[:, 1])
-        distance = distance[np.isfinite(distance)]
-        if len(distance) > 2:
-            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(distance, 3), axis=1))))
-    design = datas[0].contact_radius_m
-    near = [one for one in reached if abs(one - design) < WALL_OFF_SHARE * design]
-    return float(np.quantile(near, HIGH_QUANTILE)) if near else design
+        gap = design.outline_gap(*from_host(data))
+        gap = gap[np.isfinite(gap)]
+        if len(gap) > 2:
+            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(gap, 3), axis=1))))
+    near = [one for one in reached if abs(one) < WALL_OFF_SHARE * design.size_m]
+    return design.grown(float(np.quantile(near, HIGH_QUANTILE))) if near else design
 
 
 def prepare(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], frame: RigFrame) -> list[Run]:
     """The runs of a series (tables ``motion``, in the rig's ``frame`` already), Host fitted and flights cut."""
     pairs = [run_data(motion, recording, frame) for motion, recording in zip(motions, recordings, strict=True)]
-    wall = wall_distance([data for data, _ in pairs])
+    wall = reached_wall([data for data, _ in pairs])
     return [
         cut(data, host, motion["frame"].to_numpy(np.int64), wall)
         for (data, host), motion in zip(pairs, motions, strict=True)

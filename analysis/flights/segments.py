@@ -175,14 +175,14 @@ class Segments:
     smeared: NDArray[np.int64]
 
 
-def find_contact(distance_m: Array, limit_m: Array, at_least: int = FEWEST_IN_CONTACT) -> NDArray[np.int64]:
-    """Stretches of at least ``at_least`` frames in a row with ``distance_m >= limit_m`` (a missing frame does not end
-    one).
+def find_contact(gap_m: Array, margin_m: float, at_least: int = FEWEST_IN_CONTACT) -> NDArray[np.int64]:
+    """Stretches of at least ``at_least`` frames in a row no farther than ``margin_m`` inside the wall (a missing frame
+    does not end one); ``gap_m`` (N,) past it.
     """
-    near = distance_m >= limit_m
-    unknown = ~np.isfinite(distance_m)
+    near = gap_m >= -margin_m
+    unknown = ~np.isfinite(gap_m)
     stretches, start, last = [], -1, -1
-    for i in range(len(distance_m)):
+    for i in range(len(gap_m)):
         if near[i]:
             start = i if start < 0 else start
             last = i
@@ -195,15 +195,16 @@ def find_contact(distance_m: Array, limit_m: Array, at_least: int = FEWEST_IN_CO
     return np.array(stretches, np.int64).reshape(-1, 2)
 
 
-def segment(time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, limit_m: Array) -> Segments:
+def segment(
+    time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, gap_m: Array, margin_m: float, size_m: float
+) -> Segments:
     """Kinks and contact stretches of one run.
 
-    ``relative_m`` (N, 2) from the Host's centre, ``limit_m`` (N,) the distance from which a frame counts as at the
-    wall.
+    ``relative_m`` (N, 2) from the Host's centre, ``gap_m`` (N,) past the wall; a frame counts as at the wall from
+    ``margin_m`` inside it; ``size_m`` of the wall.
     """
-    distance_m = np.hypot(relative_m[:, 0], relative_m[:, 1])
     at_least = max(FEWEST_IN_CONTACT, _frames_in(LEAST_CONTACT_S, time_s)) if len(time_s) > 1 else FEWEST_IN_CONTACT
-    contact = find_contact(distance_m, limit_m, at_least)
+    contact = find_contact(gap_m, margin_m, at_least)
     x, y = xy_m[:, 0].copy(), xy_m[:, 1].copy()
     if len(time_s) < FEWEST_FOR_KINKS:
         return Segments(np.zeros(0, np.int64), np.zeros((0, 2)), contact, np.zeros(0, np.int64))
@@ -213,7 +214,8 @@ def segment(time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, limit_m:
     if len(smeared):
         x[smeared] = y[smeared] = np.nan
         kinks = find_kinks(time_s, x, y, sd_m, 0, len(time_s) - 1, SIGNIFICANCE, reach)
-    kinks = kinks[_near_wall(relative_m, limit_m, kinks[:, 0].astype(np.int64))]
+    off_m = margin_m + WALL_OFF_SHARE * (size_m - margin_m)
+    kinks = kinks[_near_wall(relative_m, gap_m, off_m, kinks[:, 0].astype(np.int64))]
     gaps = kinks[:, 0].astype(np.int64)
     # Inside a stretch of contact the wall itself bends the path: those are not impacts.
     inside = np.zeros(len(gaps), bool)
@@ -222,16 +224,15 @@ def segment(time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, limit_m:
     return Segments(gaps[~inside], kinks[~inside, 1:3], contact, smeared)
 
 
-def _near_wall(relative_m: Array, limit_m: Array, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which kinks lie where the disk may have reached the wall between two frames, as far as it moves against the Host
-    there; a kink elsewhere is no impact (a force that sets in)."""
+def _near_wall(relative_m: Array, gap_m: Array, margin_m: float, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which kinks lie where the disk may have come within ``margin_m`` of the wall between two frames, as far as it
+    moves against the Host there; a kink elsewhere is no impact (a force that sets in)."""
     if not len(gaps):
         return np.zeros(0, bool)
     moved = np.hypot(*np.diff(relative_m, axis=0).T)
     near = [moved[np.clip(gaps + k, 0, len(moved) - 1)] for k in (-1, 0, 1)]
-    distance = np.hypot(relative_m[:, 0], relative_m[:, 1])
-    out = np.maximum(distance[gaps], distance[gaps + 1])
-    reached = out + MOVED_SHARE * np.maximum.reduce(near) >= (1 - WALL_OFF_SHARE) * limit_m[gaps]
+    out = np.maximum(gap_m[gaps], gap_m[gaps + 1])
+    reached = out + MOVED_SHARE * np.maximum.reduce(near) >= -margin_m
     return np.asarray(reached | ~np.isfinite(out) | ~np.isfinite(np.sum(near, 0)), bool)
 
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.fit import FlightFits
-from analysis.flights.model import FlightRig, acceleration, host_at
+from analysis.flights.model import FlightRig, acceleration
 from analysis.flights.parameters import INDEX, PARAMETERS, STEPS
+from analysis.motion.host_table import host_at
 
 Array = NDArray[np.float64]
 # Every so many frames of a flight are enough for a root mean square.
@@ -43,7 +44,7 @@ def _add(times: Array, states: Array, p: Array, steps: Array, rig: FlightRig, to
     speed = 0.0
     for i in range(len(times)):
         none = acceleration(times[i], states[i], p, rig)
-        host = host_at(times[i], rig.harmonics, rig.omega_rad_per_s)
+        host = host_at(times[i], rig.host)
         speed += (states[i, 3] - host.vx) ** 2 + (states[i, 4] - host.vy) ** 2
         for j in range(len(steps)):
             kept = p[j]

@@ -31,6 +31,8 @@ NEXT_TEST: dict[str, str] = {
     "centre at the spin's rate.",
     "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
     "radius.",
+    "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "
+    "recording.toml.",
     "camera_clock_offset": "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
     "sensor_window_offset": "Record the extrinsic board once in the recording's window and once on the full sensor.",
     "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",

@@ -13,6 +13,8 @@ LEFT_OVER = 0.25
 EQUIVALENT = 10.0
 CENTRE_NEGLIGIBLE_M = 1.0e-4
 MASS_CENTRE_NEGLIGIBLE_M = 5e-5
+# A wall that is not where recording.toml says: turning and gluing leave some tenths of a per cent, and less than this.
+STATED_SHARE, STATED_NEGLIGIBLE_M = 0.01, 5e-4
 CONTACT_TIME_NEGLIGIBLE_S = 6e-5
 # Ellipticity; where a lens residual is seen, what the like of it leaves in 50 series (0.7e-3 at most) is no finding.
 ELLIPTICITY_NEGLIGIBLE, ELLIPTICITY_UNDER_LENS = 5e-4, 1.1e-3

@@ -97,18 +97,15 @@ class SequenceFit:
             data.xy_m[self.index],
             self.sd,
             noise,
-            length_residual(rig) * wall.contact_radius_m,
-            wall.contact_radius_m,
+            length_residual(rig) * wall.size_m,
+            wall.size_m,
         )
         self.rig = BounceRig(
-            data.flight_rig._replace(contact_radius_m=float(wall.contact_radius_m)),
+            data.flight_rig,
             fits.parameters,
-            centre_x_m=float(wall.centre_m[0]),
-            centre_y_m=float(wall.centre_m[1]),
+            surfaces=wall.surfaces,
             disk_x_m=float(wall.disk_m[0]),
             disk_y_m=float(wall.disk_m[1]),
-            ellipse_cos=float(wall.ellipse[0]),
-            ellipse_sin=float(wall.ellipse[1]),
             wall_friction=float(law.wall_friction),
             tangential_restitution=float(law.tangential_restitution),
             stop_speed_m_per_s=STOP_M_PER_S,
@@ -281,7 +278,7 @@ class SequenceFit:
 
 
 def _between(minima: list[_Evaluated]) -> tuple[Array, Array]:
-    """Mean records (K, 8) of sequences weighted by their likelihood, and their covariance (K, 8, 8); an impact that a
+    """Mean records (K, 9) of sequences weighted by their likelihood, and their covariance (K, 9, 9); an impact that a
     sequence lacks is the best's.
     """
     best = minima[0].records

@@ -25,7 +25,7 @@ WALL_TOLERANCE_M = 3e-4
 
 @dataclass(frozen=True, eq=False)
 class BounceSequence:
-    """One fitted sequence of a run: ``records`` (K, 8) of :data:`RECORD`, their ``covariance`` (K, 8, 8), prior and
+    """One fitted sequence of a run: ``records`` (K, 9) of :data:`RECORD`, their ``covariance`` (K, 9, 9), prior and
     posterior sd of the restitutions, ``misfit`` per residual, ``settled_s`` (inf: never), first and last frame that it
     explains."""
 
@@ -75,15 +75,15 @@ class Merged:
 
 
 def accepted(rig: RigFit) -> NDArray[np.bool_]:
-    """Which junctions of two flights are impacts on the wall: on its circle, coming in, not going further in."""
+    """Which junctions of two flights are impacts on the wall: at one of its surfaces, coming in, not going further
+    in.
+    """
     impacts = rig.wall.impacts
     past = rig.wall.delay_s * np.maximum(impacts.of("normal_before"), 0.0)
-    off = np.abs(impacts.of("radius") - past - rig.wall.wall.distance(impacts.azimuth_rad))
+    off = np.abs(impacts.of("gap") - past)
     before, after = impacts.of("normal_before"), impacts.of("normal_after")
     change = before + after
-    return (
-        (off < WALL_TOLERANCE_M + 4 * impacts.sd("radius")) & (before > 0) & (change > 2 * impacts.sd("normal_before"))
-    )
+    return (off < WALL_TOLERANCE_M + 4 * impacts.sd("gap")) & (before > 0) & (change > 2 * impacts.sd("normal_before"))
 
 
 def merge(rig: RigFit, sequences: list[BounceSequence], junctions: NDArray[np.bool_]) -> Merged:

@@ -26,7 +26,6 @@ from analysis.contact.law import (
     law_data,
     spin_balance,
 )
-from analysis.contact.wall import WALL_TERMS, Wall
 from analysis.contact.wall_fit import WallFit, fit_wall, usable
 from analysis.flights.fit import NO_ANGLE_SD_RAD
 from analysis.flights.runs import Run, cut_again
@@ -34,11 +33,9 @@ from analysis.flights.segments import SMOOTH_M_PER_S2
 from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, choose_floor, prior_sd
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
+from analysis.walls.wall import DISK_TERMS, ELLIPSE_TERMS, Ring
 
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
-# How far the wall may be from the design before the impacts themselves must say so: gluing and turning tolerances,
-# generously.
-WALL_PRIOR_SD_M = {"radius": 3e-4, "centre_x": 2e-4, "centre_y": 2e-4, "disk_x": 2e-4, "disk_y": 2e-4}
 # An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts, and
 # chance would not (F test of its two terms: of a dozen impacts seven parameters always explain much).
 FEWEST_FOR_ELLIPSE = 12
@@ -182,24 +179,22 @@ def _fit(runs: Sequence[Run], named: Sequence[str]) -> RigFit:
 
 
 def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit, list[str]]:
-    """The wall as a circle; as an ellipse where ``[model]`` says so or the impacts leave no doubt; with a lasting
-    contact where it shows.
+    """The wall as it is meant to be; a circle as an ellipse where ``[model]`` says so or the impacts leave no doubt;
+    with a lasting contact where it shows.
     """
-    terms = [term for term in WALL_TERMS if not term.startswith("ellipse") and (angle or not term.startswith("disk"))]
-    junctions, start = intersect(floor.fits), Wall(floor.fits[0].run.contact_radius_m)
+    junctions, start = intersect(floor.fits), floor.fits[0].run.wall
+    terms = [term for term in start.nominal_terms if angle or term not in DISK_TERMS]
+    prior = {term: start.prior_sd(term) for term in terms}
     seen = measure(junctions, start)
-    near = usable(seen)
+    near = usable(seen) & (seen.surface < len(start.outline.names))
     if near.any():
         # The impacts' own distance, not the design: a scale that is off by 4 % would leave every impact a millimetre
         # from the wall.
-        start = Wall(float(np.median(seen.of("radius")[near])))
-    ellipse = fit_wall(
-        junctions, start, [*terms, *(term for term in WALL_TERMS if term.startswith("ellipse"))], WALL_PRIOR_SD_M
-    )
-    circle = fit_wall(junctions, start, terms, WALL_PRIOR_SD_M)
+        start = start.grown(float(np.median(seen.of("gap")[near])))
+    circle = fit_wall(junctions, start, terms, prior)
     count = int(circle.used.sum())
     if count >= FEWEST_FOR_ELLIPSE:
-        lasting = fit_wall(junctions, start, terms, WALL_PRIOR_SD_M, circle.impacts.of("normal_before")[:, None])
+        lasting = fit_wall(junctions, start, terms, prior, circle.impacts.of("normal_before")[:, None])
         delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))
         if delay > max(LASTING_S, LASTING_SD * sd) and lasting.scatter_m < circle.scatter_m:
             return (
@@ -208,6 +203,9 @@ def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit
                 ),
                 [LASTING_WORDS.format(1e3 * delay)],
             )
+    if not isinstance(start.outline, Ring):
+        return circle, []
+    ellipse = fit_wall(junctions, start, [*terms, *ELLIPSE_TERMS], prior)
     if "wall_ellipticity" in effects:
         return ellipse, []
     if (

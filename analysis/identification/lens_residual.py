@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.wall import WALL_TERMS, wall_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M, WallFit
 from analysis.flights.evidence import Evidence, columns_of
 from analysis.flights.fit import LENS_POWERS, LENS_TERMS, ORIGIN, SHARED, lens_basis
@@ -42,15 +41,14 @@ class LensResidual:
         """What the terms' uncertainty adds to each term of a fitted wall (P,): it moves all impacts at a place alike,
         in every run.
         """
-        used, radius = fit.used, fit.wall.contact_radius_m
+        used = fit.used
         if not used.any():
             return np.zeros(len(fit.terms))
-        state, azimuth = fit.impacts.junctions.state[used], fit.impacts.azimuth_rad[used]
-        basis = lens_basis(0.5 * (state[:, :2] + state[:, 6:8]), radius)
-        moved_m = np.column_stack([np.cos(azimuth)[:, None] * basis, np.sin(azimuth)[:, None] * basis])
-        design = wall_design(azimuth, fit.impacts.junctions.host[used, 3], fit.impacts.body_rad[used], radius)
-        design = design[:, [WALL_TERMS.index(term) for term in fit.terms]]
-        weight = 1 / np.hypot(fit.impacts.sd("radius")[used], max(fit.scatter_m, DISTANCE_FLOOR_M))
+        state, normal = fit.impacts.junctions.state[used], fit.impacts.normal_rad[used]
+        basis = lens_basis(0.5 * (state[:, :2] + state[:, 6:8]), fit.wall.size_m)
+        moved_m = np.column_stack([np.cos(normal)[:, None] * basis, np.sin(normal)[:, None] * basis])
+        design = fit.impacts.design(fit.terms)[used]
+        weight = 1 / np.hypot(fit.impacts.sd("gap")[used], max(fit.scatter_m, DISTANCE_FLOOR_M))
         slope = np.linalg.lstsq(design * weight[:, None], moved_m * weight[:, None], rcond=None)[0]
         return np.sqrt(np.einsum("ij,jk,ik->i", slope, self.covariance, slope))
 

@@ -29,12 +29,12 @@ def restitution_sd(lens: LensResidual, impacts: Impacts, data: LawData, law: Law
     """sd of the restitution from the residual's terms, as far as the flights leave them open."""
     if lens.amplitude_m == 0.0 or len(data) == 0:
         return 0.0
-    state, azimuth = impacts.junctions.state[data.index], impacts.azimuth_rad[data.index]
+    state, normal = impacts.junctions.state[data.index], impacts.normal_rad[data.index]
     gradient = lens_gradient(0.5 * (state[:, :2] + state[:, 6:8]), contact_radius_m)
     speeds = [np.einsum("kpi,ki->kp", gradient, state[:, at : at + 2]) for at in (3, 9)]
     off = -speeds[1] - law.restitution * speeds[0]
     weight = data.before / (data.normal_sd**2 + (law.scatter * data.before) ** 2)
-    per_term = np.concatenate([(n * weight) @ off for n in (np.cos(azimuth), np.sin(azimuth))]) / np.sum(
+    per_term = np.concatenate([(n * weight) @ off for n in (np.cos(normal), np.sin(normal))]) / np.sum(
         weight * data.before
     )
     return float(np.sqrt(per_term @ lens.whole @ per_term))

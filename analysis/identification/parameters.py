@@ -23,6 +23,7 @@ from analysis.identification.intervals import (
 )
 from analysis.identification.lens_speeds import restitution_sd
 from analysis.motion.rig_frame import RigFrame
+from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 
 Array = NDArray[np.float64]
 Row = tuple[str, Interval, int | None]
@@ -66,17 +67,6 @@ FLOOR_NAMES = {
 }
 
 
-WALL_NAMES = {
-    "radius": "contact_radius_m",
-    "centre_x": "wall_centre_x_m",
-    "centre_y": "wall_centre_y_m",
-    "disk_x": "disk_centre_x_m",
-    "disk_y": "disk_centre_y_m",
-    "ellipse_c": "wall_ellipticity_cos",
-    "ellipse_s": "wall_ellipticity_sin",
-}
-
-
 def law_intervals(rig: RigFit) -> dict[str, Interval]:
     """Intervals of the contact law's parameters and of the restitution's scatter and slope; all NaN without an impact.
 
@@ -95,9 +85,9 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     if rig.wall.delay_s > 0:
         shared = np.hypot(shared, rig.wall.delay_s * HOST_ACCELERATION_M_PER_S2 / float(np.median(rig.data.before)))
     lens = {name: LENS_SHARE[name] * rig.lens.relative for name in result if name in LENS_SHARE}
-    lens["restitution"] = restitution_sd(
-        rig.lens, rig.wall.impacts, rig.data, rig.law, rig.wall.wall.contact_radius_m
-    ) / abs(value)
+    lens["restitution"] = restitution_sd(rig.lens, rig.wall.impacts, rig.data, rig.law, rig.wall.wall.size_m) / abs(
+        value
+    )
     # (1 + beta_0) goes with the ratio of two speeds, the others with one.
     return {
         name: widened(i, np.hypot(shared, lens[name]) * (abs(i.value) + (name == "tangential_restitution")))
@@ -113,8 +103,8 @@ def length_residual(rig: RigFit) -> float:
     used, impacts = rig.wall.used, rig.wall.impacts
     if np.count_nonzero(used) < FEWEST_FOR_RESIDUAL:
         return 0.0
-    excess = rig.wall.scatter_m**2 - float(np.median(impacts.sd("radius")[used] ** 2))
-    return float(np.sqrt(max(excess, 0.0))) / rig.wall.wall.contact_radius_m
+    excess = rig.wall.scatter_m**2 - float(np.median(impacts.sd("gap")[used] ** 2))
+    return float(np.sqrt(max(excess, 0.0))) / rig.wall.wall.size_m
 
 
 def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> pd.DataFrame:
@@ -182,19 +172,19 @@ def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     wall, lens = rig.wall, rig.lens
     if not wall.used.any():
         return []
-    radius = wall.wall.contact_radius_m
+    distance = float(np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * wall.wall.size_m)
     shared = {
-        "radius": np.hypot(LENS_SHARE["contact_radius"] * lens.relative, rig.length_doubt) * radius,
-        **dict.fromkeys(("ellipse_c", "ellipse_s"), LENS_SHARE["ellipse"] * lens.relative),
+        **dict.fromkeys((t for t in wall.terms if wall.wall.is_length(t)), distance),
+        **dict.fromkeys((*ELLIPSE_TERMS, TURN), LENS_SHARE["ellipse"] * lens.relative),
         # The Host's markers and the disk are seen through other regions of the lenses.
-        **dict.fromkeys(("centre_x", "centre_y"), LENS_SHARE["wall_centre"] * lens.amplitude_m),
+        **dict.fromkeys((*ROUND_TERMS[1:], *CYLINDER_TERMS[1:]), LENS_SHARE["wall_centre"] * lens.amplitude_m),
     }
     value, covariance = frame.turned(
         wall.terms, wall.estimate, wall.covariance + np.diag(lens.wall_sd(wall) ** 2), [("ellipse_c", "ellipse_s", 2)]
     )
     sd = np.sqrt(np.diag(covariance))
     return [
-        (WALL_NAMES[term], normal_interval(value[k], np.hypot(sd[k], shared.get(term, 0.0))))
+        (wall_parameter(term), normal_interval(value[k], np.hypot(sd[k], shared.get(term, 0.0))))
         for k, term in enumerate(wall.terms)
     ]
 

@@ -38,7 +38,7 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merge
     chosen = np.flatnonzero(merged.junctions & (rig.wall.impacts.junctions.run == run))
     floor = rig.balance.speed_floor_m_per_s
     parts = [_impacts_of_junctions(rig, chosen, law)] + [
-        _impacts_of_sequence(sequence, floor, rig.wall.delay_s) for sequence in merged.sequences if sequence.run == run
+        _impacts_of_sequence(rig, sequence, floor) for sequence in merged.sequences if sequence.run == run
     ]
     table = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True).sort_values(
         "time_s", ignore_index=True
@@ -47,12 +47,16 @@ def impacts_table(rig: RigFit, run: int, law: dict[str, Interval], merged: Merge
     return table
 
 
-def _impacts_of_sequence(sequence: BounceSequence, speed_floor_m_per_s: float, delay_s: float) -> pd.DataFrame:
+def _impacts_of_sequence(rig: RigFit, sequence: BounceSequence, speed_floor_m_per_s: float) -> pd.DataFrame:
+    wall, surface = rig.wall.wall, np.rint(sequence.of("surface")).astype(np.int64)
+    host_angle = rig.runs[sequence.run].data.host.at(sequence.of("time"))[:, 3]
     table = pd.DataFrame(
         {
-            "time_s": sequence.of("time") - delay_s,
+            "time_s": sequence.of("time") - rig.wall.delay_s,
             "time_sd_s": sequence.sd("time"),
             "azimuth_rad": sequence.of("azimuth"),
+            "surface": np.array(wall.names, object)[surface],
+            "normal_rad": wall.normal(surface, sequence.of("azimuth"), host_angle),
         }
     )
     for quantity, column in COLUMNS.items():
@@ -79,6 +83,8 @@ def _impacts_of_junctions(rig: RigFit, chosen: NDArray[np.int64], law: dict[str,
             "time_s": impacts.of("time")[chosen] - rig.wall.delay_s,
             "time_sd_s": impacts.sd("time")[chosen],
             "azimuth_rad": impacts.azimuth_rad[chosen],
+            "surface": np.array(rig.wall.wall.names, object)[impacts.surface[chosen]],
+            "normal_rad": impacts.normal_rad[chosen],
         }
     )
     floor = np.hypot(rig.balance.speed_floor_m_per_s, rig.wall.delay_s * HOST_ACCELERATION_M_PER_S2)

@@ -29,6 +29,8 @@ MOVING_SD = 10.0
 BODIES = ("host", "nes")
 #: times of an event, which shift with the clock's zero (a duration or an sd does not)
 INSTANTS = ("time_s", "start_s", "end_s")
+#: directions in the room of an event
+DIRECTIONS = ("azimuth_rad", "normal_rad")
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +113,9 @@ class RigFrame:
                 given[name] = table[name] * self.factor(name)
             if name in INSTANTS:
                 given[name] = given[name] + self.middle_s[run]
-        if "azimuth_rad" in table and len(table):
-            given["azimuth_rad"] = np.angle(np.exp(1j * (table["azimuth_rad"].to_numpy(float) + self.turn_rad)))
+        for name in DIRECTIONS:
+            if name in table and len(table):
+                given[name] = np.angle(np.exp(1j * (table[name].to_numpy(float) + self.turn_rad)))
         return given
 
     def turned(

@@ -8,6 +8,7 @@ from analysis.figures.trajectory import angle_and_spin, column, relative_traject
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
+from analysis.walls.wall import identified_wall
 from ovines.robust import residual_sd
 
 
@@ -19,15 +20,18 @@ def add_motion(page: Page, results: Results) -> None:
         section.add_missing("motion", "There is no motion.parquet among the results.")
         return
     host, nes = results.recording.settings.bodies.host, results.recording.settings.bodies.nes
-    contact = results.parameter("contact_radius_m")[0]
+    identification = results.get("identification")
+    known = identification is not None and results.get("impacts") is not None
+    wall = identified_wall(identification, results.recording) if known else None
     caption = (
         "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass (Figs 57, 61)."
     )
+    contact = results.parameter("contact_radius_m")[0]
     if np.isfinite(contact):
         caption += f" The impacts themselves put the contact edge at {with_unit(1e3 * contact, 'mm', 4)}."
     section.add_figure(
         "relative_trajectory",
-        relative_trajectory(motion, host, nes, contact, results.get("impacts")),
+        relative_trajectory(motion, host, nes, wall, results.get("impacts")),
         caption,
         "Trajectory of the NES relative to the Host inside the wall.",
     )

@@ -28,6 +28,10 @@ QUANTITIES = {
     "tangential_restitution": Quantity("Tangential restitution", "β₀"),
     "floor_friction": Quantity("Floor friction", "μ_s"),
     "contact_radius_m": Quantity("Contact radius", "R_c", "mm", 1e3),
+    "wall_turn_rad": Quantity("Wall turned against its layout", "", "mrad", 1e3),
+    "cylinder_contact_radius_m": Quantity("Cylinder's contact radius", "", "mm", 1e3),
+    "cylinder_centre_x_m": Quantity("Cylinder off the Host's centre, x", "", "µm", 1e6),
+    "cylinder_centre_y_m": Quantity("Cylinder off the Host's centre, y", "", "µm", 1e6),
     "wall_centre_x_m": Quantity("Wall centre off its layout, x", "", "µm", 1e6),
     "wall_centre_y_m": Quantity("Wall centre off its layout, y", "", "µm", 1e6),
     "disk_centre_x_m": Quantity("Disk's middle off its centre of mass, x", "", "µm", 1e6),
@@ -51,6 +55,8 @@ def quantity(name: str) -> Quantity:
     """The known quantity, or one made of the name itself."""
     if name in QUANTITIES:
         return QUANTITIES[name]
+    if name.endswith("_contact_distance_m"):
+        return Quantity(name.removesuffix("_m").replace("_", " ").capitalize(), "", "mm", 1e3)
     for suffix, unit in _UNITS:
         if name.endswith(suffix):
             return Quantity(name[: -len(suffix)].replace("_", " ").capitalize(), "", unit)

@@ -76,6 +76,10 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
     if host is not None and host.inner_radius_m is not None:
         pairs.append(("Wall radius", with_unit(1e3 * host.inner_radius_m, "mm")))
+    if host is not None and host.polygon_m is not None:
+        pairs.append(("Wall", f"{len(host.polygon_m)} flat sides"))
+    if host is not None and host.obstacle_radius_m is not None:
+        pairs.append(("Cylinder radius", with_unit(1e3 * host.obstacle_radius_m, "mm")))
     if nes is not None and nes.radius_m is not None:
         pairs.append(("NES radius", with_unit(1e3 * nes.radius_m, "mm")))
     return pairs

@@ -135,11 +135,16 @@ class _Actor:
         self._radius_mm = MM * (nes.radius_m if nes is not None else 0.0)
         self._corners = None if host is None or host.polygon_m is None else MM * np.asarray(host.polygon_m, float)
         self._wall: Circle | Polygon | None = None
+        self._cylinder: Circle | None = None
         if with_host and host is not None:
             reach = MM * (host.inner_radius_m or 0.0) if self._corners is None else float(np.abs(self._corners).max())
             self._wall = Circle((0, 0), reach) if self._corners is None else Polygon(self._corners)
             self._wall.set(fill=False, edgecolor=HOST_COLOUR, linewidth=2, animated=True)
             rig.add_patch(self._wall)
+            if host.obstacle_radius_m:
+                radius = MM * host.obstacle_radius_m
+                self._cylinder = Circle((0, 0), radius, fc=HOST_COLOUR, lw=0, alpha=0.3, animated=True)
+                rig.add_patch(self._cylinder)
         else:
             reach = self._radius_mm
         self._disk = Circle((0, 0), self._radius_mm, fc=colour, ec=BLACK, lw=0.8, alpha=0.55, animated=True)
@@ -171,6 +176,9 @@ class _Actor:
                 rotate = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
                 self._wall.set_xy(self._corners @ rotate + middle)
             shown.append(self._wall)
+            if self._cylinder is not None:
+                self._cylinder.center = (middle[0], middle[1])
+                shown.append(self._cylinder)
         recent = (self._clock <= time_s) & (self._clock > time_s - TRAIL_S)
         self._trail.set_data(MM * self._values["nes_x_m"][recent], MM * self._values["nes_y_m"][recent])
         shown.append(self._trail)

@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.figures.trajectory import column
+from analysis.walls.wall import stated_wall
 from ovines.camera import Camera
 from ovines.recording import Recording
 
@@ -92,17 +93,7 @@ def wall_gap_m(motion: pd.DataFrame, recording: Recording) -> Array | None:
     """Free room (frames,) between the disk's edge and the inner wall, by the radii of recording.toml; None without Host
     or NES.
     """
-    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
-    if host is None or nes is None:
+    if recording.settings.bodies.host is None or recording.settings.bodies.nes is None:
         return None
-    apart = poses(motion, "nes")[:, :2] - poses(motion, "host")[:, :2]
-    if host.polygon_m is None:
-        return (host.inner_radius_m or 0.0) - nes.radius_m - np.hypot(apart[:, 0], apart[:, 1])
-    turn = poses(motion, "host")[:, 3]
-    c, s = np.cos(turn), np.sin(turn)
-    own = np.column_stack([c * apart[:, 0] + s * apart[:, 1], -s * apart[:, 0] + c * apart[:, 1]])
-    corners = _closed(np.asarray(host.polygon_m, float))
-    along = np.diff(corners, axis=0) / np.linalg.norm(np.diff(corners, axis=0), axis=1)[:, None]
-    inward = np.column_stack([-along[:, 1], along[:, 0]])  # the corners run counter-clockwise
-    from_sides = np.einsum("fsk,sk->fs", own[:, None] - corners[None, :-1], inward)
-    return from_sides.min(axis=1) - nes.radius_m
+    nes, host = poses(motion, "nes"), poses(motion, "host")
+    return -stated_wall(recording).gap(nes[:, :2] - host[:, :2], host[:, 3])

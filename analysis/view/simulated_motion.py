@@ -10,6 +10,7 @@ import pandas as pd
 from analysis.comparison.flights_ahead import flown_flights
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
 from analysis.report.results import Results
+from analysis.walls.wall import identified_wall
 from ovines.errors import InputError
 from ovines.recording import Recording
 
@@ -31,7 +32,8 @@ def simulated_motion(
     clock = motion["time_s"].to_numpy(float)
     host_motion = host_motion_of(motion, recording)
     scenario = nominal_scenario(identification, recording, host_motion, float(np.ptp(clock)))
-    states = states_after(impacts, host_motion, scenario.nes.radius_m, scenario.host.radius_m or 0.0)
+    wall = identified_wall(identification, recording)
+    states = states_after(impacts, host_motion, scenario.nes.radius_m, wall)
     host = host_motion.at(clock)
     table = pd.DataFrame({"frame": motion["frame"].to_numpy(), "time_s": clock})
     table[["nes_x_m", "nes_y_m", "nes_z_m", "nes_angle_rad"]] = np.nan

@@ -38,6 +38,13 @@ def _impact_columns() -> tuple[Column, ...]:
         number("time_s", "instant of the contact"),
         maybe("time_sd_s", "standard deviation of time_s"),
         maybe("azimuth_rad", "direction of the contact seen from the Host's centre, world frame"),
+        optional("normal_rad", "direction of the wall's outward normal at the contact, world frame"),
+        text(
+            "surface",
+            'what was hit: "ring", "side 1" and on along polygon_m, or "cylinder"',
+            nullable=True,
+            required=False,
+        ),
         *speeds,
         *spins,
         maybe("restitution", "normal speed after / before"),

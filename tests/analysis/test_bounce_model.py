@@ -10,17 +10,15 @@ from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.flights.model import FlightRig
 from analysis.flights.parameters import PARAMETERS
 from analysis.motion.host_path import HostMotion
+from analysis.walls.wall import Wall
 
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
 REST = BounceRig(
     FlightRig(STILL.table(0.0, 1.0), 60.0, 0.01, 0.5, 0.04, 0.0),
     np.zeros(len(PARAMETERS)),
-    centre_x_m=0.0,
-    centre_y_m=0.0,
+    surfaces=Wall.ring(0.04).surfaces,
     disk_x_m=0.0,
     disk_y_m=0.0,
-    ellipse_cos=0.0,
-    ellipse_sin=0.0,
     wall_friction=0.15,
     tangential_restitution=0.4,
     stop_speed_m_per_s=0.02,

@@ -13,6 +13,7 @@ import pytest
 from analysis.compare import compare, one_impact_ahead
 from analysis.comparison.simulated_rig import lines_from, nominal_scenario, states_after
 from analysis.motion.host_path import fit_host_motion
+from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
@@ -156,7 +157,7 @@ def test_measured_states_are_the_true_ones(run):
     motion, impacts, _ = run
     position = motion[["host_x_m", "host_y_m", "host_z_m", "host_angle_rad"]].to_numpy(float)
     host = fit_host_motion(motion["time_s"].to_numpy(float), position, np.full(position.shape, 1e-6), 11.0)
-    states = states_after(impacts, host, 0.01, 0.05)
+    states = states_after(impacts, host, 0.01, Wall.ring(0.04))
     close = replace(SCENARIO, duration_s=float(impacts["time_s"][0]) + 1e-7, sample_rate_hz=0.0)
     final = simulate(close).final_state
     np.testing.assert_allclose(states["after"][0][:2], final[2:4], atol=1e-4)

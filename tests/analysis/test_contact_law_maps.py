@@ -7,6 +7,7 @@ import pytest
 
 from analysis.contact.impacts import QUANTITIES, Impacts, Junctions
 from analysis.contact.law import LawData, law_data, restitution_gain
+from analysis.walls.wall import Wall
 from tests.analysis.test_contact_law import series
 
 RADIUS_M, Q = 0.01, 0.5
@@ -28,7 +29,7 @@ def impacts_of(rng: np.random.Generator, count: int) -> tuple[Impacts, dict[str,
         "tangential_after": slip + (1 + 1 / Q) * impulse,
         "spin_before": spin,
         "spin_after": spin + impulse / (Q * RADIUS_M),
-        "radius": np.full(count, 0.04),
+        "gap": np.zeros(count),
         "time": np.arange(count) / 10,
     }
     for name, numbers in columns.items():
@@ -55,7 +56,17 @@ def impacts_of(rng: np.random.Generator, count: int) -> tuple[Impacts, dict[str,
         numbers["drive_start_rad"],
         RADIUS_M,
     )
-    impacts = Impacts(value, root @ np.swapaxes(root, 1, 2), rng.uniform(-3, 3, count), none, junctions)
+    azimuth = rng.uniform(-3, 3, count)
+    impacts = Impacts(
+        value,
+        root @ np.swapaxes(root, 1, 2),
+        azimuth,
+        none,
+        azimuth,
+        none.astype(int),
+        Wall.ring(0.04),
+        junctions,
+    )
     return impacts, {**columns, **numbers, "impulse": impulse}
 
 

@@ -219,7 +219,7 @@ def test_poor_data_give_tables_and_no_warning(case, driven, recording):
         assert rows.loc["floor_friction", ["value", "low", "high"]].isna().all()
 
 
-def test_flat_walls_are_refused_in_words(driven, tmp_path):
+def test_flat_walls_that_leave_no_room_at_the_centre_are_refused_in_words(driven, tmp_path):
     (tmp_path / "recording.toml").write_text(
         TOML.replace("inner_radius_m = 0.05", "polygon_m = [[0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]")
     )

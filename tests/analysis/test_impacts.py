@@ -10,12 +10,12 @@ import pytest
 from analysis.bounces.contact import RECORD, BounceRig
 from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.contact.impacts import intersect, measure
-from analysis.contact.wall import Wall
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.fit import LENS_TERMS, Flight, RunData, fit_flights
 from analysis.flights.model import FlightRig
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.motion.host_path import HostMotion
+from analysis.walls.wall import Wall
 
 SD, SD_ANGLE = 1.2e-5, 2e-3
 OMEGA = 2 * np.pi * 11.0
@@ -29,12 +29,9 @@ RADIUS = 0.04
 RIG = BounceRig(
     FlightRig(HOST.table(-0.1, 2.0), OMEGA, 0.01, 0.5, RADIUS, 0.0),
     PARAMETER,
-    centre_x_m=0.0,
-    centre_y_m=0.0,
+    surfaces=Wall.ring(RADIUS).surfaces,
     disk_x_m=0.0,
     disk_y_m=0.0,
-    ellipse_cos=0.0,
-    ellipse_sin=0.0,
     stop_speed_m_per_s=0.02,
     wall_frequency_per_s=0.0,
     restitution_rise=0.0,
@@ -88,7 +85,7 @@ def pairs():
     for seed in range(12):
         fit, records = fitted(seed, start=(0.01, 0.005, 0.0, 0.8 + 0.05 * seed, -0.9, 50.0))
         junctions = intersect([fit])
-        impacts = measure(junctions, Wall(RADIUS))
+        impacts = measure(junctions, Wall.ring(RADIUS))
         true = records[[int(np.argmin(np.abs(records[:, 0] - t))) for t in junctions.time_s]]
         found.append((impacts, true))
     return found
@@ -128,8 +125,8 @@ def test_flights_that_intersect_far_from_their_gap_are_no_impact(frames):
 
 def test_the_wall_is_where_the_flights_intersect(pairs):
     fit, _ = fitted(3)
-    found = fit_wall(intersect([fit]), Wall(RADIUS + 1e-4), ["radius"], {"radius": 3e-4})
-    assert abs(found.wall.contact_radius_m - RADIUS) < 1.5e-5
+    found = fit_wall(intersect([fit]), Wall.ring(RADIUS + 1e-4), ["radius"], {"radius": 3e-4})
+    assert abs(found.wall.size_m - RADIUS) < 1.5e-5
 
 
 def test_a_sequence_ends_at_the_wall_and_loses_speed_by_the_law():

@@ -77,9 +77,9 @@ def test_a_kink_far_from_the_wall_is_no_impact():
     t, x, y, sd = path([(30.4, -1.5, 0.2), (70.6, 0.9, 0.9)])
     place = np.column_stack([x, y])
     at_the_wall = np.tile([0.0595, 0.0], (len(t), 1))
-    for early_limit, expected in ((0.06, [30, 70]), (0.1, [70])):
-        limit = np.where(np.arange(len(t)) < 50, early_limit, 0.06)
-        assert segment(t, place, sd, at_the_wall, limit).gaps.tolist() == expected
+    for early_gap, expected in ((-5e-4, [30, 70]), (-0.04, [70])):
+        gap = np.where(np.arange(len(t)) < 50, early_gap, -5e-4)
+        assert segment(t, place, sd, at_the_wall, gap, 0.0, 0.06).gaps.tolist() == expected
 
 
 def test_missing_frames_are_bridged():
@@ -91,7 +91,7 @@ def test_missing_frames_are_bridged():
 
 def test_contact_needs_four_frames_and_outlasts_a_missing_one():
     distance = np.array([0.03, 0.04, 0.04, 0.04, np.nan, 0.04, 0.03, 0.04, 0.04, 0.03])
-    contact = find_contact(distance, np.full(10, 0.0399))
+    contact = find_contact(distance - 0.04, 1e-4)
     assert contact.tolist() == [[1, 5]]
 
 
@@ -117,7 +117,7 @@ def test_a_frame_exposed_across_a_fast_impact_is_set_aside_however_sharp_the_mar
         (30, 2)
     )
     xy[15] += [2e-4, 5e-5]
-    found = segment(time, xy, sd, np.tile([0.0495, 0.0], (30, 1)), np.full(30, 0.05))
+    found = segment(time, xy, sd, np.tile([0.0495, 0.0], (30, 1)), np.full(30, -5e-4), 0.0, 0.05)
     assert found.smeared.tolist() == [15]
     assert len(found.gaps) == 1
     assert found.gaps[0] in (14, 15)

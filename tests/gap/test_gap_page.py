@@ -16,7 +16,7 @@ from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.page.figures import binned
 from analysis.gap.page.figures_flights import LONG, flight_panels, missing_acceleration, residual_frames
 from analysis.gap.page.figures_impacts import _gains, impact_panels
-from analysis.gap.page.figures_paths import chosen_flight, flight_errors, paths_of
+from analysis.gap.page.figures_paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.series import from_motions
@@ -154,15 +154,22 @@ def test_impact_panel_of_an_effect_comes_first(tilted):
 
 def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
     ladder = tilted[0].ladder
-    wall = replace(
-        ladder.impacts.fitted.wall,
-        wall=replace(ladder.impacts.fitted.wall.wall, centre_m=np.array([3e-4, 0.0])),
-    )
+    fitted = ladder.impacts.fitted.wall
+    outline = replace(fitted.wall.outline, centre_m=np.array([3e-4, 0.0]))
+    wall = replace(fitted, wall=replace(fitted.wall, outline=outline))
     moved = replace(ladder.impacts.fitted, wall=wall)
     both = replace(ladder.impacts, nominal=moved, fitted=moved)
     panel = impact_panels(replace(ladder, impacts=both), "wall_centre_offset")[0]
     added = panel.before - panel.after
     assert np.allclose(added, 300 * np.cos(np.radians(panel.x)), atol=1e-6)
+
+
+def test_the_map_of_residuals_lies_inside_the_wall(tilted):
+    paths = paths_of(tilted[0].ladder, tilted[0].predictions)
+    for path in paths:
+        place = in_host(path)
+        inside = path.run.data.wall.gap(place, np.zeros(len(place)))
+        assert len(place) == len(path.frame) and np.nanmax(inside) < 1e-3 and np.nanmin(inside) < -0.02
 
 
 def test_held_out_gain_knows_signal_from_noise():

@@ -65,6 +65,9 @@ class Physics(NamedTuple):
     recoil_share: float  # the disk's mass over the Host's, which steps back at impacts ...
     recoil_rad_per_s: float  # ... and swings about where it was, so fast, ...
     recoil_decay_per_s: float  # ... for so long
+    sides: float  # flat sides of a regular wall whose contact edge has the reach as its inner radius; 0: a ring
+    sides_rad: float  # where the first side's normal points
+    cylinder_m: float  # contact radius of a cylinder in the Host's middle; 0: none
     step_s: float
 
 
@@ -208,6 +211,32 @@ def free_rate(time, state, p, harmonics, gust, table):
 
 
 @njit(cache=True)
+def nearest(x, y, turn, p):
+    """Gap, outward normal, how much it bends (1/m, a ring's > 0) and number of the surface next to the disk's middle at
+    x, y from the Host's; ``turn`` of the Host.  0: the ring, 1 and on: sides, -1: the cylinder.
+    """
+    far = math.hypot(x, y) + 1e-300
+    gap, nx, ny, bend, number = p.reach_m - far, x / far, y / far, 1.0 / p.reach_m, 0
+    for k in range(int(p.sides)):
+        angle = p.sides_rad + turn + 2.0 * math.pi * k / p.sides
+        left = p.reach_m - x * math.cos(angle) - y * math.sin(angle)
+        if k == 0 or left < gap:
+            gap, nx, ny, bend, number = left, math.cos(angle), math.sin(angle), 0.0, k + 1
+    if p.cylinder_m > 0.0 and far - p.cylinder_m < gap:
+        gap, nx, ny, bend, number = far - p.cylinder_m, -x / far, -y / far, -1.0 / p.cylinder_m, -1
+    return gap, nx, ny, bend, number
+
+
+@njit(cache=True)
+def surface_at(time, state, p, harmonics):
+    """How much the surface next to the disk bends, and its number."""
+    where, _, _ = host_at(time, harmonics)
+    arm_x, arm_y = middle_of(state, p)
+    _, _, _, bend, number = nearest(state[0] + arm_x - where[0], state[1] + arm_y - where[1], where[2], p)
+    return bend, number
+
+
+@njit(cache=True)
 def wall_at(time, state, p, harmonics):
     """Gap to the wall, its outward normal, approach speed and slip at the contact, arm of the contact from the centre
     of mass.
@@ -215,13 +244,12 @@ def wall_at(time, state, p, harmonics):
     where, speed, _ = host_at(time, harmonics)
     arm_x, arm_y = middle_of(state, p)
     x, y = state[0] + arm_x - where[0], state[1] + arm_y - where[1]
-    far = math.hypot(x, y) + 1e-300
-    nx, ny = x / far, y / far
+    gap, nx, ny, _, _ = nearest(x, y, where[2], p)
     cx, cy = arm_x + p.radius_m * nx, arm_y + p.radius_m * ny
     from_host_x, from_host_y = x + p.radius_m * nx, y + p.radius_m * ny
     ux = state[3] - state[5] * cy - speed[0] + speed[2] * from_host_y
     uy = state[4] + state[5] * cx - speed[1] - speed[2] * from_host_x
-    return p.reach_m - far, nx, ny, ux * nx + uy * ny, -ux * ny + uy * nx, cx, cy
+    return gap, nx, ny, ux * nx + uy * ny, -ux * ny + uy * nx, cx, cy
 
 
 @njit(cache=True)
@@ -239,7 +267,7 @@ def pressed(time, state, p, harmonics, gust, table):
     ax = out[3] - out[5] * arm_y - spin * spin * arm_x - change[0]
     ay = out[4] + out[5] * arm_x - spin * spin * arm_y - change[1]
     along = -vx * ny + vy * nx
-    outward = ax * nx + ay * ny + along * along / p.reach_m
+    outward = ax * nx + ay * ny + along * along * surface_at(time, state, p, harmonics)[0]
     rub = p.wall_friction * math.tanh(slip / (WALL_SMOOTHING * p.smoothing_m_per_s))
     fx, fy = -nx + rub * ny, -ny - rub * nx
     turn = (cx * fy - cy * fx) / (p.inertia_factor * p.radius_m**2)
@@ -311,7 +339,8 @@ def strike(time, state, p, harmonics, drawn):
     where, speed, _ = host_at(time, harmonics)
     state[0] += gap * nx
     state[1] += gap * ny
-    told = np.array([approach, slip, 0.0, math.atan2(ny, nx), -approach, slip, 0.0])
+    from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
+    told = np.array([approach, slip, 0.0, math.atan2(from_y, from_x), -approach, slip, 0.0])
     if approach <= 0.0:
         return state, told
     value = p.restitution - p.restitution_fall_s_per_m * approach + p.restitution_scatter * drawn[0]
@@ -319,7 +348,6 @@ def strike(time, state, p, harmonics, drawn):
     away = p.wall_roughness_rad * drawn[1]
     rx, ry = nx * math.cos(away) - ny * math.sin(away), nx * math.sin(away) + ny * math.cos(away)
     moving = state.copy()  # seen from the wall's contact point
-    from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
     wall_x, wall_y = speed[0] - speed[2] * from_y, speed[1] + speed[2] * from_x
     moving[3] -= wall_x
     moving[4] -= wall_y
@@ -367,6 +395,15 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
                 new[6] = 1.0
             elif sliding > p.memory_fast_m_per_s:
                 new[6] = 0.0
+        if held and surface_at(time + step, new, p, harmonics)[1] != surface_at(time, state, p, harmonics)[1]:
+            # along one side into the next: an impact there
+            time, (state, told) = time + step, strike(time + step, new, p, harmonics, drawn[k])
+            held = False
+            holds[h, 1] = time
+            h += 1
+            impacts[k, 0], impacts[k, 1:] = time, told
+            k += 1
+            continue
         if held:  # rounding of the constraint, removed without rebound
             new[0] += gap * nx
             new[1] += gap * ny

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
-from tests.plants.kernel import GRAVITY_M_PER_S2, LINE_COLUMNS, host_at, middle_of, run, sliding_table
+from tests.plants.kernel import GRAVITY_M_PER_S2, LINE_COLUMNS, Physics, host_at, middle_of, run, sliding_table
 from tests.plants.rig import FRAME_RATE_HZ, LAST_FRAME, LATEST_S, Rig, Spec, draw_rig
 
 FAST_M_PER_S = 0.15
@@ -170,6 +170,7 @@ def _moved_once(rig: Rig, rng: np.random.Generator) -> tuple[np.ndarray, pd.Data
         none[:, 0] = -1.0
         harmonics = np.vstack([harmonics, none])
     far, azimuth = p.reach_m * 0.9 * np.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
+    far = p.cylinder_m + (1 - p.cylinder_m / p.reach_m) * far
     start = np.zeros(8)
     start[:2] = host_at(0.0, harmonics)[0][:2]
     start[:2] += far * np.cos(azimuth), far * np.sin(azimuth)
@@ -319,7 +320,7 @@ frame_rate_hz = {rate_hz!r}
 
 [bodies.host]
 markers = []
-inner_radius_m = {p.reach_m + p.radius_m!r}
+{wall_text(p)}
 
 [bodies.nes]
 markers = []
@@ -330,6 +331,17 @@ inertia_factor = {p.inertia_factor!r}
 {excitation}[model]
 effects = ["floor_friction", "spin_coupling"]
 """
+
+
+def wall_text(p: Physics) -> str:
+    """The Host's wall as recording.toml has it."""
+    inner = p.reach_m + p.radius_m
+    text = f"inner_radius_m = {inner!r}"
+    if p.sides:
+        corner = p.sides_rad + np.pi / p.sides * (2 * np.arange(int(p.sides)) - 1)
+        far = inner / np.cos(np.pi / p.sides)
+        text = f"polygon_m = {(far * np.column_stack([np.cos(corner), np.sin(corner)])).tolist()}"
+    return text + (f"\nobstacle_radius_m = {p.cylinder_m - p.radius_m!r}" if p.cylinder_m else "")
 
 
 def make_recording(spec: Spec, rng: np.random.Generator) -> tuple[str, pd.DataFrame, dict[str, Any]]:

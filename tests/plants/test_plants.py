@@ -176,3 +176,29 @@ def test_moving_the_world_moves_the_answers_and_nothing_else(tmp_path, ovines):
     assert np.hypot(*(host - place[:2])) < runs[0].truth["rig"].amplitude_m
     checked = ovines(NAME, write_series(runs, tmp_path / "series"))
     assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_a_square_sends_a_disk_round_as_unfolding_it_says():
+    """Without friction and with full restitution a square is a chain of mirrors: each coordinate by itself."""
+    p = physics(restitution=0.98, wall_friction=0.0, sides=4.0)
+    nodes, impacts, _ = gone(p, [0.01, 0.0, 0.0, 1.0, 0.7, 0.0], 0.3)
+    for at, speed in ((0.01, 1.0), (0.0, 0.7)):
+        now, times = 0.0, []
+        while True:
+            now += (p.reach_m - np.sign(speed) * at) / abs(speed)
+            if now > 0.3:
+                break
+            times.append(now)
+            at, speed = np.sign(speed) * p.reach_m, -0.98 * speed
+        near = [np.min(np.abs(impacts[:, 0] - t)) for t in times]
+        assert len(times) >= 3 and max(near) < 1e-10
+    assert np.abs(nodes[:, 1:3]).max() < p.reach_m * (1 + 1e-9)
+
+
+def test_a_disk_is_thrown_back_by_a_cylinder():
+    p = physics(cylinder_m=0.015, wall_friction=0.0)
+    _, impacts, _ = gone(p, [0.03, 0.009, 0.0, -1.0, 0.0, 0.0], 0.03)
+    x = np.sqrt(0.015**2 - 0.009**2)
+    assert impacts[0, 0] == pytest.approx(0.03 - x, abs=1e-12)
+    assert impacts[0, 1] == pytest.approx(x / 0.015, rel=1e-9)
+    assert impacts[0, 4] == pytest.approx(np.arctan2(0.009, x), abs=1e-9)

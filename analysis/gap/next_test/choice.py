@@ -166,7 +166,7 @@ def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
     if effect in SHAPES:
         # A lasting contact goes with the speed of approach, an ellipse with twice the azimuth; radius and centre are
         # unknowns in any case.
-        design = {"finite_contact_time": speed[:, None], "wall_ellipticity": twice * wall.wall.contact_radius_m}
+        design = {"finite_contact_time": speed[:, None], "wall_ellipticity": twice * wall.wall.size_m}
         size = (
             np.array([ladder.impacts.fitted.contact_slope_s]) if effect == "finite_contact_time" else wall.wall.ellipse
         )

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparison.simulated_rig import moved
+from analysis.comparison.simulated_rig import moved, simulated_wall
 from analysis.flights.fit import FlightFits, RunData
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run, cut
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.motion.host_path import HostMotion
+from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.effects import EFFECTS
 
@@ -75,10 +76,10 @@ class Recorded:
             like.contact_radius_m,
             like.radius_m,
             like.inertia_factor,
+            like.wall,
         )
-        return cut(
-            made, np.column_stack([self.host.at(time_s), np.full((n, 4), sd)]), np.arange(n), _contact_m(ladder, like)
-        )
+        host = np.column_stack([self.host.at(time_s), np.full((n, 4), sd)])
+        return cut(made, host, np.arange(n), _wall(ladder, like))
 
 
 def record(
@@ -97,7 +98,7 @@ def record(
     friction, coupling = (float(ladder.flights.fitted.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
     values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
     # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
-    wall = moved(Host(radius_m=_contact_m(ladder, data) + data.radius_m), host, start_s, duration_s)
+    wall = moved(Host(**simulated_wall(_wall(ladder, data), data.radius_m)), host, start_s, duration_s)
     if values.pop("vertical_motion", None) is None:
         wall = replace(wall, drive=tuple(h for h in wall.drive if h.axis != "z"))
     scenario = Scenario(
@@ -137,10 +138,8 @@ def _law(ladder: Ladder) -> ImpactLaw:
     )
 
 
-def _contact_m(ladder: Ladder, data: RunData) -> float:
-    return (
-        ladder.impacts.fitted.wall.wall.contact_radius_m if ladder.impacts.fitted is not None else data.contact_radius_m
-    )
+def _wall(ladder: Ladder, data: RunData) -> Wall:
+    return ladder.impacts.fitted.wall.wall if ladder.impacts.fitted is not None else data.wall
 
 
 def _host(host: HostMotion, setting: Setting) -> HostMotion:
@@ -166,13 +165,23 @@ def _host(host: HostMotion, setting: Setting) -> HostMotion:
 
 def _start(fits: FlightFits, host: HostMotion, setting: Setting, start_s: float) -> tuple[float, ...]:
     """x, y, vx, vy, angle, spin: the measured state against the Host, well inside the wall; or launched by hand from
-    the Host's centre, in the direction in which the disk was seen to fly."""
+    the Host's centre (or beside its cylinder), in the direction in which the disk was seen to fly."""
     x, y, angle, vx, vy, spin = fits.states[0]
     place = np.array([x, y]) - fits.run.host.at(np.array([start_s]))[0, :2]
-    place *= min(1.0, 0.9 * fits.run.contact_radius_m / max(float(np.hypot(*place)), 1e-9))
+    place *= _share_inside(fits.run.wall, place, float(fits.run.host.at(np.array([start_s]))[0, 3]))
     if setting.launch is not None:
         speed, spin = setting.launch
         along = np.array([vx, vy]) / max(float(np.hypot(vx, vy)), 1e-9)
-        place, (vx, vy) = np.zeros(2), speed * along
+        cylinder = fits.run.wall.cylinder
+        # From the middle of what a cylinder leaves free, else from the Host's.
+        place = along * (0.0 if cylinder is None else 0.5 * (cylinder.radius_m + fits.run.wall.size_m))
+        vx, vy = speed * along
     cx, cy = host.at(np.array([start_s]))[0, :2] + place
     return float(cx), float(cy), float(vx), float(vy), float(angle), float(spin)
+
+
+def _share_inside(wall: Wall, place: Array, host_angle_rad: float) -> float:
+    """By which share of its way from the Host's centre a place is well inside the wall: 1 where it is."""
+    far = max(float(np.hypot(*place)), 1e-9)
+    reach = far - float(wall.outline_gap(place[None], np.array([host_angle_rad]))[0])
+    return min(1.0, 0.9 * reach / far)

@@ -139,7 +139,7 @@ def impact_overview(section: Section, diagnosis: Diagnosis) -> None:
 
 def _nothing_added(diagnosis: Diagnosis) -> bool:
     ladder = diagnosis.ladder
-    centres = any(c.effect in ("wall_centre_offset", "mass_centre_offset") for c in ladder.causes)
+    centres = any(c.effect in ("wall_centre_offset", "mass_centre_offset", "stated_radius") for c in ladder.causes)
     return ladder.impacts.fitted is ladder.impacts.nominal and not ladder.impacts.restitution_terms and not centres
 
 

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.contact.law import Law, LawData, fit_restitution, predicted_tangential
-from analysis.contact.wall import wall_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.ladder import Ladder
@@ -40,6 +39,7 @@ VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "finite_contact_time": ("distance", ("approach speed", "azimuth in the room")),
     "wall_ellipticity": ("distance", ("azimuth in the room", "approach speed")),
     "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
+    "stated_radius": ("distance", ("azimuth in the Host", "approach speed")),
     "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
 }
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
@@ -167,13 +167,12 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
         r = fitted.wall.residual_m[d.index]
         if put_back in ("wall_centre_offset", "mass_centre_offset"):
             # The layout's wall, not the recalibrated one, is what the effect is an error of.
-            wall = fitted.wall.wall
-            design = wall_design(
-                d.azimuth_rad, d.host_angle_rad, fitted.wall.impacts.body_rad[d.index], wall.contact_radius_m
-            )
-            r = r + (
-                design[:, 1:3] @ wall.centre_m if put_back == "wall_centre_offset" else design[:, 3:5] @ wall.disk_m
-            )
+            impacts, wall = fitted.wall.impacts, fitted.wall.wall
+            if put_back == "wall_centre_offset":
+                off, seen = wall.centre_m, impacts.normal_rad - impacts.junctions.host[:, 3]
+            else:
+                off, seen = -wall.disk_m, impacts.body_rad
+            r = r + (np.cos(seen) * off[0] + np.sin(seen) * off[1])[d.index]
         return 1e6 * r
     if residual == "angular":
         return 1e3 * d.angular
@@ -247,12 +246,13 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     design = restitution_design(d, terms)
     restitution = (d.after / d.before, d.normal_sd / d.before, design)
     wall = fitted.wall
-    distance_sd = np.hypot(wall.impacts.sd("radius")[d.index], DISTANCE_FLOOR_M)
-    every = wall_design(d.azimuth_rad, d.host_angle_rad, wall.impacts.body_rad[d.index], wall.wall.contact_radius_m)
+    distance_sd = np.hypot(wall.impacts.sd("gap")[d.index], DISTANCE_FLOOR_M)
+    nominal, ellipse = (wall.impacts.design(t)[d.index] for t in (wall.wall.nominal_terms, wall.wall.ellipse_terms))
     speed = d.before[:, None]
     base = np.hstack(
         [
-            every if ladder.impacts.ellipse and probes else every[:, :5],
+            nominal,
+            ellipse if ladder.impacts.ellipse and probes else ellipse[:, :0],
             speed if ladder.impacts.finite and probes else speed[:, :0],
         ]
     )
@@ -267,12 +267,13 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
                     np.column_stack([np.cos(d.azimuth_rad), np.sin(d.azimuth_rad)]),
                 ],
             ),
-            ("wall_ellipticity", "finite_contact_time"): (distance, [every[:, 5:], speed]),
+            ("wall_ellipticity", "finite_contact_time"): (distance, [ellipse, speed]),
         }
         return [
             Candidate(name, True, gains, name in found)
             for names, (data, columns) in blocks.items()
             for name, gains in zip(names, _gains(*data, columns, d.run, runs), strict=True)
+            if name != "wall_ellipticity" or ellipse.shape[1]
         ]
     return _probe_candidates(ladder, fitted, {"restitution": restitution, "distance": distance})
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
-from analysis.flights.runs import Run
+from analysis.flights.runs import Run, from_host
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import give_room
 from analysis.gap.prediction.predict import QUANTITIES
@@ -64,14 +64,15 @@ def where_map(paths: list[Paths]) -> Figure:
     place: list[Array] = []
     errors: dict[str, list[Array]] = {m: [] for m in shown}
     for p in paths:
-        place.append(p.measured[:, :2] - p.run.data.host.at(p.time_s)[:, :2])
+        place.append(in_host(p))
         for m in shown:
             e = np.hypot(*(p.measured[:, :2] - p.models[m][:, :2]).T)
             limit = WILD * np.nanmedian(e) if np.isfinite(e).any() else np.inf
             errors[m].append(np.where(e < limit, e, np.nan))
     xy = 1e3 * np.concatenate(place)
-    contact = 1e3 * paths[0].run.data.contact_radius_m
-    edges = np.linspace(-1.02 * contact, 1.02 * contact, SQUARES + 1)
+    outlines = [1e3 * edge for edge in paths[0].run.data.wall.edges_m()]
+    reach = 1.02 * float(np.abs(outlines[0]).max())
+    edges = np.linspace(-reach, reach, SQUARES + 1)
     maps = {m: 1e6 * _rms_map(xy, np.concatenate(errors[m]), edges) for m in shown}
     finite = np.concatenate([v[np.isfinite(v) & (v > 0)] for v in maps.values()])
     figure, axes = new_figure(1, 2, height_in=3.4, margins_in=(0.62, 0.9, 0.5, 0.32), gap_in=(0.5, 0.3))
@@ -79,8 +80,8 @@ def where_map(paths: list[Paths]) -> Figure:
     mesh: Any = None
     for ax, m in zip(axes[0], shown, strict=False):
         mesh = ax.pcolormesh(edges, edges, maps[m].T, norm=norm, cmap="viridis")
-        angle = np.linspace(0, 2 * np.pi, 200)
-        ax.plot(contact * np.cos(angle), contact * np.sin(angle), color=GREY, lw=0.8)
+        for outline in outlines:
+            ax.plot(*outline.T, color=GREY, lw=0.8)
         ax.set_aspect("equal")
         title = (
             "nominal model"
@@ -94,6 +95,14 @@ def where_map(paths: list[Paths]) -> Figure:
     bar.set_label("RMS of the residual (µm)", fontsize=8)
     bar.ax.tick_params(labelsize=7.5)
     return figure
+
+
+def in_host(path: Paths) -> Array:
+    """Where the NES was in the predicted frames (N, 2), seen from the Host and in its directions (m)."""
+    relative, angle = from_host(path.run.data)
+    c, s = np.cos(angle), np.sin(angle)
+    own = np.column_stack([c * relative[:, 0] + s * relative[:, 1], c * relative[:, 1] - s * relative[:, 0]])
+    return own[pd.Index(path.run.frame).get_indexer(path.frame)]
 
 
 def _rms_map(xy: Array, error: Array, edges: Array) -> Array:

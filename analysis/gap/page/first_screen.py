@@ -12,7 +12,7 @@ from analysis.report.numbers import MISSING, percent, with_unit
 from analysis.report.page import Page, Status
 
 #: effects whose size the recalibrated model fits anyway, as placement of the markers
-REFITTED = ("wall_centre_offset", "mass_centre_offset", "centre_marker_offset")
+REFITTED = ("wall_centre_offset", "mass_centre_offset", "centre_marker_offset", "stated_radius")
 
 
 def lead(summary: dict[str, Any]) -> str:

@@ -28,6 +28,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "wall_centre_offset": ("Wall centre off the markers' centre", "the wall is not where the Host's layout says"),
     "mass_centre_offset": ("Mass centre off the disk's centre", "the disk is not balanced"),
     "centre_marker_offset": ("Centre marker off the disk's centre", "the marker at the centre is not at the centre"),
+    "stated_radius": ("Stated radius of the wall", "the wall is nearer or farther than recording.toml says"),
     "camera_clock_offset": ("Clock offset between the cameras", "the second camera sees the world later or earlier"),
     "sensor_window_offset": ("Window offset of a camera", "a sensor window is elsewhere than the recording says"),
     "length_scale_error": ("Length scale", "the calibration's unit is off"),

@@ -22,6 +22,7 @@ from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIG
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
 from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.thresholds import SIGNIFICANCE
+from analysis.walls.wall import Ring
 
 _MEASURED = {
     "camera_clock_offset": "offset_s",
@@ -60,10 +61,11 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
         out |= _of_impacts(steps.impacts.fitted, impacts_left)
         out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
     for offset in steps.centres:
-        size, sd = float(np.linalg.norm([v for v, _ in offset.parameters.values()])), offset.parameters["x_m"][1]
+        parameter, (_, sd) = next(iter(offset.parameters.items()))
+        size = float(np.linalg.norm([v for v, _ in offset.parameters.values()]))
         out[offset.effect] = _entry(
-            "x_m",
-            {"mass_centre_offset": rules.MASS_CENTRE_NEGLIGIBLE_M}.get(offset.effect, rules.CENTRE_NEGLIGIBLE_M),
+            parameter,
+            size / max(offset.strength, 1e-9),
             None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
             (size, sd),
         )
@@ -149,13 +151,13 @@ def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
 
 def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_found: bool) -> dict[str, Entry]:
     """Shape of the wall and lasting contact, from the contact distance."""
-    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.contact_radius_m
+    scatter, radius = impacts.wall.scatter_m, impacts.wall.wall.size_m
     noise_m = rules.SIGNIFICANCE * scatter * np.sqrt(2 / max(int(impacts.wall.used.sum()), 1))
     speed = impacts.data.before
     per_slope = (1 + impacts.law.restitution) / max(impacts.law.restitution, 0.05)
     ellipse = rules.ELLIPTICITY_UNDER_LENS if lens_residual_found else rules.ELLIPTICITY_NEGLIGIBLE
     finite = left.get("finite_contact_time")
-    return {
+    found = {
         "finite_contact_time": _entry(
             "duration_s",
             rules.CONTACT_TIME_NEGLIGIBLE_S,
@@ -164,3 +166,6 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_foun
         ),
         "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"))),
     }
+    return (
+        found if isinstance(impacts.wall.wall.outline, Ring) else {"finite_contact_time": found["finite_contact_time"]}
+    )

@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import measure
-from analysis.contact.wall import Wall
 from analysis.contact.wall_fit import fit_wall
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_candidates import ImpactFit, wall_prior
 from analysis.gap.selection.impact_floor import impact_floor
 
 Array = NDArray[np.float64]
@@ -34,6 +33,7 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
     "wall_centre_offset": ("centre_x", "centre_y"),
     "mass_centre_offset": ("disk_x", "disk_y"),
     "wall_ellipticity": ("ellipse_c", "ellipse_s"),
+    "stated_radius": ("radius", "cylinder_radius"),
     "finite_contact_time": (),
 }
 RESTITUTION = ("speed_dependent_restitution", "direction_dependent_restitution")
@@ -183,13 +183,15 @@ def _walls(
 
 
 def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Array:
-    """Sums (R,) of squared residuals of the contact distance over their variance, held out run by run, without the
-    terms of some effects."""
-    dropped = {t for effect in without for t in WALL_TERMS_OF[effect]}
-    terms = tuple(t for t in impacts.wall.terms if t not in dropped)
+    """Sums (R,) of squared gaps at contact over their variance, held out run by run, the terms of some effects being as
+    stated (of flat sides, whose distances are their radius and centre, with these)."""
+    names = {t for effect in without for t in WALL_TERMS_OF[effect]}
+    wall, stated = impacts.wall.wall, ladder.series.runs[0].data.wall.values()
+    held = [t for t in wall.terms if t in names or (t.startswith("side") and {"centre_x", "radius"} & names)]
+    start = wall.moved({name: stated[name] - wall.values()[name] for name in held})
+    terms = tuple(t for t in impacts.wall.terms if t not in held)
     finite = ladder.impacts.finite and "finite_contact_time" not in without
-    junctions, wall = impacts.junctions, impacts.wall.wall
-    start = Wall(wall.contact_radius_m)
+    junctions = impacts.junctions
     speed = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None]
     n = len(ladder.series.runs)
     out = np.zeros(n)
@@ -198,12 +200,12 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         if not here.any():
             continue
         rest = ~here if n > 1 and np.count_nonzero(~here & impacts.wall.used) >= 8 else np.ones(len(here), bool)
-        learnt = fit_wall(subset(junctions, rest), start, terms, extra=speed[rest] if finite else None)
+        learnt = fit_wall(subset(junctions, rest), start, terms, wall_prior(start), speed[rest] if finite else None)
         seen = measure(subset(junctions, here), learnt.wall)
-        residual = seen.of("radius") - learnt.wall.distance(seen.azimuth_rad)
+        residual = seen.of("gap")
         if finite:
             residual = residual - speed[here, 0] * learnt.estimate[-1]
-        z2 = residual**2 / (seen.sd("radius") ** 2 + impacts.wall.scatter_m**2)
+        z2 = residual**2 / (seen.sd("gap") ** 2 + impacts.wall.scatter_m**2)
         out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
     return out
 

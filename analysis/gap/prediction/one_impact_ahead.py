@@ -12,11 +12,17 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions, measure
 from analysis.contact.law import Law, fit_restitution
-from analysis.contact.wall import Wall
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
-from analysis.gap.selection.impact_candidates import ImpactFit, best_speed_scale, law_of, restitution_columns
+from analysis.gap.selection.impact_candidates import (
+    ImpactFit,
+    best_speed_scale,
+    law_of,
+    restitution_columns,
+    wall_prior,
+)
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 
@@ -72,11 +78,12 @@ def through_impacts(
 def _learn(
     junctions: Junctions, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str], finite: bool
 ) -> tuple[Wall, Law, float, Array, float]:
-    extra = None
+    extra, start = None, impacts.wall.wall
+    prior = wall_prior(start)
     if finite:
-        first = fit_wall(junctions, impacts.wall.wall, terms, rounds=2)
+        first = fit_wall(junctions, start, terms, prior, rounds=2)
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
-    fitted = fit_wall(junctions, Wall(impacts.wall.wall.contact_radius_m), terms, extra=extra)
+    fitted = fit_wall(junctions, start, terms, prior, extra)
     data = law_of(fitted, impacts)
     scale = best_speed_scale(data)
     coefficients = fit_restitution(data, restitution_columns(data.before, data.azimuth_rad, restitution_terms, scale))[
@@ -107,12 +114,12 @@ def _carry(
     q, radius = run.data.inertia_factor, one.radius_m
     stick = (1 + law.tangential_restitution) * abs(slip) / (1 + 1 / q)
     impulse = -np.sign(slip) * min(stick, law.wall_friction * (before + after))
-    normal = float(azimuth[0] + wall.normal_turn(azimuth)[0])
+    normal = float(impact.normal_rad[0])
     er = np.array([np.cos(normal), np.sin(normal)])
     et = np.array([-er[1], er[0]])
     start = one.state[0, :6].copy()
     # The path reaches the predicted wall a little before or after the place where the flights really met.
-    late = (float(wall.distance(azimuth)[0]) + slope * before - float(impact.of("radius")[0])) / before
+    late = (slope * before - float(impact.of("gap")[0])) / before
     late = float(np.clip(late, -3e-3, 3e-3))
     start[:2] += start[3:5] * late
     start[2] += start[5] * late

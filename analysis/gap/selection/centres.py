@@ -1,15 +1,29 @@
-"""Wall centre, mass centre and centre marker: placement up to 0.1 mm is the nominal model's, beyond it an effect."""
+"""Wall centre, mass centre, centre marker and the wall's stated lengths: placement up to 0.1 mm is the nominal model's,
+beyond it an effect; so are lengths that are not what recording.toml says.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.cause import Cause
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.series import Series
-from analysis.gap.thresholds import CENTRE_NEGLIGIBLE_M, MASS_CENTRE_NEGLIGIBLE_M, SIGNIFICANCE
+from analysis.gap.thresholds import (
+    CENTRE_NEGLIGIBLE_M,
+    MASS_CENTRE_NEGLIGIBLE_M,
+    SIGNIFICANCE,
+    STATED_NEGLIGIBLE_M,
+    STATED_SHARE,
+)
+from analysis.walls.wall import DISK_TERMS, Sides, Wall, side_term
 from ovines.recording import Recording
+
+Array = NDArray[np.float64]
 
 
 def is_effect(offset: Cause) -> bool:
@@ -18,29 +32,63 @@ def is_effect(offset: Cause) -> bool:
 
 
 def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None) -> list[Cause]:
-    """Wall centre, mass centre and centre marker as measured, ``gain`` being the square of the size in its sd of the
-    fit alone.
+    """Wall centre, mass centre, stated radius and centre marker as measured, ``gain`` being the square of the size in
+    its sd of the fit alone.
     """
     out = []
     if impacts is not None:
         wall, terms = impacts.wall.wall, list(impacts.wall.terms)
-        sd = np.sqrt(np.diag(impacts.wall.covariance))
+        covariance = impacts.wall.covariance[: len(terms), : len(terms)]
         lens = float(np.hypot(2e-6, impacts.wall.scatter_m / 3))
-        for effect, vector, names, limit in (
-            ("wall_centre_offset", wall.centre_m, ("centre_x", "centre_y"), CENTRE_NEGLIGIBLE_M),
-            ("mass_centre_offset", -wall.disk_m, ("disk_x", "disk_y"), MASS_CENTRE_NEGLIGIBLE_M),
+        for effect, vector, rows, limit in (
+            ("wall_centre_offset", wall.centre_m, _centre_rows(wall, terms), CENTRE_NEGLIGIBLE_M),
+            ("mass_centre_offset", -wall.disk_m, _rows_of(DISK_TERMS, terms), MASS_CENTRE_NEGLIGIBLE_M),
         ):
-            error = [
-                float(np.hypot(sd[terms.index(n)], lens if effect == "mass_centre_offset" else 2.5e-5)) for n in names
-            ]
+            sd = np.sqrt(np.diag(rows @ covariance @ rows.T))
+            error = np.hypot(sd, lens if effect == "mass_centre_offset" else 2.5e-5).tolist()
             size = float(np.hypot(*vector))
             parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
-            gain = (size / max(float(sd[terms.index(names[0])]), 1e-12)) ** 2
+            gain = (size / max(float(sd[0]), 1e-12)) ** 2
             out.append(Cause(effect, "geometry", parameters, size / limit, gain, "radius", "impact"))
+        out.append(_stated_radius(series, impacts))
     marker = _centre_marker(
         series, flight, impacts, any(c.effect == "mass_centre_offset" and is_effect(c) for c in out)
     )
     return out + ([marker] if marker else [])
+
+
+def _stated_radius(series: Series, impacts: ImpactFit) -> Cause:
+    """The contact radius (of flat sides their distances, of a cylinder its radius) against the stated one: that length
+    which is off by most of its sds.
+    """
+    design = series.runs[0].data.wall
+    stated, found = design.values(), impacts.wall.wall.values()
+    sds = np.sqrt(np.diag(impacts.wall.covariance))
+    lens = impacts.wall.scatter_m / 3
+    lengths = [
+        (found[term] - stated[term], float(np.hypot(sds[k], lens)))
+        for k, term in enumerate(impacts.wall.terms)
+        if design.is_length(term)
+    ]
+    off, sd = max(lengths, key=lambda one: abs(one[0]) / max(one[1], 1e-12))
+    limit = min(STATED_SHARE * design.size_m, STATED_NEGLIGIBLE_M)
+    # Without a layout of the markers nobody knows whether the wall is off or the unit of length.
+    rivals = () if series.layouts is not None else ("length_scale_error",)
+    parameters = {"radius_m": (off, sd)}
+    return Cause("stated_radius", "geometry", parameters, abs(off) / limit, (off / sd) ** 2, "radius", "impact", rivals)
+
+
+def _rows_of(names: Sequence[str], terms: Sequence[str]) -> Array:
+    """(N, P) that picks ``names`` out of a fit's ``terms``."""
+    return np.array([[float(term == name) for term in terms] for name in names])
+
+
+def _centre_rows(wall: Wall, terms: Sequence[str]) -> Array:
+    """(2, P) that makes the wall's centre of a fit's ``terms``."""
+    if isinstance(wall.outline, Sides):
+        sides = [side_term(k + 1) for k in range(len(wall.outline.names))]
+        return np.asarray(wall.outline.to_centre @ _rows_of(sides, terms), float)
+    return _rows_of(("centre_x", "centre_y"), terms)
 
 
 def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None, off_centre: bool) -> Cause | None:

@@ -24,17 +24,14 @@ from analysis.contact.law import (
     predicted_tangential,
     sticks,
 )
-from analysis.contact.wall import WALL_TERMS, Wall
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.robust_regression import regress
+from analysis.walls.wall import Wall
 from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 
-# Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
-# model.
-NOMINAL_WALL = WALL_TERMS[:5]
 #: what a term must explain to be more than negligible, in the units of its residual
 NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "distance": 2.5e-5, "angular": 5e-3}
 
@@ -75,19 +72,27 @@ def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bo
     """
     junctions = intersect(fits)
     run = fits[0].run
-    terms = WALL_TERMS if ellipse else NOMINAL_WALL
+    # Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
+    # model.
+    terms = run.wall.terms if ellipse else run.wall.nominal_terms
     extra = None
     if finite and len(junctions):
-        first = fit_wall(junctions, Wall(run.contact_radius_m), terms)
+        first = fit_wall(junctions, run.wall, terms, wall_prior(run.wall))
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
-    # Beside a real error of scale or centre a tight prior would bend the others: only the disk's own centre is held.
-    wall = fit_wall(junctions, Wall(run.contact_radius_m), terms, extra=extra)
+    wall = fit_wall(junctions, run.wall, terms, wall_prior(run.wall), extra)
     data = _with_structure(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor))
     law = fit_law(data) if len(data) >= 4 else NO_LAW
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, ())
+
+
+def wall_prior(wall: Wall) -> dict[str, float]:
+    """Prior sd of the terms of which some surfaces tell little.
+
+    Beside a real error of scale or centre a tight prior would bend the others: a ring's own terms are free."""
+    return {term: wall.prior_sd(term) for term in wall.nominal_terms if term.startswith(("side", "turn", "cylinder"))}
 
 
 #: effects of the library that act on the restitution
@@ -362,18 +367,19 @@ def distance_gains(
         )
 
     held = speed[:, None] if finite else None
-    terms = WALL_TERMS if ellipse else NOMINAL_WALL
-    if not ellipse and "wall_ellipticity" not in withheld:
-        trial = fit_wall(base.junctions, wall.wall, WALL_TERMS, extra=held)
+    terms = wall.wall.terms if ellipse else wall.wall.nominal_terms
+    prior = wall_prior(wall.wall)
+    if not ellipse and "wall_ellipticity" not in withheld and wall.wall.ellipse_terms:
+        trial = fit_wall(base.junctions, wall.wall, [*terms, *wall.wall.ellipse_terms], prior, held)
         add(
             "wall_ellipticity",
             trial,
             2 + (1 if finite else 0),
-            float(np.hypot(*trial.wall.ellipse) * trial.wall.contact_radius_m / np.sqrt(2)),
+            float(np.hypot(*trial.wall.ellipse) * trial.wall.size_m / np.sqrt(2)),
             True,
         )
     if not finite and "finite_contact_time" not in withheld:
-        trial = fit_wall(base.junctions, wall.wall, terms, extra=speed[:, None])
+        trial = fit_wall(base.junctions, wall.wall, terms, prior, speed[:, None])
         add("finite_contact_time", trial, 1, float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
     table = {**covariates(base.data), "approach speed": _standardised(base.data.before)}
     probes = {k: v for k, v in PROBES.items() if k != "twice the azimuth" or "wall_ellipticity" in withheld}
@@ -383,7 +389,7 @@ def distance_gains(
         full = np.zeros((len(base.junctions), len(parts)))
         full[base.data.index] = np.column_stack([table[p] for p in parts])
         trial = fit_wall(
-            base.junctions, wall.wall, terms, extra=full if held is None else np.column_stack([full, held]), rounds=3
+            base.junctions, wall.wall, terms, prior, full if held is None else np.column_stack([full, held]), rounds=3
         )
         k = len(parts)
         estimate = trial.estimate[len(terms) : len(terms) + k]
