@@ -15,7 +15,14 @@ from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
 from ovines.io.provenance import provenance, sha256_of
 from ovines.pipeline.diagnosis import load_series
-from ovines.pipeline.ownership import SOURCE, refuse_folder, refuse_other_source, refuse_theirs, write_source
+from ovines.pipeline.ownership import (
+    SOURCE,
+    refuse_folder,
+    refuse_other_source,
+    refuse_theirs,
+    refuse_to_replace,
+    write_source,
+)
 from ovines.pipeline.series import is_recording, refuse_large
 from ovines.recording import read_series
 from ovines.tables import write_table
@@ -70,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
     refuse_folder(out)
     refuse_other_source(out, owner, recordings[0] if single else None)
     refuse_theirs(out, WRITES)
+    if args.write_model is not None:
+        refuse_to_replace(args.write_model, "--write-model", "")
     for recording in recordings:
         refuse_large(recording.folder, args.yes)
     with locked(out), tqdm(total=4, desc="diagnose", disable=None) as bar:

@@ -19,7 +19,7 @@ from ovines.core.system.named import NAMED
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
 from ovines.pipeline.cluster import connect
-from ovines.pipeline.ownership import refuse_theirs
+from ovines.pipeline.ownership import refuse_theirs, refuse_to_replace
 from ovines.pipeline.simulation import WRITES, find, summary, write_result
 from ovines.workers.budget import add_yes, refuse_cost, within_budget
 
@@ -52,6 +52,14 @@ def run(args: argparse.Namespace) -> int:
             print(f"{entry.name:<18} {entry.meaning}")
         return 0
     if args.figures is not None:
+        if args.scenario is not None or args.out is not None:
+            raise InputError(
+                f"--figures {args.figures} beside a scenario or --out",
+                "either a simulation (SCENARIO --out DIR), or the figures of the validation alone (--figures DIR)",
+                "call the command twice",
+            )
+        for path in sorted(args.figures.glob("*.png")):
+            refuse_to_replace(path, "--figures")
         from analysis.figures.part_one import make_figures  # matplotlib: only when figures are wanted
 
         for path in make_figures(args.figures):

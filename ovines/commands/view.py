@@ -16,7 +16,7 @@ from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import written_whole
-from ovines.pipeline.ownership import refuse_strange_results
+from ovines.pipeline.ownership import refuse_strange_results, refuse_to_replace
 from ovines.recording import Recording, read_recording
 from ovines.tables import read_provenance, read_table
 
@@ -69,6 +69,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.save is not None and args.save.suffix != ".rrd":
         raise InputError(f"--save {args.save}", "a name that ends in .rrd", "change --save")
+    if args.save is not None:
+        refuse_to_replace(args.save, "--save")
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
     refuse_strange_results(results, recording)
