@@ -14,8 +14,12 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
     import pandas as pd
 
 NAME = "export"
-HELP = "results as CSV, MATLAB, TRC, C3D, NetCDF (movement's layout), or LaTeX tables of the parameters"
-FORMATS = ("csv", "mat", "trc", "c3d", "netcdf", "latex")
+HELP = (
+    "results as CSV, MATLAB, TRC, C3D, NetCDF (movement's layout), LaTeX tables of the parameters, or the report's "
+    "figures in a paper's width and font"
+)
+FORMATS = ("csv", "mat", "trc", "c3d", "netcdf", "latex", "figures")
+PICTURES = ("svg", "pdf", "png")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tables", metavar="NAME,NAME", help="csv and mat: these tables only (default: all)")
     parser.add_argument("--units", default="", metavar="mm,ms,deg", help="csv and mat: lengths, times and angles in "
         "these units (default: SI); the columns' names say so")  # fmt: skip
+    parser.add_argument("--width", type=_size(20, 1000), metavar="MM", help="figures: their width (default: 193)")
+    parser.add_argument("--font", type=_size(3, 40), metavar="PT", help="figures: size of the font (default: 9)")
+    parser.add_argument("--family", metavar="NAME", help="figures: the font's family, e.g. serif (default: sans-serif)")
+    parser.add_argument("--picture", choices=PICTURES, nargs="+", default=("svg", "pdf"), help="figures: formats of "
+        "their files (default: svg pdf)")  # fmt: skip
     parser.add_argument("--force", action="store_true", help="write over files that are there")
 
 
@@ -39,6 +48,8 @@ def run(args: argparse.Namespace) -> int:
     units = chosen_units(args.units)
     if units and args.to not in ("csv", "mat"):
         raise InputError(f"--units {args.units} --to {args.to}", "--units with csv or mat", "leave --units out")
+    if args.to == "figures":
+        return _figures(args)
     root = args.results.parent if args.results.is_file() else args.results
     folders = [
         root,
@@ -59,16 +70,59 @@ def run(args: argparse.Namespace) -> int:
     if not jobs:
         raise InputError(f"{args.results}: nothing that {args.to} holds", "points or motion (trc, c3d, netcdf), or an "
                          "identification (latex)", "run `ovines run` first")  # fmt: skip
-    present = [path for path, _ in jobs if path.exists()]
-    if present and not args.force:
-        raise InputError(f"{present[0]} is there already", "a folder without that file", "name another --out, or write "
-                         "over it with --force")  # fmt: skip
+    _refuse_present([path for path, _ in jobs], args.force)
     for path, write in jobs:
         write(path)
         print(path)
     for note in notes:
         print(f"  note: {note}")
     return 0
+
+
+def _refuse_present(paths: list[Path], force: bool) -> None:
+    present = [path for path in paths if path.exists()]
+    if present and not force:
+        raise InputError(f"{present[0]} is there already", "a folder without that file", "name another --out, or write "
+                         "over it with --force")  # fmt: skip
+
+
+def _figures(args: argparse.Namespace) -> int:
+    """Every figure of a recording's report, drawn again."""
+    from analysis.figures.print_size import PrintSize, fit_to_print
+    from analysis.figures.style import save_figure
+    from analysis.report import recording_page
+    from analysis.report.results import read_results
+    from ovines.pipeline.functions import first_frames
+    from ovines.pipeline.ownership import SOURCE, read_source, refuse_strange_results
+    from ovines.recording import read_recording
+
+    named = read_source(args.results).get("recording")
+    if not isinstance(named, str):
+        raise InputError(f"{args.results}: no {SOURCE} of a recording", "the results of one recording",
+                         "name the folder of one run")  # fmt: skip
+    recording = read_recording(args.results / named)
+    refuse_strange_results(args.results, recording)
+    out = args.out or args.results / "export"
+    page = recording_page(read_results(args.results, recording, first_frames(recording)))
+    figures = {name: figure for section in page.sections for name, figure in section.figures.items()}
+    paths = {out / f"{name}.{ending}": figure for name, figure in figures.items() for ending in args.picture}
+    _refuse_present(list(paths), args.force)
+    for figure in figures.values():
+        fit_to_print(figure, PrintSize(args.width, args.font, args.family))
+    out.mkdir(parents=True, exist_ok=True)
+    for path, figure in paths.items():
+        print(save_figure(figure, path))
+    return 0
+
+
+def _size(low: float, high: float) -> Callable[[str], float]:
+    def size(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"a number from {low:g} to {high:g}")
+        return value
+
+    return size
 
 
 def _wanted(args: argparse.Namespace) -> list[str]:

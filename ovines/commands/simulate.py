@@ -18,6 +18,7 @@ from ovines.core.system import parameters as P
 from ovines.core.system.named import NAMED
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
+from ovines.io.run_log import bars_disabled
 from ovines.pipeline.cluster import connect
 from ovines.pipeline.ownership import refuse_theirs, refuse_to_replace
 from ovines.pipeline.simulation import WRITES, find, summary, write_result
@@ -147,7 +148,7 @@ def run_copies(scenario: Scenario, args: argparse.Namespace, client: Any) -> str
     length = contact_radius(scenario)
     spread = {"nes_x_m": args.spread * length, "nes_y_m": args.spread * length}
     try:
-        with tqdm(total=args.runs, disable=None, unit="run") as bar:
+        with tqdm(total=args.runs, disable=bars_disabled(), unit="run") as bar:
             ensemble = simulate_ensemble(
                 scenario, args.runs, spread, np.random.default_rng(args.seed), client=client, progress=bar.update
             )

@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     rerun = _rerun()
     from analysis.view.layout import layout
     from analysis.view.stream import write
+    from analysis.view.viewer import start_viewer
     from vision.frames.previews import Selection, jpegs, number_of_frames
 
     if args.save is not None and args.save.suffix != ".rrd":
@@ -85,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     stream = rerun.RecordingStream("ovines " + recording.name)
     if args.save is None:
         try:
-            stream.spawn(default_blueprint=layout(shown))
+            stream.connect_grpc(start_viewer(), default_blueprint=layout(shown))
         except RuntimeError as error:
             raise _no_viewer(str(error).split("\n")[0][:200]) from None
         count = write(stream, shown, pictures)

@@ -30,7 +30,8 @@ FIGURE_MARKS = {".svg": b"<dc:title>ovines", ".pdf": b"/Creator (ovines)"}  # an
 STAGE_FILES = tuple(name for one in STAGES for name in one.writes)
 # Films, pictures and viewer files say so too: analysis/view/film.py, analysis/figures/part_one.py; the viewer's own
 # header names the application.
-MARKS = {**FIGURE_MARKS, ".gif": b"ovines film", ".mp4": b"freeovines", ".png": b"Software\0ovines", ".rrd": b"ovines"}
+MARKS = {**FIGURE_MARKS, ".gif": b"ovines film", ".mp4": b"freeovines", ".png": b"Software\0ovines", ".rrd": b"ovines",
+         ".log": b"ovines log"}  # fmt: skip
 HEAD_BYTES = 65536  # a page's and an SVG file's own description stands in its first lines
 
 

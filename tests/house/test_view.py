@@ -267,3 +267,32 @@ def test_sixteen_bits_are_stretched(tmp_path):
     ((number, pictures),) = jpegs(read_recording(tmp_path), Selection(quality=95))
     seen = cv2.imdecode(np.frombuffer(pictures["VW1"], np.uint8), cv2.IMREAD_GRAYSCALE)
     assert number == 0 and seen[:, 0].max() < 12 and seen[:, -1].min() > 243
+
+
+FAKE = """#!{python}
+import socket, sys, time
+port, bound = int(sys.argv[sys.argv.index("--port") + 1]), sys.argv[sys.argv.index("--bind") + 1]
+if {fails}:
+    sys.exit("winit: no display")
+server = socket.create_server((bound, port))
+open({told!r}, "w").write(bound)
+server.accept()
+"""
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_viewer_listens_to_this_machine_alone(fails, tmp_path, monkeypatch):
+    from analysis.view.viewer import start_viewer
+
+    program, told = tmp_path / "rerun", tmp_path / "told"
+    program.write_text(FAKE.format(python=sys.executable, fails=fails, told=str(told)))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    if fails:
+        with pytest.raises(RuntimeError, match="winit: no display"):
+            start_viewer()
+    else:
+        assert start_viewer().startswith("rerun+http://127.0.0.1:") and told.read_text() == "127.0.0.1"
+    program.unlink()
+    with pytest.raises(RuntimeError, match="no program rerun"):
+        start_viewer()
