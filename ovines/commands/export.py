@@ -140,14 +140,14 @@ def _wanted(args: argparse.Namespace) -> list[str]:
 
 
 def _tables(folder: Path, names: list[str]) -> dict[str, pd.DataFrame]:
-    """The tables that are there, without columns that are missing throughout."""
+    """The tables that are there."""
     from ovines.tables import read_table
 
     found = {}
     for name in names:
         path = folder / f"{name}.parquet"
         if path.is_file():
-            found[name] = read_table(path, name).dropna(axis="columns", how="all")
+            found[name] = read_table(path, name)
     return found
 
 
@@ -159,6 +159,8 @@ def _files(
     from ovines.exporters.marker_paths import marker_paths
     from ovines.tables import read_provenance
 
+    if to in ("csv", "mat"):  # columns that are missing throughout say nothing
+        tables = {name: one.dropna(axis="columns", how="all") for name, one in tables.items()}
     if to == "csv":
         return [(out / f"{name}.csv", partial(tables_as.write_csv, one, units=units)) for name, one in tables.items()]
     if to == "mat":

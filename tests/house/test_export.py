@@ -168,6 +168,20 @@ def test_motion_alone_gives_the_bodies_centres(results):
     np.testing.assert_allclose(1e-3 * rows.loc[rows["marker"] == "nes", "x"], stored["nes_x_m"], rtol=1e-6, atol=1e-12)
 
 
+def test_what_was_not_determined_is_said(results):
+    """A column without any value is a column all the same: parameters that nothing informs, a Host never seen."""
+    table = read_table(results / "identification.parquet", "identification")
+    nothing = table.assign(value=np.nan, sd=np.nan, low=np.nan, high=np.nan)
+    write_table(nothing, "identification", results / "identification.parquet", {})
+    assert "not determined" in (export(results, "latex") / "parameters.tex").read_text()
+    (results / "points.parquet").unlink()
+    motion = read_table(results / "motion.parquet", "motion")
+    gone = motion.assign(host_x_m=np.nan, host_y_m=np.nan, host_z_m=np.nan)
+    write_table(gone, "motion", results / "motion.parquet", {})
+    rows, _ = read_trc(export(results, "trc") / "bodies.trc")
+    assert set(rows["marker"]) == {"nes"}
+
+
 def test_nothing_is_written_over(results, capsys):
     mine = results / "export" / "points.csv"
     mine.parent.mkdir()

@@ -70,6 +70,10 @@ def test_quiet_and_verbose(recording, tmp_path, capsys):
     assert "run-1: triangulate" in said.out and "runs, because of --force" in said.err
     assert triangulated(recording, tmp_path / "results") == 0
     assert capsys.readouterr().err == ""  # the next command in this process says no more than it should
+    change_toml(recording, "mass_kg", "masse_kg")
+    assert main(["check", str(recording), "--quiet"]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and "masse_kg" in said.err
     (recording / "recording.toml").unlink()
     assert triangulated(recording, tmp_path / "results", "--quiet") == 2
     assert "found:" in capsys.readouterr().err
