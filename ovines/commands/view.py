@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "view"
 HELP = "look at a recording's results: frames with tracks and bodies, scene, time curves (extra 'view')"
+MOST_DOUBTFUL, SAID = 20, 3  # things to look at in the viewer, and on the terminal
 MOST_FRAMES = 1000  # of which pictures are shown unless --every says otherwise
 
 
@@ -76,6 +77,10 @@ def run(args: argparse.Namespace) -> int:
     results = args.results or results_folder(args.recording, None)
     refuse_strange_results(results, recording)
     shown, told = _shown(recording, results, args.simulation)
+    for one in shown.doubtful[:SAID]:
+        print(f"look at frame {one.frame}: {one.text} ({one.kind})")
+    if len(shown.doubtful) > SAID:
+        print(f"and at {len(shown.doubtful) - SAID} more, in the viewer's list")
     pictures: Iterator[tuple[int, dict[str, bytes]]] = iter(())
     if any(recording.frame_files(camera.name) for camera in recording.cameras):
         last = min(args.frames[1], number_of_frames(recording) - 1)
@@ -135,6 +140,7 @@ def _rerun() -> ModuleType:
 def _shown(recording: Recording, results: Path, simulation: Path | None) -> tuple[Shown, list[str]]:
     """What the results hold, and what tracking noted (it tells which frames were renumbered)."""
     from analysis.report.results import read_results
+    from analysis.view.doubtful_frames import doubtful_frames
     from analysis.view.stream import Shown
 
     found = read_results(results, recording)
@@ -145,6 +151,9 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
         )  # fmt: skip
     told = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
     simulated, why_not = _simulation(found, simulation)
+    doubtful = doubtful_frames(recording, found.get("points"), found.get("motion"), found.get("impacts"))[
+        :MOST_DOUBTFUL
+    ]
     shown = Shown(
         recording,
         found.get("motion"),
@@ -154,6 +163,7 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
         found.get("points"),
         found.get("impacts"),
         (f"# {recording.name}", *told, *why_not),
+        doubtful,
     )
     return shown, told
 

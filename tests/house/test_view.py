@@ -296,3 +296,20 @@ def test_the_viewer_listens_to_this_machine_alone(fails, tmp_path, monkeypatch):
     program.unlink()
     with pytest.raises(RuntimeError, match="no program rerun"):
         start_viewer()
+
+
+def test_what_deserves_a_look_is_listed(tmp_path, capsys, monkeypatch):
+    """Two markers exchanged for three frames: said on the terminal, and on a timeline of its own in the file."""
+    pytest.importorskip("rerun")
+    folder = write_small_recording(tmp_path / "run", frames=60).folder
+    tracks = read_table(folder / "tracks.parquet", "tracks")
+    at = tracks["frame"].between(30, 32)
+    tracks.loc[at, "marker"] = tracks.loc[at, "marker"].replace({"N2": "N4", "N4": "N2"})
+    write_table(tracks, "tracks", folder / "tracks.parquet", {})
+    assert main(["analyse", str(folder), "--out", str(tmp_path / "out")]) == 0
+    command = ["view", str(folder), "--results", str(tmp_path / "out"), "--save", str(tmp_path / "a.rrd")]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "N2 and N4 may be exchanged (swap)" in said and "look at frame 3" in said
+    content = (tmp_path / "a.rrd").read_bytes()
+    assert b"doubt" in content and content.count(b"to look at")
