@@ -18,6 +18,7 @@ from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, ref
 from ovines.pipeline.series import is_recording
 from ovines.recording import Recording, read_recording, series_folders
 from ovines.tables import read_table, write_table
+from ovines.workers.budget import interruptibly
 
 if TYPE_CHECKING:
     from analysis.compare import Comparison
@@ -155,14 +156,16 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
     if "flights" in tables:
         held = tables["flights"][tables["flights"]["kind"] == "contact"]
         contacts = list(zip(held["start_s"], held["end_s"], strict=True))
-    comparison = compare(
-        tables["motion"],
-        tables["impacts"],
-        tables["identification"],
-        recording,
-        np.random.default_rng(args.seed),
-        args.runs,
-        contacts,
+    comparison = interruptibly(
+        lambda: compare(
+            tables["motion"],
+            tables["impacts"],
+            tables["identification"],
+            recording,
+            np.random.default_rng(args.seed),
+            args.runs,
+            contacts,
+        )
     )
     record = provenance(
         NAME,
