@@ -9,6 +9,8 @@ import keyword
 import os
 import pkgutil
 import sys
+from contextlib import nullcontext, redirect_stdout
+from pathlib import Path
 from types import ModuleType
 
 # One thread for the linear algebra: results are then the same bytes with any --jobs, and small matrices are
@@ -19,6 +21,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 import ovines
 import ovines.commands
 from ovines.errors import InputError, refusal_of
+from ovines.io.run_log import on_terminal
 from ovines.system_library import missing_library
 from ovines.workers.budget import given_up
 
@@ -34,6 +37,8 @@ ORDER = (
     "report",
     "simulate",
     "diagnose",
+    "compare",
+    "export",
 )
 
 
@@ -52,18 +57,50 @@ def command(name: str) -> ModuleType:
     return importlib.import_module(f"ovines.commands.{name}{'_' * keyword.iskeyword(name)}")
 
 
-def parse(arguments: list[str]) -> argparse.Namespace:
-    """Only the command asked for is loaded; all of them for the help."""
+def build(asked: list[str]) -> argparse.ArgumentParser:
+    """The parser of the commands ``asked``; only those are loaded."""
     parser = argparse.ArgumentParser(prog="ovines", description=ovines.__doc__)
     parser.add_argument("--version", action="version", version=f"ovines {ovines.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    asked = [name for name in command_names() if arguments[:1] == [name]]
-    for name in asked or command_names():
+    for name in asked:
         module = command(name)
         added = commands.add_parser(name, help=module.HELP.replace("%", "%%"), description=module.HELP)
         module.add_arguments(added)
+        add_how_much(added)
         added.set_defaults(run=module.run)
+    return parser
+
+
+def add_how_much(parser: argparse.ArgumentParser) -> None:
+    """``--quiet`` and ``--verbose``, of every command."""
+    said = parser.add_mutually_exclusive_group()
+    said.add_argument("-q", "--quiet", action="store_true", help="print errors only, no progress bars")
+    said.add_argument(
+        "-v", "--verbose", action="store_true", help="also print what is read and decided, and how long it takes"
+    )
+
+
+def parse(arguments: list[str]) -> argparse.Namespace:
+    """Only the command asked for is loaded; all of them for the help."""
+    asked = [name for name in command_names() if arguments[:1] == [name]]
+    parser = build(asked or command_names())
+    if not asked:
+        add_completion(parser)
     return parser.parse_args(arguments)
+
+
+def add_completion(parser: argparse.ArgumentParser) -> None:
+    """``--completion SHELL``, which prints a script; arguments that are paths are completed with files."""
+    import shtab
+
+    shtab.add_argument_to(parser, "--completion", help="print a script by which a shell completes with the Tab key")
+    parsers = [parser]
+    while parsers:
+        for action in parsers.pop()._actions:  # argparse has no public way to ask
+            if isinstance(action, argparse._SubParsersAction):
+                parsers += action.choices.values()
+            elif action.type is Path:
+                action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -84,7 +121,12 @@ def _guarded(arguments: list[str] | None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
-        return args.run(args)
+        with (
+            on_terminal(args.quiet, args.verbose),
+            open(os.devnull, "w", encoding="utf-8") as nowhere,
+            redirect_stdout(nowhere) if args.quiet else nullcontext(),
+        ):
+            return args.run(args)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

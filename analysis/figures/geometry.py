@@ -15,6 +15,7 @@ NORMAL_90 = 1.6449
 # Semi-axes of an ellipse that holds 90 % of a normal pair, in sd.
 PAIR_90 = 2.1460
 COLOURS = {"Host markers": RED, "image edges": GREEN, "impacts": BLUE, "recording.toml": GREY}
+LEGEND_SHARE = 0.13  # of the axes' height, that one line of the legend takes
 
 
 def wall_comparison(sources: Sequence[WallSource]) -> Figure | None:
@@ -54,6 +55,8 @@ def wall_comparison(sources: Sequence[WallSource]) -> Figure | None:
             ax.add_patch(Ellipse((x, y), width, height, fill=False, edgecolor=COLOURS[source.name], lw=1))
     ax.plot(0, 0, "+", color=GREY, ms=9)
     ax.autoscale_view()
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + LEGEND_SHARE * len(placed) * (high - low))  # room for the legend above the ellipses
     ax.set_aspect("equal", adjustable="datalim")
     label(ax, f"x ({unit})", f"y ({unit})", "Wall's centre from the layout's origin")
     legend(ax, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncols=1)

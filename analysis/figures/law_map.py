@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from analysis.contact.law_map import REGION_90, ErrorMap
@@ -44,8 +46,11 @@ def error_maps(
     if close is not None:
         inset = ax.inset_axes((0.48, 0.1, 0.5, 0.34))
         _deviance(inset, close)
-        inset.tick_params(labelsize=7, length=2, colors="white")
-        inset.locator_params(nbins=3)
+        inset.tick_params(labelsize=7, length=2, colors=BLACK)
+        for axis in (inset.xaxis, inset.yaxis):
+            axis.set_major_locator(MaxNLocator(3, prune="both"))  # the first and the last would stand half outside
+        for text in (*inset.get_xticklabels(), *inset.get_yticklabels()):
+            text.set_path_effects([withStroke(linewidth=2, foreground="white")])  # on light and on dark ground
         for spine in inset.spines.values():
             spine.set_color("white")
         ax.indicate_inset_zoom(inset, edgecolor="white", alpha=0.9)

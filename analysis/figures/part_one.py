@@ -43,7 +43,7 @@ def make_figures(folder: Path) -> list[Path]:
     for make in makers:
         figure = make()
         path = folder / f"{make.__name__}.png"
-        figure.savefig(path, dpi=110)
+        figure.savefig(path, dpi=110, metadata={"Software": "ovines"})
         plt.close(figure)
         paths.append(path)
     return paths

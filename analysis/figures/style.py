@@ -83,15 +83,22 @@ def label(ax: Axes, x: str = "", y: str = "", title: str = "", math: bool = True
 
     ``math=False`` for a title that is somebody's name and may hold a dollar sign.
     """
-    inches = ax.get_figure().dpi_scale_trans  # type: ignore[union-attr]
     if x:
         ax.set_xlabel(x, fontsize=FONT_PT)
-        ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -0.27, inches))
     if y:
         ax.set_ylabel(y, fontsize=FONT_PT)
-        ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.42, 0, inches))
+    place_labels(ax)
     if title or not ax.get_title(loc="left"):
         ax.set_title(title, fontsize=FONT_PT, loc="left", fontweight="bold", y=1.0, pad=4, parse_math=math)
+
+
+def place_labels(ax: Axes, grown: float = 1.0) -> None:
+    """Axis labels at their distances from the axes, ``grown`` times as far for a font as much larger."""
+    inches = ax.get_figure().dpi_scale_trans  # type: ignore[union-attr]
+    if ax.get_xlabel():
+        ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -0.27 * grown, inches))
+    if ax.get_ylabel():
+        ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.42 * grown, 0, inches))
 
 
 def legend(ax: Axes, **options: Any) -> None:

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-import ovines
 from analysis.report.measurement import add_calibration
 from analysis.report.numbers import percent, value_with_sd, with_unit
-from analysis.report.page import Page
+from analysis.report.page import Page, pages_beside, source_of
 from analysis.report.results import Results, read_results
 from ovines.recording import Recording
 
@@ -23,6 +22,8 @@ FEWEST_VIEWS = 10
 def write_calibration_report(results_folder: Path, recording: Recording, save_figures: bool = False) -> Path:
     """Write ``calibration.html`` into ``results_folder`` from the calibration and its tables there."""
     page = calibration_page(read_results(Path(results_folder), recording))
+    page.source = source_of(recording.folder, Path(results_folder))
+    page.links = pages_beside(Path(results_folder), ("report.html",))
     if save_figures:
         page.save_figures(Path(results_folder) / "figures")
     return page.write(Path(results_folder) / "calibration.html")
@@ -35,7 +36,6 @@ def calibration_page(results: Results) -> Page:
         results.recording.name,
         "Calibration report",
         f"{len(cameras)} cameras." if cameras else "No calibration.",
-        footer=f"ovines {ovines.__version__}",
     )
     details, actions, faults = [], [], 0
     for camera in cameras:

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-import ovines
 from analysis.compare import Comparison
 from analysis.comparison.run_statistics import COUNTED_SPEED_M_PER_S
 from analysis.figures.compare import QUANTITIES, flights_ahead, impacts_ahead, run_distributions
 from analysis.report.numbers import MISSING, with_unit
-from analysis.report.page import Page
+from analysis.report.page import Page, pages_beside, source_of
 
 # A run statistic this rare among simulated runs is worth a second look; four are looked at.
 RARE_P = 0.02
@@ -35,7 +34,6 @@ def comparison_page(comparison: Comparison) -> Page:
         "The simulator with these parameters, started from measured states: long runs are chaotic and are "
         "compared as distributions only.",
         facts,
-        footer=f"ovines {ovines.__version__}",
     )
     _add_cards(page, comparison)
     _add_flights(page, comparison)
@@ -109,9 +107,13 @@ def _add_run(page: Page, comparison: Comparison) -> None:
     )
 
 
-def write_comparison(comparison: Comparison, folder: Path, save_figures: bool = False) -> Path:
-    """Write ``compare.html`` into ``folder``; with ``save_figures`` each figure too."""
+def write_comparison(comparison: Comparison, folder: Path, recording: Path, save_figures: bool = False) -> Path:
+    """Write ``compare.html`` into ``folder`` for the recording in the folder ``recording``; with ``save_figures`` each
+    figure too.
+    """
     page = comparison_page(comparison)
+    page.source = source_of(recording, folder)
+    page.links = pages_beside(folder, ("report.html",))
     if save_figures:
         page.save_figures(folder / "figures")
     return page.write(folder / "compare.html")

@@ -15,6 +15,7 @@ from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows
 from analysis.report.results import Results
 from analysis.thesis.parameters import usable
 
+FEW_IMPACTS = 6  # below, none of them outweighs what a stray one may do
 # Columns of the table of impacts with their sd and factor: what is measured of every impact, whatever its regime.
 OF_EVERY_IMPACT = (
     ("effective_tangential_restitution", "effective_tangential_restitution_sd", 1.0),
@@ -44,7 +45,7 @@ def add_parameters(page: Page, results: Results) -> None:
         ("parameter", "symbol", "value ± sd", "90 % interval", "impacts", "thesis' method"),
         parameter_rows(identification[principal], thesis),
         "By maximum likelihood over flights and impacts; the last column is the thesis' recipe on the same "
-        "motion (± is its scatter over the impacts, as in Table 16).",
+        "motion (± is its scatter over the impacts, as in its Table 16).",
         (0, 1),
     )
     if not principal.all():
@@ -77,12 +78,14 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
         if open_ends
         else "The 90 % region is closed: impacts of both kinds together determine both parameters."
     )
+    few = joint.n_impacts < FEW_IMPACTS
+    flat = " With so few impacts the ground is flat: away from the line, each of them could be a stray." if few else ""
     section.add_figure(
         "error_map",
         error_maps(joint, results.close_map, results.thesis_grid, impacts, pair, results.inertia_factor, eps),
-        f"Counterpart of Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One impact "
-        "alone fixes only min(β₀, β₁), an L in this "
-        f"plane (thin lines): its legs are lower bounds. {closing} Right: the thesis' mean relative error of "
+        f"Counterpart of the thesis' Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One "
+        "impact alone fixes only min(β₀, β₁), an L in this plane (thin lines): its legs are lower bounds. "
+        f"{closing}{flat} Right: the thesis' mean relative error of "
         "straight-line velocities.",
         "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential restitution.",
         "png",
@@ -111,8 +114,8 @@ def add_impacts(page: Page, results: Results) -> None:
     section.add_figure(
         "impact_detection",
         impact_detection(motion, results.smooth, thesis, impacts, results.spans_s("contact")),
-        "Counterpart of Fig. 63: maxima of the smoothed acceleration norm (thesis) and the junctions of two "
-        "flights (flight model).",
+        "Counterpart of the thesis' Fig. 63: maxima of the smoothed acceleration norm (thesis) and the junctions "
+        "of two flights (flight model).",
         "Acceleration norm and NES coordinates with detected impacts.",
     )
     if impacts is None and not len(thesis):
@@ -137,7 +140,7 @@ def add_impacts(page: Page, results: Results) -> None:
     section.add_table(
         columns,
         rows,
-        "Counterpart of Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines "
+        "Counterpart of the thesis' Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines "
         "are over impacts above 0.3 m/s, "
         "those of the flight model over the same impacts as far as both found them; * marks what is left "
         "out. Effective β is −v_t⁺/v_t⁻, the impulse ratio that of the tangential to the normal impulse, and "

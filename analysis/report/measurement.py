@@ -118,7 +118,8 @@ def add_tracks(page: Page, results: Results) -> None:
     section.add_figure(
         "tracks",
         tracks_over_frame(tracks, bodies, windows, results.frames),
-        f"Path of every marker in each camera, {over}: NES blue, Host red, ground green; circles mark the first frame.",
+        f"Path of every marker in each camera, {over}: NES blue, Host orange, ground green; circles mark the first "
+        "frame.",
         "Marker paths in the image of each camera.",
         "png",
     )
@@ -182,7 +183,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
         section.add_figure(
             "host_distances",
             host_distances(points, markers),
-            "Distances between the Host markers minus their medians (Fig. 55); the band is ± one robust sd. "
+            "Distances between the Host markers minus their medians (thesis, Fig. 55); the band is ± one robust sd. "
             "A rigid Host keeps them constant: "
             f"here to {length(float(scatter['sd_m'].max()))} for the worst pair.",
             "Distances between pairs of Host markers over time.",
@@ -199,7 +200,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
         "circle_centres",
         circle_centres(circles),
         "Left: distances between the centres of the four three-marker circles, and of their mean from the "
-        "least-squares circle (Fig. 56). "
+        "least-squares circle (thesis, Fig. 56). "
         "Right: their radii.",
         "Distances between circle centres over time and circle radii.",
     )

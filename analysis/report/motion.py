@@ -23,10 +23,9 @@ def add_motion(page: Page, results: Results) -> None:
     identification = results.get("identification")
     known = identification is not None and results.get("impacts") is not None
     wall = identified_wall(identification, results.recording) if known else None
-    caption = (
-        "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass (Figs 57, 61)."
-    )
     contact = results.parameter("contact_radius_m")[0]
+    caption = "Path of the NES centre in the Host's frame, with the wall and the contact edge it cannot pass "
+    caption += "(thesis, Figs 57, 61)."
     if np.isfinite(contact):
         caption += f" The impacts themselves put the contact edge at {with_unit(1e3 * contact, 'mm', 4)}."
     section.add_figure(
@@ -38,13 +37,14 @@ def add_motion(page: Page, results: Results) -> None:
     section.add_figure(
         "velocities",
         velocities(motion),
-        "Velocities of NES and Host in the world frame (Figs 59, 61).",
+        "Velocities of NES and Host in the world frame (thesis, Figs 59, 61), smoothed over some frames: an impact, "
+        "which takes no time here, looks like a ramp as long as the smoothing.",
         "Velocity components of NES and Host over time.",
     )
     if not np.isfinite(column(motion, "nes_angle_rad")).any():
         section.add_missing("angle and spin", "The NES angle was not measured.")
         return
-    text = "Angle and spin of the NES (Figs 58, 62)"
+    text = "Angle and spin of the NES (thesis, Figs 58, 62)"
     if results.rotation is not None:
         difference = column(results.rotation, "nes_angle_triplet_rad") - column(results.rotation, "nes_angle_fit_rad")
         scatter = residual_sd(difference)

@@ -7,6 +7,7 @@ can be mailed.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from matplotlib.figure import Figure
 
 from analysis.figures.style import FigureFormat, data_uri, save_figure
 from ovines.io.atomic_write import write_text_whole
+from ovines.io.provenance import program, today
 
 Status = Literal["good", "caution", "bad", "neutral"]
 HERE = Path(__file__).parent
@@ -49,6 +51,7 @@ class Block:
     rows: tuple[tuple[str, ...], ...] = ()
     items: tuple[str, ...] = ()
     text_columns: frozenset[int] = frozenset()
+    links: tuple[str, ...] = ()
 
 
 @dataclass
@@ -95,8 +98,12 @@ class Section:
         rows: Sequence[Sequence[str]],
         caption: str = "",
         text_columns: Sequence[int] = (0,),
+        links: Sequence[str] = (),
     ) -> None:
-        """A table of ready-made texts; columns other than ``text_columns`` are set flush right."""
+        """A table of ready-made texts; columns other than ``text_columns`` are set flush right.
+
+        ``links``: per row the address that its first cell leads to, "" for none.
+        """
         self.blocks.append(
             Block(
                 "table",
@@ -104,6 +111,7 @@ class Section:
                 columns=tuple(columns),
                 rows=tuple(tuple(row) for row in rows),
                 text_columns=frozenset(text_columns),
+                links=tuple(links) or ("",) * len(rows),
             )
         )
 
@@ -112,7 +120,8 @@ class Section:
 class Page:
     """A page under construction.
 
-    ``facts`` are label and value pairs for the line under the title; ``footer`` says what made the page.
+    ``facts`` are label and value pairs for the line under the title; ``footer`` says where its numbers stand,
+    ``source`` what it was made from; ``links`` are titles and addresses of pages that belong to it.
     """
 
     title: str
@@ -123,6 +132,13 @@ class Page:
     actions: list[str] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)
     footer: str = ""
+    source: str = ""
+    links: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def made(self) -> str:
+        """When, from what and by which program the page was made."""
+        return f"Made {today()}" + (f" from {self.source}" if self.source else "") + f" by {program()}."
 
     def add_card(self, question: str, answer: str, status: Status, details: Sequence[str] = ()) -> None:
         """A card at the top of the page: a question, its answer, and what that rests on."""
@@ -154,6 +170,24 @@ class Page:
             for name, figure in section.figures.items()
             for image in formats
         ]
+
+
+PAGES = {
+    "report.html": "Report",
+    "calibration.html": "Calibration",
+    "compare.html": "Measured and simulated",
+    "gap.html": "Why simulator and experiment differ",
+}
+
+
+def pages_beside(folder: Path, names: Sequence[str]) -> list[tuple[str, str]]:
+    """Title and address of those of the pages ``names`` that lie in ``folder``."""
+    return [(PAGES[name], name) for name in names if (folder / name).is_file()]
+
+
+def source_of(source: Path, folder: Path) -> str:
+    """The way from the page's ``folder`` to what it was made from."""
+    return os.path.relpath(source.resolve(), folder.resolve())
 
 
 @cache

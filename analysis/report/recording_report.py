@@ -8,7 +8,6 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-import ovines
 from analysis.report.impacts import add_impacts, add_parameters
 from analysis.report.measurement import add_calibration, add_coordinates, add_host_geometry, add_tracks
 from analysis.report.motion import add_motion
@@ -44,7 +43,7 @@ def recording_page(results: Results) -> Page:
         "Trajectory and identification report",
         headline(results),
         facts(results.recording),
-        footer=f"ovines {ovines.__version__}. Tables beside this page hold every number of it, in SI units.",
+        footer="Tables beside this page hold every number of it, in SI units.",
     )
     add_verdict(page, results)
     for add in (

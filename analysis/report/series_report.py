@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
 
-import ovines
 from analysis.checks.recording import verdict
 from analysis.checks.series import AGREEMENT_P as TREND_P
 from analysis.checks.series import series_checks
@@ -19,7 +19,7 @@ from analysis.checks.series import trends as trends_of
 from analysis.figures.series import parameter_trends
 from analysis.identification.trend import Trend
 from analysis.report.numbers import MISSING, interval, percent, value_with_digits, value_with_sd, with_unit
-from analysis.report.page import Page, Status
+from analysis.report.page import Page, Status, pages_beside, source_of
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
 from analysis.report.results import Results, identification_notes, read_results
 from analysis.report.verdict import actions_of_notes, checks_table, seen_share
@@ -43,9 +43,17 @@ def write_series_report(
         _joint(folder / "identification.parquet"),
         identification_notes(folder / "identification.parquet"),
     )
+    page.source = source_of(recordings[0].folder.resolve().parent, folder) if recordings else ""
+    page.links = pages_beside(folder, ("gap.html",))
     if save_figures:
         page.save_figures(folder / "figures")
     return page.write(folder / "report.html")
+
+
+def _page_of(result: Results) -> str:
+    """The way from the series' page to a recording's; "" where it has none."""
+    name = result.folder.name
+    return f"{quote(name)}/report.html" if (result.folder / "report.html").is_file() else ""
 
 
 def _joint(path: Path) -> pd.DataFrame | None:
@@ -85,7 +93,7 @@ def series_page(
         name,
         "Series report",
         f"{len(tests)} recordings, {int(np.nansum(tests['impacts']))} impacts.",
-        footer=f"ovines {ovines.__version__}. Each recording has a report of its own in its folder.",
+        footer="Each recording has a report of its own in its folder.",
     )
     checks = series_checks(_called(tests["test"]), [result.get("checks") for result in results], identifications, notes)
     _add_verdict(page, tests, trends, joint, checks)
@@ -110,6 +118,7 @@ def series_page(
         [_test_row(row, len(_shared_words(tests["test"]))) for _, row in tests.iterrows()],
         "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
         "μ_s floor friction; in parentheses the sd of the last digits.",
+        links=[_page_of(result) for result in results],
     )
     return page
 

@@ -30,6 +30,8 @@ def layout(shown: Shown) -> rrb.Blueprint:
     texts: list[rrb.View] = []
     if shown.impacts is not None and len(shown.impacts):
         texts.append(rrb.TextLogView(origin="impacts", name="impacts"))
+    if shown.doubtful:
+        texts.append(rrb.TextLogView(origin="doubtful", name="to look at"))
     if shown.notes:
         texts.append(rrb.TextDocumentView(origin="notes", name="notes"))
     right: list[rrb.View | rrb.Container] = [scene]

@@ -15,6 +15,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from analysis.figures.style import GREEN, GREY, HOST_COLOUR, MM, NES_COLOUR, ORANGE
+from analysis.view.doubtful_frames import Doubtful
 from analysis.view.outlines import body_lines, design_markers, placed, poses, seen_by, wall_gap_m
 from ovines.camera import Camera
 from ovines.recording import Recording
@@ -22,6 +23,7 @@ from ovines.recording import Recording
 Array = NDArray[np.float64]
 Picture = tuple[int, Mapping[str, bytes]]
 HALF = 0.5
+DOUBT = "doubt"  # a timeline: 1 is the worst
 COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN, "simulated": ORANGE}
 NAME_COLOURS = {
     "nes": "#8ecbff",
@@ -39,7 +41,7 @@ class Shown:
     """What there is to show; a table that is None is left out.
 
     ``cameras`` may be empty (a recording that enters at its motion); ``simulation`` is a table of that name;
-    ``notes`` is text to read beside it.
+    ``notes`` is text to read beside it, ``doubtful`` what to look at first, worst first.
     """
 
     recording: Recording
@@ -50,6 +52,7 @@ class Shown:
     points: pd.DataFrame | None = None
     impacts: pd.DataFrame | None = None
     notes: Sequence[str] = field(default_factory=tuple)
+    doubtful: Sequence[Doubtful] = field(default_factory=tuple)
 
     def body_of(self) -> Mapping[str, str]:
         """Name of the body of each marker."""
@@ -84,10 +87,16 @@ def write(stream: rr.RecordingStream, shown: Shown, pictures: Iterable[Picture] 
     _impacts(stream, shown)
     if shown.notes:
         stream.log("notes", rr.TextDocument("\n\n".join(shown.notes), media_type="text/markdown"), static=True)
+    _doubtful(stream, shown)
     clock, count = _clock(shown), 0
+    rank = {one.frame: number for number, one in enumerate(shown.doubtful, 1)}
     for frame, by_camera in pictures:
         stream.set_time("frame", sequence=frame)
         stream.set_time("time", duration=clock(frame))
+        if frame in rank:
+            stream.set_time(DOUBT, sequence=rank[frame])
+        else:
+            stream.disable_timeline(DOUBT)
         for name, jpeg in by_camera.items():
             stream.log(camera_path(name) + "/image", rr.EncodedImage(contents=jpeg, media_type="image/jpeg"))
         count += bool(by_camera)
@@ -214,6 +223,29 @@ def _impacts(stream: rr.RecordingStream, shown: Shown) -> None:
         restitution = f"restitution {one.restitution:.4f}" if np.isfinite(one.restitution) else "no restitution"
         stream.log("impacts", rr.TextLog(f"impact {one.impact}: normal speed {speeds}, {restitution}"))
         stream.log(path, rr.Scalars(0.0))
+
+
+def _doubtful(stream: rr.RecordingStream, shown: Shown) -> None:
+    """What to look at as lines of text, and its markers once more on a timeline that has these frames alone: there one
+    key goes from one to the next.
+    """
+    for number, one in enumerate(shown.doubtful, 1):
+        stream.set_time("frame", sequence=one.frame)
+        stream.set_time("time", duration=one.time_s)
+        stream.set_time(DOUBT, sequence=number)
+        level = "WARN" if one.kind in ("swap", "slip") else "INFO"
+        stream.log("doubtful", rr.TextLog(f"{number}: {one.text} ({one.kind}, frame {one.frame})", level=level))
+        if shown.tracks is None:
+            continue
+        bodies, here = shown.body_of(), shown.tracks[shown.tracks["frame"] == one.frame]
+        for camera in shown.cameras:
+            own = here[here["camera"] == camera.name]
+            for body in {*bodies.values()}:
+                rows = own[own["marker"].map(bodies) == body]
+                places = rows[["u_px", "v_px"]].to_numpy(float) + HALF
+                path = f"{camera_path(camera.name)}/tracks/{body}"
+                stream.log(path, rr.Points2D.from_fields(positions=places, labels=rows["marker"].tolist()))
+    stream.disable_timeline(DOUBT)
 
 
 def _rows_of(table: pd.DataFrame, places: Array) -> tuple[pd.DataFrame, Array]:

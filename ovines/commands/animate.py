@@ -10,7 +10,7 @@ import pandas as pd
 
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
-from ovines.pipeline.ownership import refuse_strange_results
+from ovines.pipeline.ownership import refuse_strange_results, refuse_to_replace
 from ovines.recording import Recording, read_recording
 from ovines.tables import read_table
 
@@ -67,8 +67,9 @@ def run(args: argparse.Namespace) -> int:
             "the results of `ovines run`",
             f"run `ovines run {args.recording}` first",
         )
-    simulation = _simulation(args, recording, results)
     out = args.out or results / "motion.gif"
+    refuse_to_replace(out, "--out")
+    simulation = _simulation(args, recording, results)
     pictures = animate(
         read_table(motion, "motion"), recording, out, Film(args.start, args.end, args.slower), simulation
     )

@@ -19,8 +19,9 @@ from analysis.blind.scoring import report, score
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
 from ovines import __version__
 from ovines.blind_film import film_series
-from ovines.commands.stage_command import whole_number
+from ovines.commands.stage_command import jobs, whole_number
 from ovines.errors import InputError
+from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with
 
 NAME = "blind"
@@ -33,19 +34,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     steps = parser.add_subparsers(dest="step", required=True)
     make = steps.add_parser("make", help="write cases; the hash of every truth is written first")
     make.add_argument("folder", type=Path)
-    make.add_argument("--cases", type=int, default=80, help="how many series (default: 80)")
+    make.add_argument("--cases", type=whole_number, default=80, help="how many series (default: 80)")
     make.add_argument("--seed", type=whole_number, required=True, help="the same seed gives the same cases")
     make.add_argument(
         "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
     )
     make.add_argument("--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)")
-    make.add_argument("--runs", type=int, default=12, help="recordings per series (default: 12)")
+    make.add_argument("--runs", type=whole_number, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
     )
     make.add_argument(
         "--rendered",
-        type=int,
+        type=whole_number,
         default=0,
         metavar="K",
         help="further cases given as images of three runs each (minutes and about 1 GB per case)",
@@ -59,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     without.add_argument("folder", type=Path)
     without.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
-    without.add_argument("--most", type=int, default=None, metavar="N", help="the first N such cases only")
+    without.add_argument("--most", type=whole_number, default=None, metavar="N", help="the first N such cases only")
     _add_jobs(without)
     marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
     marks.add_argument("folder", type=Path)
@@ -68,7 +69,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_jobs(step: argparse.ArgumentParser) -> None:
-    step.add_argument("--jobs", type=int, default=1, help="cases at a time, each in a process (default: 1)")
+    step.add_argument("--jobs", type=jobs, default=1, help="cases at a time, each in a process; 0: one per processor "
+        "(default: 1)")  # fmt: skip
+    add_yes(step)
+
+
+# Of one processor: making a run, filming a case, diagnosing one (docs/reference/durations.md).  A trial is asked for by
+# its number of cases: what it costs is said, and stops above a day.
+RUN_S, FILM_S, ANSWER_S, LONGEST_S = 0.2, 180.0, 30.0, 86400.0
+
+
+def _refuse_costly(what: str, seconds: float, args: argparse.Namespace) -> None:
+    refuse_cost(what, seconds / _processes(args), 0.0, args.yes, LONGEST_S)
+
+
+def _processes(args: argparse.Namespace) -> int:
+    return args.jobs or os.cpu_count() or 1
 
 
 def run(args: argparse.Namespace) -> int:
@@ -90,6 +106,11 @@ def _make(args: argparse.Namespace) -> int:
         sizes = ()
     if not sizes or min(sizes) <= 0:
         raise InputError(f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35")
+    cost_s = args.cases * args.runs * RUN_S + args.rendered * FILM_S
+    _refuse_costly(f"{args.cases} cases of {args.runs} runs and {args.rendered} films", cost_s, args)
+    if (args.folder / "manifest.json").exists():
+        with _well_formed(args.folder):
+            [_plain(entry["case"]) for entry in trial.read_manifest(args.folder)["cases"]]
     trial.make_trial(
         args.folder,
         args.cases,
@@ -101,7 +122,7 @@ def _make(args: argparse.Namespace) -> int:
         args.rendered,
         film_series,
         sizes,
-        args.jobs,
+        _processes(args),
     )
     return 0
 
@@ -144,7 +165,8 @@ def _answer(args: argparse.Namespace) -> int:
     with _well_formed(args.folder):
         cases = [_plain(entry["case"]) for entry in trial.read_manifest(args.folder)["cases"]]
     left = [case for case in cases if not (args.folder / "answers" / case / "seconds.json").exists()]
-    answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
+    _refuse_costly(f"{len(left)} answers", len(left) * ANSWER_S, args)
+    answered = Parallel(n_jobs=_processes(args), return_as="generator_unordered")(
         delayed(_answer_case)(args.folder, case, os.getpid()) for case in left
     )
     for done, (case, answer) in enumerate(answered, len(cases) - len(left) + 1):
@@ -175,7 +197,8 @@ def _withhold(args: argparse.Namespace) -> int:
         raise InputError(
             f"no case with a single listed cause in {args.folder}", "at least one", "make one with --kinds listed"
         )
-    answered = Parallel(n_jobs=args.jobs, return_as="generator_unordered")(
+    _refuse_costly(f"{len(chosen)} answers", len(chosen) * ANSWER_S, args)
+    answered = Parallel(n_jobs=_processes(args), return_as="generator_unordered")(
         delayed(_withhold_case)(args.folder, truth, effects, os.getpid()) for truth, effects in chosen
     )
     rows = []

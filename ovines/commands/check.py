@@ -2,6 +2,7 @@
 
 import argparse
 import mmap
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -52,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
             print(f"{folder}")
             problems = [error]
         for problem in problems:
-            print("  wrong:   " + str(problem).replace("\n", "\n           "))
+            said = "  wrong:   " + str(problem).replace("\n", "\n           ")
+            print(said, file=sys.stderr if args.quiet else sys.stdout)  # what is asked for, else an error like others
         wrong += bool(problems)
     return 2 if wrong else 0
 
@@ -82,7 +84,8 @@ def check_recording(recording: Recording, out: Path) -> list[InputError]:
             earlier = earlier or one.name
         states[one.name] = what
     print(drawing(recording.entry(), states))
-    return [_with_line(problem, recording) for problem in problems]
+    told = {str(found): found for found in (_with_line(problem, recording) for problem in problems)}
+    return list(told.values())  # settings that contradict each other are met again with the table
 
 
 MARKS = {"up to date": "[x]", "would run": "[ ]", "cannot run": "[!]"}

@@ -1,4 +1,6 @@
-"""`ovines compare`: measured against simulated, one flight and one impact ahead, and whole-run statistics."""
+"""`ovines compare`: measured against simulated, one flight and one impact ahead, and whole-run statistics; or two
+results of one recording.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +18,17 @@ from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, ref
 from ovines.pipeline.series import is_recording
 from ovines.recording import Recording, read_recording, series_folders
 from ovines.tables import read_table, write_table
+from ovines.workers.budget import interruptibly
 
 if TYPE_CHECKING:
     from analysis.compare import Comparison
 
 NAME = "compare"
 WRITES, PAGE = ("flights_ahead", "impacts_ahead", "run_statistics"), "compare.html"
-HELP = "Measured against simulated: one flight and one impact ahead, and whole runs as distributions."
+HELP = (
+    "Measured against simulated: one flight and one impact ahead, and whole runs as distributions; or two results of "
+    "one recording: what was done differently, and what that changed."
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "recording",
         type=Path,
         metavar="RECORDING_OR_SERIES",
-        help="folder with recording.toml, or a folder of such folders",
+        help="folder with recording.toml, or a folder of such folders; with a second one: a results folder",
+    )
+    parser.add_argument(
+        "other", type=Path, nargs="?", metavar="RESULTS", help="another results folder of the same recording"
     )
     parser.add_argument(
         "--out",
@@ -50,6 +59,8 @@ def run(args: argparse.Namespace) -> int:
     """Write compare.html and its tables for each recording; one line each."""
     from analysis.report.compare_report import impact_errors
 
+    if args.other is not None:
+        return tell_two(args.recording, args.other)
     out = results_folder(args.recording, args.out)
     single = is_recording(args.recording)
     folders = series_folders(args.recording)
@@ -72,6 +83,54 @@ def run(args: argparse.Namespace) -> int:
     if refused:
         print(f"\n{refused} of {len(folders)} recordings could not be compared", file=sys.stderr)
     return 2 if refused else 0
+
+
+def tell_two(first: Path, second: Path) -> int:
+    """What differs between two results folders, in lines."""
+    from analysis.report.numbers import length, value_with_sd, with_unit
+    from analysis.report.parameters import quantity
+    from ovines.two_results import (
+        SAME_SD,
+        counts,
+        done_differently,
+        parameters_side_by_side,
+        paths_apart,
+        refuse_no_results,
+        refuse_two_recordings,
+    )
+
+    for folder in (first, second):
+        refuse_no_results(folder)
+    refuse_two_recordings(first, second)
+    print(f"1: {first}\n2: {second}")
+    print(
+        "done differently:"
+        if (lines := done_differently(first, second))
+        else "done alike: same settings, code and files"
+    )
+    for line in lines:
+        print(f"  {line}")
+    apart = paths_apart(first, second)
+    if apart:
+        nes, host = (length(apart[body]) for body in ("nes", "host"))
+        print(f"motion, {apart['frames']:.0f} frames of both: NES {nes}, Host {host} apart (RMS)")
+    for name, rows in counts(first, second).items():
+        print(f"{name}: {rows[0]} -> {rows[1]}")
+    table = parameters_side_by_side(first, second)
+    for _, row in table.iterrows():
+        what = quantity(row["parameter"])
+        one, two = (
+            value_with_sd(what.scale * row[f"value_{k}"], what.scale * row[f"sd_{k}"], what.unit) for k in (1, 2)
+        )
+        moved = (
+            ""
+            if not np.isfinite(row["sds"])
+            else "  (same)"
+            if abs(row["sds"]) < SAME_SD
+            else f"  ({with_unit(row['sds'], digits=2)} sd)"
+        )
+        print(f"{what.title}: {one} -> {two}{moved}")
+    return 0
 
 
 def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) -> tuple[Comparison, Path]:
@@ -97,14 +156,16 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
     if "flights" in tables:
         held = tables["flights"][tables["flights"]["kind"] == "contact"]
         contacts = list(zip(held["start_s"], held["end_s"], strict=True))
-    comparison = compare(
-        tables["motion"],
-        tables["impacts"],
-        tables["identification"],
-        recording,
-        np.random.default_rng(args.seed),
-        args.runs,
-        contacts,
+    comparison = interruptibly(
+        lambda: compare(
+            tables["motion"],
+            tables["impacts"],
+            tables["identification"],
+            recording,
+            np.random.default_rng(args.seed),
+            args.runs,
+            contacts,
+        )
     )
     record = provenance(
         NAME,
@@ -113,7 +174,7 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
     )
     for name, table in zip(WRITES, (comparison.flights, comparison.impacts, comparison.statistics), strict=True):
         write_table(table, name, folder / f"{name}.parquet", record)
-    return comparison, write_comparison(comparison, folder, args.figures)
+    return comparison, write_comparison(comparison, folder, recording.folder, args.figures)
 
 
 def _count(text: str) -> int:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -13,9 +14,17 @@ from ovines.commands.stage_command import results_folder, whole_number
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
-from ovines.io.provenance import provenance, sha256_of
+from ovines.io.provenance import program, provenance, sha256_of
+from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
 from ovines.pipeline.diagnosis import load_series
-from ovines.pipeline.ownership import SOURCE, refuse_folder, refuse_other_source, refuse_theirs, write_source
+from ovines.pipeline.ownership import (
+    SOURCE,
+    refuse_folder,
+    refuse_other_source,
+    refuse_theirs,
+    refuse_to_replace,
+    write_source,
+)
 from ovines.pipeline.series import is_recording, refuse_large
 from ovines.recording import read_series
 from ovines.tables import write_table
@@ -62,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     from analysis.gap.answer import answer_in_words, model_section, plain
     from analysis.gap.diagnose import diagnose
     from analysis.gap.page.gap_page import gap_page
+    from analysis.report.page import pages_beside, source_of
 
     out = results_folder(args.series, args.out)
     recordings = read_series(args.series)
@@ -69,13 +79,18 @@ def run(args: argparse.Namespace) -> int:
     owner = recordings[0].folder if single else args.series
     refuse_folder(out)
     refuse_other_source(out, owner, recordings[0] if single else None)
-    refuse_theirs(out, WRITES)
+    refuse_theirs(out, [LOG, *WRITES])
+    if args.write_model is not None:
+        refuse_to_replace(args.write_model, "--write-model", "")
     for recording in recordings:
         refuse_large(recording.folder, args.yes)
-    with locked(out), tqdm(total=4, desc="diagnose", disable=None) as bar:
+    with locked(out), logged(out), tqdm(total=4, desc="diagnose", disable=bars_disabled()) as bar:
         if not (out / SOURCE).is_file():
             write_source(out, owner, "recording" if single else "series")
+        LOGGER.info("diagnose %s: %d recordings, by %s", owner.resolve(), len(recordings), program())
         series, sources = load_series(recordings, out)
+        for path in sources.values():
+            LOGGER.info("reads %s", path)
         bar.update()
         bar.set_postfix_str("flights, impacts, candidates")
         withheld = known_effects(args.withhold)
@@ -89,13 +104,31 @@ def run(args: argparse.Namespace) -> int:
             json.dumps(plain({**diagnosis.summary, "provenance": made}), indent=1, allow_nan=False) + "\n",
             out / WRITES[1],
         )
-        write_text_whole(gap_page(diagnosis, args.series.resolve().name).render(), out / WRITES[2])
+        page = gap_page(diagnosis, args.series.resolve().name)
+        page.source = source_of(owner, out)
+        page.links = pages_beside(out, ("report.html",))
+        write_text_whole(page.render(), out / WRITES[2])
         bar.update()
         if args.write_model is not None:
             write_text_whole(model_section(diagnosis.summary, recordings[0]), args.write_model)
         bar.update()
-    print(answer_in_words(diagnosis.summary))
+        lines = [answer_in_words(diagnosis.summary), *details(diagnosis.summary)]
+        for line in lines:
+            LOGGER.info("%s", line)
+    print("\n  ".join([*lines, f"page: {out / WRITES[2]}"]))
     return 0
+
+
+def details(summary: Mapping[str, Any]) -> list[str]:
+    """The parameters of the effects with their intervals, and what to do next."""
+    from analysis.report.numbers import interval, with_unit
+
+    lines = []
+    for effect, parameters in summary["parameters"].items():
+        for name, one in parameters.items():
+            ends = interval(one["low"], one["high"])
+            lines.append(f"{effect} {name} = {with_unit(one['value'], digits=4)} (90 %: {ends})")
+    return [*lines, f"Do: {summary['next_test']}"]
 
 
 def known_effects(names: Sequence[str]) -> frozenset[str]:

@@ -13,6 +13,7 @@ from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
+from ovines.pipeline.ownership import refuse_to_replace
 from ovines.pipeline.runner import run_stages
 from ovines.plausibility.names import HEADER, read_names
 from ovines.recording import Recording, read_recording
@@ -47,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--blank", action="store_true", help="begin without suggested names")
     parser.add_argument("--accept", action="store_true", help="write the suggested names without a window")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="also save what the window shows")
+    parser.add_argument("--force", action="store_true", help="write over names that are there (--accept, --blank)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,11 +63,17 @@ def run(args: argparse.Namespace) -> int:
     markers = wanted_markers(recording, args.all)
     out = results_folder(args.recording, args.out)
     path = args.names or recording.folder / FILE
+    if args.accept or args.blank:  # a window begins with the names that are there
+        refuse_to_replace(path, "--names", "", args.force)
+    if args.picture is not None:
+        if args.picture.suffix != ".png":
+            raise InputError(f"--picture {args.picture}", "a name that ends in .png", "change --picture")
+        refuse_to_replace(args.picture, "--picture")
     naming, window = prepare(
         recording, _cameras(recording, out), markers, args.blank, path if path.is_file() else None, args.accept
     )
     if args.picture is not None:
-        window.figure.savefig(args.picture, dpi=110)
+        window.figure.savefig(args.picture, dpi=110, metadata={"Software": "ovines"})
     if not args.accept:
         _show()
         if not window.saved:

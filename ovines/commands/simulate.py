@@ -18,8 +18,9 @@ from ovines.core.system import parameters as P
 from ovines.core.system.named import NAMED
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
+from ovines.io.run_log import bars_disabled
 from ovines.pipeline.cluster import connect
-from ovines.pipeline.ownership import refuse_theirs
+from ovines.pipeline.ownership import refuse_theirs, refuse_to_replace
 from ovines.pipeline.simulation import WRITES, find, summary, write_result
 from ovines.workers.budget import add_yes, refuse_cost, within_budget
 
@@ -52,6 +53,14 @@ def run(args: argparse.Namespace) -> int:
             print(f"{entry.name:<18} {entry.meaning}")
         return 0
     if args.figures is not None:
+        if args.scenario is not None or args.out is not None:
+            raise InputError(
+                f"--figures {args.figures} beside a scenario or --out",
+                "either a simulation (SCENARIO --out DIR), or the figures of the validation alone (--figures DIR)",
+                "call the command twice",
+            )
+        for path in sorted(args.figures.glob("*.png")):
+            refuse_to_replace(path, "--figures")
         from analysis.figures.part_one import make_figures  # matplotlib: only when figures are wanted
 
         for path in make_figures(args.figures):
@@ -139,7 +148,7 @@ def run_copies(scenario: Scenario, args: argparse.Namespace, client: Any) -> str
     length = contact_radius(scenario)
     spread = {"nes_x_m": args.spread * length, "nes_y_m": args.spread * length}
     try:
-        with tqdm(total=args.runs, disable=None, unit="run") as bar:
+        with tqdm(total=args.runs, disable=bars_disabled(), unit="run") as bar:
             ensemble = simulate_ensemble(
                 scenario, args.runs, spread, np.random.default_rng(args.seed), client=client, progress=bar.update
             )

@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the "
         "recording)")  # fmt: skip
     parser.add_argument("--force", action="store_true", help="run again even where nothing has changed")
-    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="recordings at a time; 0: one per "
+    parser.add_argument("--jobs", type=jobs, default=1, metavar="N", help="recordings at a time; 0: one per "
         "processor (default: 1)")  # fmt: skip
     parser.add_argument("--cluster", metavar="ADDRESS", help="run the recordings on this Dask scheduler (its workers "
         "see the same folders)")  # fmt: skip
@@ -92,8 +92,9 @@ def whole_number(text: str) -> int:
     return value
 
 
-def _jobs(text: str) -> int:
-    jobs = int(text) if text.strip().isdecimal() else -1
-    if not 0 <= jobs <= 1024:
+def jobs(text: str) -> int:
+    """``--jobs``: how many at a time; 0 is one per processor."""
+    count = int(text) if text.strip().isdecimal() and len(text) < 13 else -1
+    if not 0 <= count <= 1024:
         raise argparse.ArgumentTypeError("a number from 0 to 1024")
-    return jobs
+    return count

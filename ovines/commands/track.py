@@ -7,8 +7,10 @@ from ovines.commands import stage_command
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
+from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_to_replace
 from ovines.pipeline.series import is_recording
 from ovines.pipeline.stages import stage
+from ovines.recording import read_recording
 
 NAME = "track"
 HELP = stage(NAME).help
@@ -31,6 +33,10 @@ def run(args: argparse.Namespace) -> int:
         except (OSError, ValueError) as error:
             raise InputError(f"--names {args.names}: {error}", "a CSV file", "check the path") from None
         out = stage_command.results_folder(args.recording, args.out)
+        refuse_folder(out)
+        recording = read_recording(args.recording)
+        refuse_other_source(out, recording.folder, recording)
+        refuse_to_replace(out / "names.csv", "--names: copy to", text, args.force)
         with locked(out):
             write_text_whole(text, out / "names.csv")
     return stage_command.run(args, NAME)

@@ -16,7 +16,7 @@ from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import written_whole
-from ovines.pipeline.ownership import refuse_strange_results
+from ovines.pipeline.ownership import refuse_strange_results, refuse_to_replace
 from ovines.recording import Recording, read_recording
 from ovines.tables import read_provenance, read_table
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "view"
 HELP = "look at a recording's results: frames with tracks and bodies, scene, time curves (extra 'view')"
+MOST_DOUBTFUL, SAID = 20, 3  # things to look at in the viewer, and on the terminal
 MOST_FRAMES = 1000  # of which pictures are shown unless --every says otherwise
 
 
@@ -65,14 +66,21 @@ def run(args: argparse.Namespace) -> int:
     rerun = _rerun()
     from analysis.view.layout import layout
     from analysis.view.stream import write
+    from analysis.view.viewer import start_viewer
     from vision.frames.previews import Selection, jpegs, number_of_frames
 
     if args.save is not None and args.save.suffix != ".rrd":
         raise InputError(f"--save {args.save}", "a name that ends in .rrd", "change --save")
+    if args.save is not None:
+        refuse_to_replace(args.save, "--save")
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
     refuse_strange_results(results, recording)
     shown, told = _shown(recording, results, args.simulation)
+    for one in shown.doubtful[:SAID]:
+        print(f"look at frame {one.frame}: {one.text} ({one.kind})")
+    if len(shown.doubtful) > SAID:
+        print(f"and at {len(shown.doubtful) - SAID} more, in the viewer's list")
     pictures: Iterator[tuple[int, dict[str, bytes]]] = iter(())
     if any(recording.frame_files(camera.name) for camera in recording.cameras):
         last = min(args.frames[1], number_of_frames(recording) - 1)
@@ -83,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
     stream = rerun.RecordingStream("ovines " + recording.name)
     if args.save is None:
         try:
-            stream.spawn(default_blueprint=layout(shown))
+            stream.connect_grpc(start_viewer(), default_blueprint=layout(shown))
         except RuntimeError as error:
             raise _no_viewer(str(error).split("\n")[0][:200]) from None
         count = write(stream, shown, pictures)
@@ -132,6 +140,7 @@ def _rerun() -> ModuleType:
 def _shown(recording: Recording, results: Path, simulation: Path | None) -> tuple[Shown, list[str]]:
     """What the results hold, and what tracking noted (it tells which frames were renumbered)."""
     from analysis.report.results import read_results
+    from analysis.view.doubtful_frames import doubtful_frames
     from analysis.view.stream import Shown
 
     found = read_results(results, recording)
@@ -142,6 +151,9 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
         )  # fmt: skip
     told = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
     simulated, why_not = _simulation(found, simulation)
+    doubtful = doubtful_frames(recording, found.get("points"), found.get("motion"), found.get("impacts"))[
+        :MOST_DOUBTFUL
+    ]
     shown = Shown(
         recording,
         found.get("motion"),
@@ -151,6 +163,7 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
         found.get("points"),
         found.get("impacts"),
         (f"# {recording.name}", *told, *why_not),
+        doubtful,
     )
     return shown, told
 

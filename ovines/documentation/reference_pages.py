@@ -19,6 +19,14 @@ def commands_page() -> str:
     from ovines.__main__ import command, command_names
 
     lines = ["# Commands", "", MADE, "", "Exit status: 0 done, 2 the input or the command line is wrong, 1 our bug."]
+    lines += [
+        "",
+        "Every command takes `--quiet` (print errors only, no progress bars) and `--verbose` (also print what is read "
+        "and decided, and how long it takes). `ovines.log` beside the results has the same.",
+        "",
+        'Tab completes commands, options, files after `eval "$(ovines --completion bash)"` in `~/.bashrc` (`zsh` and '
+        "`tcsh` serve too).",
+    ]
     for name in command_names():
         module = command(name)
         parser = argparse.ArgumentParser(prog=f"ovines {name}")

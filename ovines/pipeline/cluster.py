@@ -14,6 +14,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ovines.errors import InputError
+from ovines.io.run_log import bars_disabled
 from ovines.pipeline.one_recording import Outcome, run_one
 
 PATIENCE_S = 10
@@ -63,12 +64,21 @@ def _run_all(
             raise InputError(f"--cluster {address}: no worker", "a scheduler with workers", "start `dask worker`")
         futures = [
             client.submit(
-                run_one, one.resolve(), out.resolve(), only, force, False, figures, pure=False, retries=RETRIES
+                run_one,
+                one.resolve(),
+                out.resolve(),
+                only,
+                force,
+                False,
+                figures,
+                True,
+                pure=False,
+                retries=RETRIES,
             )
             for one, out in tasks
         ]
         for (one, out), future in tqdm(
-            list(zip(tasks, futures, strict=True)), desc="recordings", unit="", disable=None if bars else True
+            list(zip(tasks, futures, strict=True)), desc="recordings", unit="", disable=bars_disabled(bars)
         ):
             try:
                 outcomes.append(future.result())

@@ -16,7 +16,7 @@ class StageContext:
     """What a stage's function is given: the recording, its input files, a progress callback (done, total).
 
     ``notes`` takes what the user should know (a picture that could not be read, a frame without a partner): it is
-    printed, and stands in the provenance of the outputs.
+    printed, and stands in the provenance of the outputs.  ``in_series``: a page of the series stands above ``out``.
     """
 
     recording: Recording
@@ -24,6 +24,7 @@ class StageContext:
     out: Path
     progress: Progress
     notes: list[str] = field(default_factory=list)
+    in_series: bool = False
 
     def path(self, artifact: str) -> Path:
         """The one file of an artifact that has one."""

@@ -10,6 +10,7 @@ from typing import Literal
 from tqdm import tqdm
 
 from ovines.errors import InputError, refusal_of
+from ovines.io.run_log import bars_disabled
 from ovines.pipeline.context import Progress
 from ovines.pipeline.ownership import refuse_theirs
 from ovines.pipeline.pages import recording_figures, remove_figures, write_calibration_page
@@ -35,14 +36,16 @@ class Outcome:
     whole_series: bool = False  # joint identification and page, not a recording
 
 
-def run_one(folder: Path, out: Path, only: str | None, force: bool, bars: bool, figures: bool = False) -> Outcome:
+def run_one(
+    folder: Path, out: Path, only: str | None, force: bool, bars: bool, figures: bool = False, in_series: bool = False
+) -> Outcome:
     """Run one recording and say how it ended; no exception leaves here."""
     try:
         with _Bar(folder.name, bars) as bar:
             recording = read_recording(folder)
             if figures and only in (None, "report"):
                 refuse_theirs(out, [], figures=True)  # before the work, not after
-            done = run_stages(recording, out, only, force, bar.stage, bar.compiles if bars else None)
+            done = run_stages(recording, out, only, force, bar.stage, bar.compiles if bars else None, in_series)
             _beside(recording, out, only, done, figures)
         verdict = _verdict(out) if only in (None, "identify") else []
         return Outcome(folder, out, "done", done.stages, notes=done.notes, verdict=verdict, page=_page(out, done))
@@ -103,7 +106,7 @@ class _Bar:
     def stage(self, name: str) -> Progress:
         """The bar of one more stage."""
         self.__exit__()
-        bar = self._bar = tqdm(desc=f"{self._title}: {name}", disable=None if self._shown else True)
+        bar = self._bar = tqdm(desc=f"{self._title}: {name}", disable=bars_disabled(self._shown))
 
         def progress(done: int, total: int) -> None:
             bar.total = total

@@ -28,6 +28,10 @@ FIGURES = "figures"
 GENERATOR = b'<meta name="generator" content="ovines">'  # analysis/report/page.html.j2
 FIGURE_MARKS = {".svg": b"<dc:title>ovines", ".pdf": b"/Creator (ovines)"}  # analysis/figures/style.py
 STAGE_FILES = tuple(name for one in STAGES for name in one.writes)
+# Films, pictures and viewer files say so too: analysis/view/film.py, analysis/figures/part_one.py; the viewer's own
+# header names the application.
+MARKS = {**FIGURE_MARKS, ".gif": b"ovines film", ".mp4": b"freeovines", ".png": b"Software\0ovines", ".rrd": b"ovines",
+         ".log": b"ovines log"}  # fmt: skip
 HEAD_BYTES = 65536  # a page's and an SVG file's own description stands in its first lines
 
 
@@ -38,8 +42,8 @@ def whose(path: Path) -> Whose:
             return "ours"  # a link is replaced, what it points at stays
         if path.suffix == ".parquet":
             return {None: "foreign", True: "ours", False: "changed"}[is_as_written(path)]  # type: ignore[return-value]
-        if path.suffix in FIGURE_MARKS:
-            return "ours" if FIGURE_MARKS[path.suffix] in path.read_bytes() else "foreign"
+        if path.suffix in MARKS:
+            return "ours" if _holds(path, MARKS[path.suffix]) else "foreign"
         stored = read_stored(path)
         if stored is not None:
             return "ours" if stored.as_written else "changed"
@@ -66,6 +70,34 @@ def refuse_theirs(out: Path, names: Iterable[str], figures: bool = False) -> Non
                 "a folder for results, in which only results are replaced",
                 "move that file away, or name another --out",
             )
+
+
+def _holds(path: Path, mark: bytes) -> bool:
+    """Whether ``mark`` stands at either end of a file, where programs write who they are; a figure is read whole."""
+    with open(path, "rb") as handle:
+        if path.suffix in FIGURE_MARKS:
+            return mark in handle.read()
+        head = handle.read(HEAD_BYTES)
+        handle.seek(max(0, path.stat().st_size - HEAD_BYTES))
+        return mark in head or mark in handle.read()
+
+
+def refuse_to_replace(path: Path, option: str, text: str | None = None, force: bool = False) -> None:
+    """`InputError` where the file ``path``, named by ``option``, is there and not ours; one that holds ``text`` already
+    may stay.
+    """
+    if force or not (path.is_symlink() or path.exists()):
+        return
+    if path.is_dir():
+        raise InputError(f"{option} {path} is a folder", "a file's name", f"name a file in {option}")
+    if text is None and whose(path) == "ours":
+        return
+    if text is not None and path.read_bytes() in (b"", text.encode()):
+        return
+    raise InputError(
+        f"{option} {path} is there already", "a new file, or one that ovines wrote", f"name another in {option}, or "
+        f"move that file away",
+    )  # fmt: skip
 
 
 def refuse_changed(out: Path, names: Iterable[str]) -> None:

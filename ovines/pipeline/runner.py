@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -17,9 +18,12 @@ from ovines.errors import InputError
 from ovines.io.atomic_write import remove_unfinished, write_text_whole
 from ovines.io.hashing import hash_inputs
 from ovines.io.lock import locked
+from ovines.io.provenance import program
+from ovines.io.run_log import LOG, LOGGER, logged
 from ovines.pipeline.context import Progress, StageContext
 from ovines.pipeline.ownership import (
     ours_to_remove,
+    read_source,
     refuse_folder,
     refuse_strange_results,
     refuse_theirs,
@@ -34,6 +38,7 @@ from ovines.pipeline.stages import (
     is_fresh,
     stages_of,
     state_of,
+    stored_state,
     with_content,
     written_from,
 )
@@ -62,6 +67,7 @@ def run_stages(
     force: bool = False,
     progress: Callable[[str], Progress] = lambda stage: no_progress,
     compiles: Callable[[str, float], None] | None = None,
+    in_series: bool = False,
 ) -> Done:
     """Bring ``out`` up to date: every stage that the recording needs, or those up to the stage ``only``.
 
@@ -69,25 +75,35 @@ def run_stages(
     changed; ``force`` runs it anyway (with ``only``: that one). Before a stage runs, its outputs and those of the
     stages after it are removed: what stands in a results folder was made from what stands there.  ``compiles`` is told
     what to show while code is compiled (:func:`ovines.first_run.compiling`); with it a second process helps.
+    ``in_series``: a page of the series stands above ``out``.
     """
     refuse_folder(out)
     refuse_contradictions(recording)
     chosen = _up_to(only, recording)
     done = Done()
     refuse_strange_results(out, recording)
-    refuse_theirs(out, written_from(chosen[0]))
-    with locked(out), ExitStack() as first_run:
+    refuse_theirs(out, [LOG, *written_from(chosen[0])])
+    with locked(out), logged(out), ExitStack() as first_run:
         remove_unfinished(out)
         entered = ENTRY_STAGE[recording.entry()] in (one.name for one in chosen)
         write_source(out, recording.folder, "recording", recording if entered else None)
+        LOGGER.info(
+            "%s: %s, enters at %s, by %s", recording.folder.resolve(), recording.name, recording.entry(), program()
+        )
         _remove_strays(recording, out)
         for one in chosen:
             inputs = inputs_of(one, recording, out)
-            state = state_of(one, recording, hash_inputs(inputs, recording.folder))
+            hashes = hash_inputs(inputs, recording.folder)
+            state = state_of(one, recording, hashes)
             forced = force and only in (None, one.name)
             if not forced and is_fresh(one, out, state["key"]):
                 done.stages[one.name] = "up to date"
+                LOGGER.info("%s: up to date", one.name)
                 continue
+            LOGGER.info("%s: runs, because %s", one.name, "of --force" if forced else why_stale(one, out, state))
+            for artifact, paths in inputs.items():
+                LOGGER.info("%s: reads %s (%s)", one.name, in_words(artifact, paths), hashes[artifact][:12])
+            began = time.monotonic()
             _remove_outputs(one, out)
             # here: cv2, numba and matplotlib are slow to load, and `check` needs none of them
             import ovines.pipeline.functions
@@ -96,10 +112,15 @@ def run_stages(
                 from ovines.first_run import compiling
 
                 first_run.enter_context(compiling([stage.name for stage in chosen[chosen.index(one) :]], compiles))
-            work = StageContext(recording, inputs, out, progress(one.name))
+            above = in_series or "series" in read_source(out.parent)
+            work = StageContext(recording, inputs, out, progress(one.name), in_series=above)
             stage_function = getattr(ovines.pipeline.functions, one.name)
             results = interruptibly(partial(stage_function, work))
             _write(one, results, out, {**state, "notes": work.notes})
+            for note in work.notes:
+                LOGGER.info("%s: note: %s", one.name, note)
+            written = ", ".join(name for name in one.writes if name in results)
+            LOGGER.info("%s: %s after %.1f s", one.name, written, time.monotonic() - began)
             done.notes += work.notes
             done.stages[one.name] = "run"
     return done
@@ -120,6 +141,23 @@ def _up_to(only: str | None, recording: Recording) -> list[Stage]:
         )
     last = names.index(only)
     return list(needed[last if only == "report" else 0 : last + 1])
+
+
+def why_stale(one: Stage, out: Path, state: Mapping[str, Any]) -> str:
+    """Why the outputs in ``out`` are not those of ``state``, in a few words."""
+    old = stored_state(out / one.writes[0])
+    if not old:
+        return f"there is no {one.writes[0]}"
+    words = {"version": "the version", "parameters": "its settings", "inputs": "what it reads", "code": "its code"}
+    changed = [word for key, word in words.items() if old.get(key) != state[key]]
+    return f"{' and '.join(changed)} changed" if changed else "an output is missing"
+
+
+def in_words(artifact: str, paths: Sequence[Path]) -> str:
+    """The files of an artifact: the one, or how many and where."""
+    if len(paths) == 1:
+        return str(paths[0])
+    return f"{len(paths)} {artifact} from {paths[0]} on"
 
 
 def _remove_outputs(first: Stage, out: Path) -> None:

@@ -14,6 +14,8 @@ from tqdm import tqdm
 
 from ovines.errors import InputError
 from ovines.io.lock import locked
+from ovines.io.provenance import program
+from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
 from ovines.pipeline.cluster import run_on_cluster
 from ovines.pipeline.one_recording import Outcome, no_room, run_one
 from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_theirs, write_source
@@ -48,13 +50,13 @@ def run_series(
     if not single:
         refuse_folder(out)
         refuse_other_source(out, folder)
-        refuse_theirs(out, [JOINT, PAGE], figures)  # before hours of work, not after
+        refuse_theirs(out, [JOINT, PAGE, LOG], figures)  # before hours of work, not after
     for one in folders:
         refuse_large(one, yes)
     if cluster is not None:
         outcomes = run_on_cluster(tasks, only, force, figures, cluster, bars)
     elif jobs == 1 or len(tasks) == 1:
-        outcomes = [run_one(one, target, only, force, bars, figures) for one, target in tasks]
+        outcomes = [run_one(one, target, only, force, bars, figures, not single) for one, target in tasks]
     else:
         outcomes = _in_processes(tasks, only, force, jobs, bars, figures)
     if not single and only in (None, "identify", "report"):
@@ -94,10 +96,10 @@ def _in_processes(
     workers = os.cpu_count() or 1 if jobs < 1 else jobs
     with ProcessPoolExecutor(max_workers=min(workers, len(tasks))) as pool:
         futures = {
-            one: pool.submit(_in_worker, parent, run_one, one, target, only, force, False, figures)
+            one: pool.submit(_in_worker, parent, run_one, one, target, only, force, False, figures, True)
             for one, target in tasks
         }
-        for one, future in tqdm(futures.items(), desc="recordings", unit="", disable=None if bars else True):
+        for one, future in tqdm(futures.items(), desc="recordings", unit="", disable=bars_disabled(bars)):
             with suppress(BrokenProcessPool):  # which recording brought its process down cannot be told: see below
                 outcomes[one] = future.result()
     for one, target in tasks:
@@ -117,7 +119,9 @@ def _alone(folder: Path, out: Path, only: str | None, force: bool, figures: bool
 
     with ProcessPoolExecutor(max_workers=1) as pool:
         try:
-            return pool.submit(_in_worker, os.getpid(), run_one, folder, out, only, force, False, figures).result()
+            return pool.submit(
+                _in_worker, os.getpid(), run_one, folder, out, only, force, False, figures, True
+            ).result()
         except BrokenProcessPool:
             return Outcome(folder, out, "failed", message=f"the process that worked on {folder} was killed (memory?)")
 
@@ -130,9 +134,12 @@ def _together(
     if not done:
         return []
     try:
-        with locked(out):
+        with locked(out), logged(out):
             write_source(out, folder, "series")
+            LOGGER.info("%s: series of %d recordings, by %s", folder.resolve(), len(done), program())
             stages, notes = write_series_results(out, done, folder.resolve().name, only, force, figures)
+            for line in (*(f"{name}: {what}" for name, what in stages.items()), *(f"note: {note}" for note in notes)):
+                LOGGER.info("%s", line)
     except InputError as error:
         return [Outcome(folder, out, "refused", message=str(error), whole_series=True)]
     except OSError as error:

@@ -51,7 +51,7 @@ def test_a_stage_as_a_process(small_recording, tmp_path, ovines):
     assert result.returncode == 0 and "run-01: triangulate" in result.stdout
     assert len(read_table(out / "points.parquet", "points")) == 200 * 9
     assert "up to date" in ovines("triangulate", small_recording.folder, "--out", out).stdout
-    assert {path.name for path in out.iterdir()} == {"points.parquet", "source.json", ".lock"}
+    assert {path.name for path in out.iterdir()} == {"points.parquet", "source.json", "ovines.log", ".lock"}
     assert json.loads((out / "source.json").read_text())["recording"] == "../series/run-01"
 
 
@@ -100,7 +100,7 @@ def test_wrong_input_is_refused_and_leaves_nothing_half_written(case, small_reco
     result = ovines("run", small_recording.folder, "--out", tmp_path / "out")
     refused(result, *words)
     left = {path.name for path in (tmp_path / "out").glob("*")} if (tmp_path / "out").exists() else set()
-    assert left <= {".lock", "source.json"}
+    assert left <= {".lock", "source.json", "ovines.log"}
     assert [path for path in sorted(tmp_path.rglob("*")) if "out" not in path.parts] == [
         path for path in before if "out" not in path.parts
     ]
@@ -163,12 +163,12 @@ def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
     assert [one.status for one in outcomes] == ["done"] * 3
 
 
-def _dies_once(folder, out, only, force, bars, figures):
+def _dies_once(folder, *arguments):
     mark = Path(os.environ["OVINES_TEST_MARK"])
     if folder.name == "run-02" and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return run_one(folder, out, only, force, bars, figures)
+    return run_one(folder, *arguments)
 
 
 def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ behind.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import signal
@@ -139,8 +140,9 @@ def test_an_interrupted_program_ends_with_its_compiled_loop(tmp_path):
     """The whole way: a thread that nobody can stop does not keep the process."""
     script = (
         "import sys, threading, ovines.__main__ as m, ovines.workers.budget as b\n"
-        "m.parse = lambda _: type('A', (), {'run': staticmethod(lambda args: b.within_budget(lambda: (print('in', "
-        "flush=True), threading.Event().wait()), 'x', True))})()\n"
+        "work = lambda: (print('in', flush=True), threading.Event().wait())\n"
+        "m.parse = lambda _: type('A', (), {'quiet': False, 'verbose': False,\n"
+        "    'run': staticmethod(lambda args: b.within_budget(work, 'x', True))})()\n"
         "sys.argv = ['ovines']; sys.exit(m.main())\n"
     )
     with subprocess.Popen(
@@ -387,7 +389,8 @@ def test_too_little_memory_is_three_lines(monkeypatch, capsys):
     def all_of_it(args):
         raise MemoryError
 
-    monkeypatch.setattr(ovines.__main__, "parse", lambda _: type("Args", (), {"run": staticmethod(all_of_it)})())
+    args = argparse.Namespace(run=all_of_it, quiet=False, verbose=False)
+    monkeypatch.setattr(ovines.__main__, "parse", lambda _: args)
     assert main(["run"]) == 2 and "not enough memory" in capsys.readouterr().err
 
 

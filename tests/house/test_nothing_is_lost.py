@@ -192,3 +192,68 @@ def test_a_changed_calibration_and_page_are_noticed(tmp_path):
         text = path.read_text()
         path.write_text(text.replace("0.72", "0.73").replace("4096", "4097"))
         assert path.read_text() != text and whose(path) == "changed"
+
+
+# --- files that the command line names --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def analysed(recordings, tmp_path):
+    """A recording with its motion in a results folder."""
+    assert main(["analyse", str(recordings[0]), "--out", str(tmp_path / "results")]) == 0
+    return recordings[0], tmp_path / "results"
+
+
+@pytest.mark.parametrize("name", ["raw.gif", "raw.mp4"])
+def test_a_film_replaces_only_a_film_of_ours(name, analysed, tmp_path, capsys):
+    folder, results = analysed
+    mine = tmp_path / "films" / name
+    mine.parent.mkdir()
+    mine.write_bytes(b"a measurement")
+    command = ["animate", folder, "--results", results, "--measured", "--start", 0.01, "--end", 0.0125, "--out", mine]
+    refused_untouched(command, mine.parent, capsys, str(mine), "name another in --out")
+    mine.unlink()
+    for _ in range(2):
+        assert main([str(one) for one in command]) == 0
+    assert whose(mine) == "ours"
+    import cv2
+
+    assert cv2.VideoCapture(str(mine)).read()[0]  # the mark does no harm
+
+
+def test_a_viewer_s_file_replaces_only_one_of_ours(analysed, tmp_path, capsys):
+    pytest.importorskip("rerun")
+    folder, results = analysed
+    mine = tmp_path / "shown" / "mine.rrd"
+    mine.parent.mkdir()
+    mine.write_bytes(b"mine")
+    command = ["view", folder, "--results", results, "--save", mine]
+    refused_untouched(command, mine.parent, capsys, str(mine), "name another in --save")
+    mine.unlink()
+    for _ in range(2):
+        assert main([str(one) for one in command]) == 0
+
+
+def test_a_model_is_not_written_over_a_recording(recordings, capsys):
+    one, _ = recordings
+    for name in ("recording.toml", "tracks.parquet"):
+        refused_untouched(["diagnose", one, "--write-model", one / name], one, capsys, name, "--write-model")
+
+
+def test_names_are_not_copied_over_others(recordings, tmp_path, capsys):
+    """Names that somebody clicked are an hour's work."""
+    one, other = recordings
+    (tmp_path / "mine.csv").write_text("camera,marker,u_px,v_px\nVW1,N1,1,2\n")
+    (other / "names.csv").write_text("camera,marker,u_px,v_px\nVW1,N1,3,4\n")
+    command = ["track", one, "--names", tmp_path / "mine.csv", "--out"]
+    refused_untouched([*command, other], other, capsys, "recording.toml")
+    results = tmp_path / "results"
+    results.mkdir()
+    (results / "names.csv").write_text("clicked")
+    refused_untouched([*command, results], results, capsys, "names.csv is there already")
+
+
+def test_figures_of_the_simulator_stand_alone(tmp_path, capsys):
+    (tmp_path / "drops.png").write_bytes(b"mine")
+    refused_untouched(["simulate", "--figures", tmp_path], tmp_path, capsys, "drops.png")
+    refused_untouched(["simulate", "table-3", "--figures", tmp_path], tmp_path, capsys, "call the command twice")

@@ -246,6 +246,14 @@ def test_a_setting_out_of_proportion(case, tmp_path, capsys):
         assert words in capsys.readouterr().out, "the run repeats what concerns its result"
 
 
+def test_a_contradiction_is_told_once(tmp_path, capsys):
+    folder = write_small_recording(tmp_path / "run", frames=60).folder
+    text = (folder / "recording.toml").read_text()
+    (folder / "recording.toml").write_text(text.replace("inner_radius_m = 0.05", "inner_radius_m = 50.0"))
+    assert main(["check", str(folder)]) == 2
+    assert capsys.readouterr().out.count("found:    ") == 1
+
+
 def test_a_usual_recording_raises_no_doubt(tmp_path):
     recording = read_recording(write_small_recording(tmp_path / "run", frames=3).folder)
     assert doubts(recording) == []

@@ -267,3 +267,49 @@ def test_sixteen_bits_are_stretched(tmp_path):
     ((number, pictures),) = jpegs(read_recording(tmp_path), Selection(quality=95))
     seen = cv2.imdecode(np.frombuffer(pictures["VW1"], np.uint8), cv2.IMREAD_GRAYSCALE)
     assert number == 0 and seen[:, 0].max() < 12 and seen[:, -1].min() > 243
+
+
+FAKE = """#!{python}
+import socket, sys, time
+port, bound = int(sys.argv[sys.argv.index("--port") + 1]), sys.argv[sys.argv.index("--bind") + 1]
+if {fails}:
+    sys.exit("winit: no display")
+server = socket.create_server((bound, port))
+open({told!r}, "w").write(bound)
+server.accept()
+"""
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_viewer_listens_to_this_machine_alone(fails, tmp_path, monkeypatch):
+    from analysis.view.viewer import start_viewer
+
+    program, told = tmp_path / "rerun", tmp_path / "told"
+    program.write_text(FAKE.format(python=sys.executable, fails=fails, told=str(told)))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    if fails:
+        with pytest.raises(RuntimeError, match="winit: no display"):
+            start_viewer()
+    else:
+        assert start_viewer().startswith("rerun+http://127.0.0.1:") and told.read_text() == "127.0.0.1"
+    program.unlink()
+    with pytest.raises(RuntimeError, match="no program rerun"):
+        start_viewer()
+
+
+def test_what_deserves_a_look_is_listed(tmp_path, capsys, monkeypatch):
+    """Two markers exchanged for three frames: said on the terminal, and on a timeline of its own in the file."""
+    pytest.importorskip("rerun")
+    folder = write_small_recording(tmp_path / "run", frames=60).folder
+    tracks = read_table(folder / "tracks.parquet", "tracks")
+    at = tracks["frame"].between(30, 32)
+    tracks.loc[at, "marker"] = tracks.loc[at, "marker"].replace({"N2": "N4", "N4": "N2"})
+    write_table(tracks, "tracks", folder / "tracks.parquet", {})
+    assert main(["analyse", str(folder), "--out", str(tmp_path / "out")]) == 0
+    command = ["view", str(folder), "--results", str(tmp_path / "out"), "--save", str(tmp_path / "a.rrd")]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "N2 and N4 may be exchanged (swap)" in said and "look at frame 3" in said
+    content = (tmp_path / "a.rrd").read_bytes()
+    assert b"doubt" in content and content.count(b"to look at")
