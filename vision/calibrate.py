@@ -22,12 +22,14 @@ from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle_adjustment import (
     FIXED,
     INTRINSICS,
+    K1,
     N_CAMERA,
     N_INTRINSICS,
     Adjusted,
     Sighting,
     State,
     adjust,
+    lens_of,
     project,
 )
 from vision.calibration.detection import MINIMUM_POINTS, View
@@ -56,9 +58,10 @@ class Calibration:
     """The cameras and how well they are known.
 
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
-    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (15 C, 15
-    C) over ``labels`` (camera, parameter): fx, fy, cx, cy, k1, k2, p1, p2, k3, then rotation (a left-multiplied
-    rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the cameras' views were tied.
+    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (p, p)
+    over ``labels`` (camera, parameter): the intrinsics (:data:`vision.calibration.bundle_adjustment.INTRINSICS`), then
+    rotation (a left-multiplied rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the
+    cameras' views were tied.
     """
 
     cameras: list[Camera]
@@ -269,12 +272,10 @@ def _refuse_swapped(
 
 
 def _camera(name: str, size_px: tuple[int, int], found: Adjusted, c: int) -> Camera:
-    fx, fy, cx, cy, *distortion = found.state.intrinsics[c]
     return Camera(
         name,
         size_px,
-        np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
-        np.array(distortion),
+        *lens_of(found.state.intrinsics[c]),
         found.state.camera_rotation[c],
         found.state.camera_translation[c],
         _rms(found, c),
@@ -300,7 +301,7 @@ def _parameter_table(
         rows += [
             (name, label, value, s if np.isfinite(s) else None)
             for label, value, s in zip(
-                INTRINSICS, found.state.intrinsics[c], sd[first : first + N_INTRINSICS], strict=True
+                INTRINSICS[: K1 + len(camera.distortion)], found.state.intrinsics[c], sd[first:], strict=False
             )
         ]
         rows += [

@@ -19,7 +19,7 @@ ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vis
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.triangulate \
     analysis.blind.recording
-ovines.importers ovines.core.engine vision.frames vision.calibration analysis.motion analysis.thesis \
+ovines.importers ovines.exporters ovines.core.engine vision.frames vision.calibration analysis.motion analysis.thesis \
     analysis.blind.causes analysis.gap.answer
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.calibrate analysis.flights \
     analysis.blind.series analysis.blind.scoring
