@@ -43,6 +43,8 @@ from vision.calibration.single_camera import (
     solve_camera,
     unbiased,
 )
+from vision.validation.lens_choice import choose_lens, refuse_fisheye
+from vision.validation.result_tables import validation_tables
 
 Array = NDArray[np.float64]
 # Views of one name taken as simultaneous may raise the residuals by this factor, and pixels, no more: they have fewer
@@ -56,6 +58,8 @@ SWAPPED, SWAPPED_NOISE = 4.0, 8.0
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """The cameras and how well they are known.
+
+    ``tables``: by name, what its worth is told from (lenses tried, corners, boards, maps of image and plane).
 
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
     OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (p, p)
@@ -72,6 +76,7 @@ class Calibration:
     labels: list[tuple[str, str]]
     board: Board
     simultaneous: bool
+    tables: dict[str, pd.DataFrame]
 
 
 def calibrate(
@@ -81,6 +86,7 @@ def calibrate(
     extrinsic: Mapping[str, View],
     simultaneous: bool | None = None,
     known_baseline_m: float | None = None,
+    board_height_m: float = 0.0,
 ) -> Calibration:
     """Cameras from detected board views.
 
@@ -92,13 +98,18 @@ def calibrate(
     extrinsic : per camera, the view of the board in the world position
     simultaneous : whether views of one name show one board pose; None: as the data say
     known_baseline_m : distance of the cameras' centres, to check the board's square size against
+    board_height_m : of the printed surface in the world position above the sliding plane, which is z = 0
 
     Raises `InputError` for too few views, a board not seen in the world position, swapped extrinsic views.
     """
     names = list(views)
     if len(names) > 1 and board.ends_alike:
         raise _ambiguous(board)
-    singles = {name: _solved(name, views[name], board, sensor_size_px[name]) for name in names}
+    singles, tried = {}, {}
+    for name in names:
+        usual = _solved(name, views[name], board, sensor_size_px[name])
+        singles[name], tried[name] = choose_lens(usual, views[name], board, sensor_size_px[name])
+        refuse_fisheye(name, singles[name], board)
     for name in names:
         if len(extrinsic[name].points) < MINIMUM_POINTS:
             raise InputError(
@@ -120,11 +131,13 @@ def calibrate(
             trial = _joint(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
         if simultaneous or agrees:
             best, tied = trial, True
+    _raise_world(best, board_height_m)
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
-    parameters = _parameter_table(names, best, singles, sensor_size_px, cameras)
+    tables, more, contradicted = validation_tables(cameras, singles, tried, best.covariance, board)
+    parameters = pd.concat([_parameter_table(names, best, singles, sensor_size_px, cameras), more], ignore_index=True)
     table = _view_table(names, singles, best, views, extrinsic)
     extrinsic_names = {name: extrinsic[name].name for name in names}
-    advice = advise(singles, sensor_size_px, board, parameters, table, extrinsic_names)
+    advice = advise(singles, sensor_size_px, board, parameters, table, extrinsic_names) + contradicted
     if known_baseline_m is not None and len(cameras) == 2:
         baseline_m = float(np.linalg.norm(cameras[0].centre_m - cameras[1].centre_m))
         advice += length_advice(baseline_m, known_baseline_m, board, "the cameras' distance")
@@ -137,6 +150,7 @@ def calibrate(
         [(names[c], label) for c, label in best.labels],
         board,
         tied,
+        tables,
     )
 
 
@@ -144,9 +158,26 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     """The calibration that ``[calibration]`` of recording.toml asks for: board, intrinsic and extrinsic images."""
     board, views, extrinsic, notes = read_views(recording, progress)
     sizes = {camera.name: (camera.sensor_size_px[0], camera.sensor_size_px[1]) for camera in recording.cameras}
-    result = calibrate(board, views, sizes, extrinsic)
+    settings = recording.settings.calibration
+    height_m = settings.board_height_m if settings is not None else None
+    result = calibrate(board, views, sizes, extrinsic, board_height_m=height_m or 0.0)
     result.advice[:0] = notes
     return result
+
+
+def _raise_world(found: Adjusted, board_height_m: float) -> None:
+    """Put the world's origin, which the adjustment has on the board, by that much under it; covariance included."""
+    for c, rotation in enumerate(found.state.camera_rotation):
+        up = board_height_m * rotation[:, 2]
+        found.state.camera_translation[c] -= up
+        turn, shift = N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1) - 3
+        change = np.eye(len(found.covariance))
+        change[shift : shift + 3, turn : turn + 3] = np.array(
+            [[0, -up[2], up[1]], [up[2], 0, -up[0]], [-up[1], up[0], 0]]
+        )
+        held = np.isnan(found.covariance)
+        found.covariance = change @ np.nan_to_num(found.covariance) @ change.T
+        found.covariance[held] = np.nan
 
 
 def _ambiguous(board: Board) -> InputError:

@@ -68,8 +68,13 @@ class Single:
     dropped: dict[str, str]
 
 
-def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int, int]) -> Single | None:
-    """Intrinsics and one pose per view; None when fewer than three views can be used."""
+def solve_camera(
+    views: Sequence[View], board: Board, sensor_size_px: tuple[int, int], held: int | None = None
+) -> Single | None:
+    """Intrinsics and one pose per view; None when fewer than three views can be used.
+
+    ``held``: place of the first intrinsic that stays held; None: k3 if the data need it, and no richer lens.
+    """
     kept, dropped = _usable(views, board)
     if len(kept) < FEWEST_VIEWS:
         return None
@@ -78,7 +83,12 @@ def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int,
     result = adjust(sightings_of(kept, board), state, setting)
     for _ in range(_ROUNDS):
         sightings = sightings_of(kept, board, result.state)
-        result = _with_k3_if_significant(sightings, repose(sightings, result.state), setting)
+        posed = repose(sightings, result.state)
+        if held is None:
+            result = _with_k3_if_significant(sightings, posed, setting)
+        else:
+            setting.free[0, :held] = True
+            result = adjust(sightings, posed, setting)
         bad = _outlying_views(result, kept)
         cleaned = without_outliers(kept, result.residuals_px, result.sigma_px[0])
         stay = [k for k, view in enumerate(kept) if view.name not in bad]
