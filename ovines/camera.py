@@ -1,4 +1,4 @@
-"""A calibrated camera: OpenCV's pinhole with five distortion terms, in numpy.
+"""A calibrated camera: OpenCV's pinhole with five, eight or twelve distortion terms, in numpy.
 
 ``X_camera = R X_world + t``; pixels are of the full sensor, the centre of the
 top-left one is (0, 0).  The file format ``calibration.json`` is read and
@@ -21,6 +21,7 @@ from ovines.io.atomic_write import write_text_whole
 
 Array = NDArray[np.float64]
 MOST_SIDE_PX = 1_000_000  # as recording.toml allows
+LENS_TERMS = {5: "five terms", 8: "rational", 12: "thin prism"}  # lengths of `distortion`, and what the lens is called
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,8 @@ class Camera:
     name : str
     sensor_size_px : (width, height)
     matrix : (3, 3) intrinsic matrix, pixels of the full sensor
-    distortion : (5,) k1, k2, p1, p2, k3 (OpenCV's order)
+    distortion : (5,) k1, k2, p1, p2, k3 (OpenCV's order); (8,) with k4, k5, k6 (rational); (12,) with s1 to s4 (thin
+        prism) after them
     rotation : (3, 3), translation_m : (3,)   ``X_camera = rotation @ X_world + translation_m``
     rms_px : float, reprojection RMS of the calibration (NaN where unknown)
     """
@@ -102,17 +104,30 @@ class Camera:
 
 
 def _distort(x: Array, y: Array, distortion: Array) -> tuple[Array, Array, Array]:
-    """OpenCV's radial-tangential model and its (..., 2, 2) derivative."""
-    k1, k2, p1, p2, k3 = distortion
+    """OpenCV's radial-tangential model, with its denominator and thin prism where given, and its (..., 2, 2)
+    derivative.
+    """
+    k1, k2, p1, p2, k3 = distortion[:5]
     r2 = x * x + y * y
     radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
     slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+    if len(distortion) > 5:
+        k4, k5, k6 = distortion[5:8]
+        below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
+        radial = radial / below
+        slope = (slope - radial * 2 * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
     xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
     yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
     dxdx = radial + x * x * slope + 2 * p1 * y + 6 * p2 * x
     dxdy = x * y * slope + 2 * p1 * x + 2 * p2 * y
+    dydx = dxdy
     dydy = radial + y * y * slope + 6 * p1 * y + 2 * p2 * x
-    return xd, yd, np.stack([np.stack([dxdx, dxdy], -1), np.stack([dxdy, dydy], -1)], -2)
+    if len(distortion) > 8:
+        s1, s2, s3, s4 = distortion[8:12]
+        xd, yd = xd + r2 * (s1 + r2 * s2), yd + r2 * (s3 + r2 * s4)
+        across, down = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
+        dxdx, dxdy, dydx, dydy = dxdx + across * x, dxdy + across * y, dydx + down * x, dydy + down * y
+    return xd, yd, np.stack([np.stack([dxdx, dxdy], -1), np.stack([dydx, dydy], -1)], -2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,15 +280,15 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
     if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
         raise InputError(f"{where} has no name", "an object with a name", "name the camera as recording.toml does")
 
-    def numbers(key: str, shape: tuple[int, ...]) -> Array:
+    def numbers(key: str, *shapes: tuple[int, ...]) -> Array:
         try:
             value = np.asarray(entry.get(key), float)
         except (TypeError, ValueError, OverflowError):
             value = np.empty(0)
-        if value.shape != shape or not np.isfinite(value).all():
+        if value.shape not in shapes or not np.isfinite(value).all():
             raise InputError(
                 f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
-                f"finite numbers of shape {shape}",
+                f"finite numbers of shape {' or '.join(map(str, shapes))}",
                 f"write {key} again, e.g. with `ovines calibrate`",
             )
         return value
@@ -304,7 +319,7 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
         entry["name"],
         (int(width), int(height)),
         matrix,
-        numbers("distortion", (5,)),
+        numbers("distortion", *((terms,) for terms in LENS_TERMS)),
         rotation,
         numbers("translation_m", (3,)),
         rms_px,

@@ -95,11 +95,17 @@ class Calibration(Section):
     """
     extrinsic: PathText | None = None
     """One view of the board lying on the sliding plane: the world. Example: `"calibration/{camera}/extrinsic.png"`."""
+    board_height_m: Annotated[float, Field(ge=-1.0, le=1.0)] | None = None
+    """How far the board's printed surface lies above the sliding plane in the extrinsic view: its thickness, or what it
+    was laid on. Left out: 0. Example: `0.003`.
+    """
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Calibration:
         images = {"board": self.board, "intrinsic": self.intrinsic, "extrinsic": self.extrinsic}
         given = [key for key, value in images.items() if value is not None]
+        if self.file is not None and self.board_height_m is not None:
+            given.append("board_height_m")
         if self.file is not None and given:
             raise ValueError(f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic")
         if self.file is None and len(given) < 3:

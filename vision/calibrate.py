@@ -22,12 +22,14 @@ from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle_adjustment import (
     FIXED,
     INTRINSICS,
+    K1,
     N_CAMERA,
     N_INTRINSICS,
     Adjusted,
     Sighting,
     State,
     adjust,
+    lens_of,
     project,
 )
 from vision.calibration.detection import MINIMUM_POINTS, View
@@ -41,6 +43,8 @@ from vision.calibration.single_camera import (
     solve_camera,
     unbiased,
 )
+from vision.validation.lens_choice import choose_lens, refuse_fisheye
+from vision.validation.result_tables import validation_tables
 
 Array = NDArray[np.float64]
 # Views of one name taken as simultaneous may raise the residuals by this factor, and pixels, no more: they have fewer
@@ -55,10 +59,13 @@ SWAPPED, SWAPPED_NOISE = 4.0, 8.0
 class Calibration:
     """The cameras and how well they are known.
 
+    ``tables``: by name, what its worth is told from (lenses tried, corners, boards, maps of image and plane).
+
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
-    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (15 C, 15
-    C) over ``labels`` (camera, parameter): fx, fy, cx, cy, k1, k2, p1, p2, k3, then rotation (a left-multiplied
-    rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the cameras' views were tied.
+    OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (p, p)
+    over ``labels`` (camera, parameter): the intrinsics (:data:`vision.calibration.bundle_adjustment.INTRINSICS`), then
+    rotation (a left-multiplied rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the
+    cameras' views were tied.
     """
 
     cameras: list[Camera]
@@ -69,6 +76,7 @@ class Calibration:
     labels: list[tuple[str, str]]
     board: Board
     simultaneous: bool
+    tables: dict[str, pd.DataFrame]
 
 
 def calibrate(
@@ -78,6 +86,7 @@ def calibrate(
     extrinsic: Mapping[str, View],
     simultaneous: bool | None = None,
     known_baseline_m: float | None = None,
+    board_height_m: float = 0.0,
 ) -> Calibration:
     """Cameras from detected board views.
 
@@ -89,13 +98,18 @@ def calibrate(
     extrinsic : per camera, the view of the board in the world position
     simultaneous : whether views of one name show one board pose; None: as the data say
     known_baseline_m : distance of the cameras' centres, to check the board's square size against
+    board_height_m : of the printed surface in the world position above the sliding plane, which is z = 0
 
     Raises `InputError` for too few views, a board not seen in the world position, swapped extrinsic views.
     """
     names = list(views)
     if len(names) > 1 and board.ends_alike:
         raise _ambiguous(board)
-    singles = {name: _solved(name, views[name], board, sensor_size_px[name]) for name in names}
+    singles, tried = {}, {}
+    for name in names:
+        usual = _solved(name, views[name], board, sensor_size_px[name])
+        singles[name], tried[name] = choose_lens(usual, views[name], board, sensor_size_px[name])
+        refuse_fisheye(name, singles[name], board)
     for name in names:
         if len(extrinsic[name].points) < MINIMUM_POINTS:
             raise InputError(
@@ -117,11 +131,13 @@ def calibrate(
             trial = _joint(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
         if simultaneous or agrees:
             best, tied = trial, True
+    _raise_world(best, board_height_m)
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
-    parameters = _parameter_table(names, best, singles, sensor_size_px, cameras)
+    tables, more, contradicted = validation_tables(cameras, singles, tried, best.covariance, board)
+    parameters = pd.concat([_parameter_table(names, best, singles, sensor_size_px, cameras), more], ignore_index=True)
     table = _view_table(names, singles, best, views, extrinsic)
     extrinsic_names = {name: extrinsic[name].name for name in names}
-    advice = advise(singles, sensor_size_px, board, parameters, table, extrinsic_names)
+    advice = advise(singles, sensor_size_px, board, parameters, table, extrinsic_names) + contradicted
     if known_baseline_m is not None and len(cameras) == 2:
         baseline_m = float(np.linalg.norm(cameras[0].centre_m - cameras[1].centre_m))
         advice += length_advice(baseline_m, known_baseline_m, board, "the cameras' distance")
@@ -134,6 +150,7 @@ def calibrate(
         [(names[c], label) for c, label in best.labels],
         board,
         tied,
+        tables,
     )
 
 
@@ -141,9 +158,26 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     """The calibration that ``[calibration]`` of recording.toml asks for: board, intrinsic and extrinsic images."""
     board, views, extrinsic, notes = read_views(recording, progress)
     sizes = {camera.name: (camera.sensor_size_px[0], camera.sensor_size_px[1]) for camera in recording.cameras}
-    result = calibrate(board, views, sizes, extrinsic)
+    settings = recording.settings.calibration
+    height_m = settings.board_height_m if settings is not None else None
+    result = calibrate(board, views, sizes, extrinsic, board_height_m=height_m or 0.0)
     result.advice[:0] = notes
     return result
+
+
+def _raise_world(found: Adjusted, board_height_m: float) -> None:
+    """Put the world's origin, which the adjustment has on the board, by that much under it; covariance included."""
+    for c, rotation in enumerate(found.state.camera_rotation):
+        up = board_height_m * rotation[:, 2]
+        found.state.camera_translation[c] -= up
+        turn, shift = N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1) - 3
+        change = np.eye(len(found.covariance))
+        change[shift : shift + 3, turn : turn + 3] = np.array(
+            [[0, -up[2], up[1]], [up[2], 0, -up[0]], [-up[1], up[0], 0]]
+        )
+        held = np.isnan(found.covariance)
+        found.covariance = change @ np.nan_to_num(found.covariance) @ change.T
+        found.covariance[held] = np.nan
 
 
 def _ambiguous(board: Board) -> InputError:
@@ -269,12 +303,10 @@ def _refuse_swapped(
 
 
 def _camera(name: str, size_px: tuple[int, int], found: Adjusted, c: int) -> Camera:
-    fx, fy, cx, cy, *distortion = found.state.intrinsics[c]
     return Camera(
         name,
         size_px,
-        np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
-        np.array(distortion),
+        *lens_of(found.state.intrinsics[c]),
         found.state.camera_rotation[c],
         found.state.camera_translation[c],
         _rms(found, c),
@@ -300,7 +332,7 @@ def _parameter_table(
         rows += [
             (name, label, value, s if np.isfinite(s) else None)
             for label, value, s in zip(
-                INTRINSICS, found.state.intrinsics[c], sd[first : first + N_INTRINSICS], strict=True
+                INTRINSICS[: K1 + len(camera.distortion)], found.state.intrinsics[c], sd[first:], strict=False
             )
         ]
         rows += [

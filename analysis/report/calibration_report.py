@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from analysis.report.calibration_worth import add_worth
 from analysis.report.measurement import add_calibration
 from analysis.report.numbers import percent, value_with_sd, with_unit
 from analysis.report.page import Page, pages_beside, source_of
@@ -74,6 +75,7 @@ def calibration_page(results: Results) -> Page:
     else:
         actions.append("Run `ovines calibrate`; it says what stops it.")
     page.actions.extend(actions or ["Nothing has to be done."])
+    add_worth(page, results)
     add_calibration(page, results)
     return page
 

@@ -23,6 +23,7 @@ UNITS = {
     "fx": "px", "fy": "px", "cx": "px", "cy": "px", "k1": "", "k2": "", "k3": "", "p1": "", "p2": "",
     "tx_m": "m", "ty_m": "m", "tz_m": "m", "rms_px": "px",
 }  # fmt: skip
+CROSS_VALIDATION = ("field_p", "field_px", "halves_p")  # have a section of their own
 
 
 def _add_parameters(section: Section, parameters: pd.DataFrame) -> None:
@@ -30,7 +31,7 @@ def _add_parameters(section: Section, parameters: pd.DataFrame) -> None:
     found = {(row.camera, row.parameter): (row.value, row.sd) for row in parameters.itertuples()}
     cameras = list(dict.fromkeys(parameters["camera"]))
     names = [name for name in UNITS if name in set(parameters["parameter"])]
-    names += sorted(set(parameters["parameter"]) - set(names))
+    names += sorted(set(parameters["parameter"]) - set(names) - set(CROSS_VALIDATION))
     rows = [
         (
             name.removesuffix("_m").removesuffix("_px") if name in UNITS else name,

@@ -39,6 +39,12 @@ TABLES = (
     "thesis_impacts",
     "calibration_views",
     "calibration_parameters",
+    "calibration_lens",
+    "calibration_corners",
+    "calibration_boards",
+    "calibration_image",
+    "calibration_plane",
+    "calibration_next",
 )
 
 

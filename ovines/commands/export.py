@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -16,19 +17,23 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
 NAME = "export"
 HELP = (
     "results as CSV, MATLAB, TRC, C3D, NetCDF (movement's layout), LaTeX tables of the parameters, or the report's "
-    "figures in a paper's width and font"
+    "figures in a paper's width and font; a calibration for OpenCV, Kalibr, mrcal, caliscope or Anipose"
 )
-FORMATS = ("csv", "mat", "trc", "c3d", "netcdf", "latex", "figures")
+CALIBRATIONS = ("opencv", "kalibr", "mrcal", "caliscope", "anipose")
+FORMATS = ("csv", "mat", "trc", "c3d", "netcdf", "latex", "figures", *CALIBRATIONS)
 PICTURES = ("svg", "pdf", "png")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """``RESULTS --to FORMAT --out DIR --tables NAME,NAME --units mm,ms,deg --force``."""
     parser.add_argument("results", type=Path, metavar="RESULTS", help="results of `ovines run` (of a recording, or of "
-        "a series), or one table")  # fmt: skip
+        "a series), one table, or a calibration.json")  # fmt: skip
     parser.add_argument("--to", choices=FORMATS, required=True, help="the format")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="folder for the files (default: export/ inside RESULTS)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for the files (default: export/ inside RESULTS; a calibration: beside it)",
     )
     parser.add_argument("--tables", metavar="NAME,NAME", help="csv and mat: these tables only (default: all)")
     parser.add_argument("--units", default="", metavar="mm,ms,deg", help="csv and mat: lengths, times and angles in "
@@ -48,6 +53,8 @@ def run(args: argparse.Namespace) -> int:
     units = chosen_units(args.units)
     if units and args.to not in ("csv", "mat"):
         raise InputError(f"--units {args.units} --to {args.to}", "--units with csv or mat", "leave --units out")
+    if args.to in CALIBRATIONS:
+        return _calibration(args)
     if args.to == "figures":
         return _figures(args)
     root = args.results.parent if args.results.is_file() else args.results
@@ -84,6 +91,33 @@ def _refuse_present(paths: list[Path], force: bool) -> None:
     if present and not force:
         raise InputError(f"{present[0]} is there already", "a folder without that file", "name another --out, or write "
                          "over it with --force")  # fmt: skip
+
+
+def _calibration(args: argparse.Namespace) -> int:
+    """A solved calibration as another program reads it: all files are made before the first is written."""
+    from ovines.camera import read_calibration
+    from ovines.exporters.calibrations import FORMATS as PROGRAMS
+    from ovines.exporters.calibrations import export
+    from ovines.io.atomic_write import write_text_whole
+
+    path: Path = args.results / "calibration.json" if args.results.is_dir() else args.results
+    cameras = read_calibration(path)
+    if not cameras:
+        raise InputError(f"{path}: no camera", "at least one", "calibrate first: ovines calibrate")
+    files = export(cameras, args.to)
+    out: Path = args.out or path.parent
+    if out.is_file():
+        raise InputError(f"--out {out} is a file", "a folder", "name another")
+    _refuse_present([out / name for name in files], args.force)
+    out.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        write_text_whole(text, out / name)
+        print(out / name)
+    reads = PROGRAMS[args.to].reads
+    named = cameras if "{camera}" in reads else cameras[:1]
+    said = [shlex.quote(word.format(camera=camera.name, out=out)) for camera in named for word in reads.split()]
+    print(f"read back: ovines import RECORDING --unit m --calibration {' '.join(said)}")
+    return 0
 
 
 def _figures(args: argparse.Namespace) -> int:

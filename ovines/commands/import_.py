@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
     from ovines.recording import Recording
 
 NAME = "import"
-HELP = "tracks, points or a calibration of another program (VibrationTracker, TRC, CSV, OpenCV, caliscope, Anipose)"
+HELP = "tracks, points or a calibration of another program (VibrationTracker, TRC, CSV, OpenCV, Kalibr, mrcal, ...)"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--calibration",
         nargs="+",
         metavar="CAMERA=FILE,FILE",
-        help="cameras: OpenCV YAML or XML, VibrationTracker's calibrationResults.json,poseEstimationResults.json, or "
-        "a TOML of "
+        help="cameras: OpenCV YAML or XML, VibrationTracker's calibrationResults.json,poseEstimationResults.json, "
+        "mrcal's .cameramodel, Kalibr's camchain, or a TOML of "
         "caliscope or Anipose (CAMERA=FILE#SECTION, or FILE alone where it has the cameras' names)",
     )
     said = parser.add_argument_group("what the files do not say")

@@ -21,6 +21,7 @@ SERIES, RENDERED = "sample_data/series_tilted", "sample_data/rendered"
 SOURCES = (  # heading, command, the page it writes; a figure that an earlier page has is not shown again
     ("One recording", f"ovines run {SERIES} --out results_series", "results_series/run-01/report.html"),
     ("A recording with images", f"ovines run {RENDERED} --out results_rendered", "results_rendered/report.html"),
+    ("A calibration", f"ovines calibrate {RENDERED} --out results_rendered", "results_rendered/calibration.html"),
     ("A series", f"ovines run {SERIES} --out results_series", "results_series/report.html"),
     (
         "Measured against simulated",

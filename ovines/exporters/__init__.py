@@ -1,1 +1,1 @@
-"""Results in the formats of other programs: text, MATLAB, motion capture, NetCDF, LaTeX."""
+"""Results and calibrations in the formats of other programs: text, MATLAB, motion capture, NetCDF, LaTeX."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -83,7 +84,8 @@ def _opencv_storage(path: Path, text: str, expected: str) -> dict[str, Any]:
     import cv2
 
     if not text.lstrip().startswith(("%YAML", "<?xml", "---")):
-        text = "%YAML:1.0\n---\n" + text  # plain YAML lacks the line by which OpenCV knows its own
+        # plain YAML lacks the line by which OpenCV knows its own, and may not indent a list, which OpenCV wants
+        text = "%YAML:1.0\n---\n" + re.sub(r"(?m)^( *)- ", r"\1  - ", text)
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # its complaint stands in ours
     try:

@@ -1,7 +1,7 @@
 """Cameras from other programs' parameters: OpenCV's YAML and XML, VibrationTracker's JSON, caliscope's and Anipose's
-TOML.
+TOML, Kalibr's chain, mrcal's camera model.
 
-All of them are OpenCV's camera: a matrix, up to five distortion terms, and a pose ``X_camera = R X_file + t``.  They
+All of them are OpenCV's camera: a matrix, up to twelve distortion terms, and a pose ``X_camera = R X_file + t``.  They
 differ in what they call it, in the unit of t, and in which way the world's z points.
 """
 
@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.camera import MOST_SIDE_PX
+from ovines.camera import LENS_TERMS, MOST_SIDE_PX
 from ovines.errors import InputError
+from ovines.importers import kalibr_mrcal
 from ovines.importers.files import read_values
 
 Array = NDArray[np.float64]
@@ -24,6 +25,7 @@ MATRIX = ("cameramatrix", "k", "matrix", "mtx", "intrinsicmatrix")
 DISTORTION = ("distortioncoefficients", "distcoeffs", "dist", "d", "distortions", "distortion")
 ROTATION, TRANSLATION = ("rvec", "rotation", "r"), ("tvec", "translation", "t")
 RMS = ("avgreprojectionerror", "rms", "reprojectionerror", "error")
+OPENCV_TERMS = (*range(6), 8, 12, 14)  # the last two of 14 tilt the sensor
 MOST_RMS_PX = 1e6  # beyond it is no number of pixels
 SIZE = ("size", "imagesize", "resolution")
 
@@ -75,7 +77,8 @@ def read_cameras(specs: Sequence[str], names: Sequence[str], world: Path | None 
 def _merged(paths: Sequence[Path]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for path in paths:
-        for name, value in read_values(path).items():
+        own = kalibr_mrcal.read_cameramodel(path) if path.suffix.lower() == ".cameramodel" else read_values(path)
+        for name, value in own.items():
             key = name if isinstance(value, Mapping) else _key(name)
             if (
                 key in values
@@ -136,6 +139,8 @@ def _all_cameras(paths: Sequence[str], names: Sequence[str], world: Path | None)
     values = _merged([Path(path) for path in paths])
     if {"m1", "m2"} <= set(values):
         return _stereo(values, names, world, ",".join(paths))
+    if kalibr_mrcal.is_chain(values):
+        return _chain(values, names, world, ",".join(paths))
     tables = _tables(values)
     if not tables:
         if any(key in values for key in MATRIX):
@@ -168,13 +173,7 @@ def _stereo(values: Mapping[str, Any], names: Sequence[str], world: Path | None,
             "two cameras",
             "give two [[cameras]] in recording.toml",
         )
-    if world is None:
-        raise InputError(
-            f"{where}: R and T between the cameras, no pose of the sliding plane",
-            "rvec and tvec of the first camera from a view of the board on the plane",
-            "write them to a file (cv2.solvePnP) and name it with --world, or run ovines calibrate",
-        )
-    first = _pose(_merged([world]), str(world))
+    first = _first_pose(world, where)
     between = _pose({"r": values.get("r"), "t": values.get("t")}, where)
     second = between[0] @ first[0], between[0] @ first[1] + between[1]
     return {
@@ -192,11 +191,42 @@ def _stereo(values: Mapping[str, Any], names: Sequence[str], world: Path | None,
     }
 
 
+def _first_pose(world: Path | None, where: str) -> tuple[Array, Array]:
+    """The first camera's pose in the world, which a file of the cameras' poses to each other lacks."""
+    if world is None:
+        raise InputError(
+            f"{where}: R and T between the cameras, no pose of the sliding plane",
+            "rvec and tvec of the first camera from a view of the board on the plane",
+            "write them to a file (cv2.solvePnP) and name it with --world, or run ovines calibrate",
+        )
+    return _pose(_merged([world]), str(world))
+
+
+def _chain(values: Mapping[str, Any], names: Sequence[str], world: Path | None, where: str) -> dict[str, Found]:
+    """Kalibr's chain of cameras, by the names of their topics; by their order where these are none of ours."""
+    cameras = kalibr_mrcal.chain(values, where)
+    known = {name for name, _, _ in cameras} & set(names)
+    if not known and len(cameras) != len(names):
+        raise InputError(
+            f"{where}: cameras {', '.join(name for name, _, _ in cameras)}",
+            f"the recording's {', '.join(names)}, or as many of them",
+            "name the topics as recording.toml names the cameras",
+        )
+    pose, found = _first_pose(world, where), {}
+    for i, (name, camera, between) in enumerate(cameras):
+        if between is not None:
+            pose = between[:3, :3] @ pose[0], between[:3, :3] @ pose[1] + between[:3, 3]
+        own = name if known else names[i]
+        if own in names:
+            found[own] = _camera({**camera, "r": pose[0], "t": pose[1]}, f"{where}: cam{i}")
+    return found
+
+
 def _camera(values: Mapping[str, Any], where: str) -> Found:
     if values.get("fisheye") in (True, 1, "true"):
         raise InputError(
             f"{where}: a fisheye camera",
-            "OpenCV's pinhole camera with up to five distortion terms",
+            "OpenCV's pinhole camera with up to twelve distortion terms",
             "calibrate without fisheye",
         )
     matrix = _array(values, MATRIX, where, 9).reshape(3, 3)
@@ -205,18 +235,19 @@ def _camera(values: Mapping[str, Any], where: str) -> Found:
             f"{where}: camera matrix {matrix.tolist()}", "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]", "check the file"
         )
     given = _array(values, DISTORTION, where, None) if any(key in values for key in DISTORTION) else np.zeros(5)
-    if len(given) > 5 and (given[5:] != 0).any():
+    whole = np.concatenate([given, np.zeros(max(0, max(LENS_TERMS) - len(given)))])
+    if len(given) not in OPENCV_TERMS or (whole[max(LENS_TERMS) :] != 0).any():
         raise InputError(
             f"{where}: {len(given)} distortion terms",
-            "up to five (k1, k2, p1, p2, k3)",
-            "calibrate without the rational, thin prism or tilted model",
+            "OpenCV's five (k1, k2, p1, p2, k3), eight (rational) or twelve (thin prism)",
+            "calibrate without the tilted model",
         )
     rotation, translation = _pose(values, where)
     new = values.get("newcameramatrix")
     new = None if new is None else _array({"newcameramatrix": new}, ("newcameramatrix",), where, 9).reshape(3, 3)
     return Found(
         matrix,
-        np.concatenate([given[:5], np.zeros(5 - min(5, len(given)))]),
+        whole[: next(terms for terms in LENS_TERMS if not (whole[terms:] != 0).any())],
         rotation,
         translation,
         _size(values, where),

@@ -33,6 +33,7 @@ def calibrate(context: StageContext) -> dict[str, Any]:
         "calibration_views.parquet": result.views,
         "calibration_parameters.parquet": result.parameters,
         "calibration_covariance.parquet": covariance_table(result.covariance, result.labels),
+        **{f"{name}.parquet": table for name, table in result.tables.items()},
     }
 
 

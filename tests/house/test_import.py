@@ -385,7 +385,8 @@ def test_toml_of_anipose_and_of_caliscope(tmp_path, recording):
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        ({"distortionCoefficients": [0.1] * 8}, "distortion terms"),
+        ({"distortionCoefficients": [0.1] * 14}, "distortion terms"),
+        ({"distortionCoefficients": [0.1] * 6}, "6 distortion terms"),
         ({"cameraMatrix": [[1, 0], [0, 1]]}, "cameramatrix"),
         ({"rvec": None}, "pose"),
         ({"fisheye": True}, "fisheye"),

@@ -22,9 +22,9 @@ ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.t
 ovines.importers ovines.core.engine vision.frames vision.calibration analysis.motion analysis.walls \
     analysis.thesis \
     analysis.blind.causes analysis.gap.answer
-ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.calibrate analysis.flights \
+ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation analysis.flights \
     analysis.blind.series analysis.blind.scoring
-ovines.core vision.tracking vision.walls analysis.contact analysis.bounces analysis.gap.series \
+ovines.core vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces analysis.gap.series \
     analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.gap.selection

@@ -47,7 +47,7 @@ def errors_in_sd(result, setup):
     found = []
     for camera, true in zip(result.cameras, setup.cameras, strict=True):
         own = result.parameters[result.parameters["camera"] == camera.name].set_index("parameter")
-        truth = dict(zip(INTRINSICS, [*np.diag(true.matrix)[:2], *true.matrix[:2, 2], *true.distortion], strict=True))
+        truth = dict(zip(INTRINSICS, [*np.diag(true.matrix)[:2], *true.matrix[:2, 2], *true.distortion], strict=False))
         truth |= dict(zip(("tx_m", "ty_m", "tz_m"), true.translation_m, strict=True))
         found += [(own.value[key] - value) / own.sd[key] for key, value in truth.items() if np.isfinite(own.sd[key])]
     return np.array(found)
@@ -55,12 +55,12 @@ def errors_in_sd(result, setup):
 
 def test_lens_derivatives_are_those_of_the_function():
     rng = np.random.default_rng(1)
-    lens = np.array([900.0, 905, 640, 360, -0.3, 0.1, 1e-3, -2e-3, 0.05])
+    lens = np.array([900.0, 905, 640, 360, -0.3, 0.1, 1e-3, -2e-3, 0.05, 0.2, -0.1, 0.03, 1e-3, -3e-3, 2e-3, 4e-3])
     points = rng.normal(0, 0.2, (5, 3)) + [0, 0, 1]
     _, by_lens, by_point = pinhole(points, lens)
-    for k in range(9):
+    for k in range(16):
         step = 1e-6 * max(1.0, abs(lens[k]))
-        ahead, behind = (pinhole(points, lens + sign * step * np.eye(9)[k])[0] for sign in (1, -1))
+        ahead, behind = (pinhole(points, lens + sign * step * np.eye(16)[k])[0] for sign in (1, -1))
         assert by_lens[..., k] == pytest.approx((ahead - behind) / (2 * step), rel=1e-5, abs=1e-6)
     for k in range(3):
         ahead, behind = (pinhole(points + sign * 1e-6 * np.eye(3)[k], lens)[0] for sign in (1, -1))

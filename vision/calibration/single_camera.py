@@ -19,14 +19,22 @@ from vision.calibration.bundle_adjustment import (
     K1,
     K2,
     K3,
+    K4,
+    K5,
+    K6,
     N_INTRINSICS,
     P1,
     P2,
+    S1,
+    S2,
+    S3,
+    S4,
     Adjusted,
     Setting,
     Sighting,
     State,
     adjust,
+    lens_of,
 )
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.markers.perspective import circle_centres
@@ -41,7 +49,7 @@ ASPECT_SD = 0.003  # of fy / fx - 1: pixels are square
 CORNER_DISTORTION, LEAST_DISTORTION_SD = (0.3, 0.05, 0.05), 0.5
 # k2, p1 and p2 are always free, with what real lenses show as prior: held at zero they move k1 (by 5 sd on a rendered
 # rig) and the principal point (by 3.4 sd) by more than their sd say
-DECENTRING_SD = 5e-4
+DECENTRING_SD = 5e-4  # of the thin prism's terms too
 OUTLIER_SIGMAS, VIEW_FACTOR = 6.0, 4.0  # of a point, in sds; of a view, in parts of the median view's rms
 FEWEST_VIEWS = 3
 _ROUNDS = 4  # in which outliers are left out
@@ -60,8 +68,13 @@ class Single:
     dropped: dict[str, str]
 
 
-def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int, int]) -> Single | None:
-    """Intrinsics and one pose per view; None when fewer than three views can be used."""
+def solve_camera(
+    views: Sequence[View], board: Board, sensor_size_px: tuple[int, int], held: int | None = None
+) -> Single | None:
+    """Intrinsics and one pose per view; None when fewer than three views can be used.
+
+    ``held``: place of the first intrinsic that stays held; None: k3 if the data need it, and no richer lens.
+    """
     kept, dropped = _usable(views, board)
     if len(kept) < FEWEST_VIEWS:
         return None
@@ -70,7 +83,12 @@ def solve_camera(views: Sequence[View], board: Board, sensor_size_px: tuple[int,
     result = adjust(sightings_of(kept, board), state, setting)
     for _ in range(_ROUNDS):
         sightings = sightings_of(kept, board, result.state)
-        result = _with_k3_if_significant(sightings, repose(sightings, result.state), setting)
+        posed = repose(sightings, result.state)
+        if held is None:
+            result = _with_k3_if_significant(sightings, posed, setting)
+        else:
+            setting.free[0, :held] = True
+            result = adjust(sightings, posed, setting)
         bad = _outlying_views(result, kept)
         cleaned = without_outliers(kept, result.residuals_px, result.sigma_px[0])
         stay = [k for k, view in enumerate(kept) if view.name not in bad]
@@ -100,11 +118,7 @@ def sightings_of(views: Sequence[View], board: Board, state: State | None = None
 
 def unbiased(discs: Array, intrinsics: Array, rotation: Array, translation_m: Array) -> Array:
     """Images of the dots' centres: an image ellipse's own centre lies beside them, by what the pose says."""
-    fx, fy, cx, cy, *distortion = intrinsics
-    camera = Camera(
-        "", (0, 0), np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array(distortion), rotation, translation_m
-    )
-    return circle_centres(discs, camera, 0.0)[0]
+    return circle_centres(discs, Camera("", (0, 0), *lens_of(intrinsics), rotation, translation_m), 0.0)[0]
 
 
 def only_poses(state: State, stay: Sequence[int]) -> State:
@@ -115,7 +129,7 @@ def only_poses(state: State, stay: Sequence[int]) -> State:
 
 
 def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_board: Array | None = None) -> Setting:
-    """Free all but k3, with priors that only bite where the views say nothing."""
+    """Free the first four distortion terms, with priors that only bite where the views say nothing."""
     cameras = len(sizes_px)
     free = np.zeros((cameras, N_INTRINSICS), bool)
     free[:, :K3] = True
@@ -124,10 +138,11 @@ def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_b
         prior[c, [CX, CY]] = 0.5 * (width - 1), 0.5 * (height - 1)
         sd[c, [CX, CY]] = CENTRE_SD_SHARE * max(width, height)
         corner = np.hypot(width, height) / 2 / state.intrinsics[c, FX]
-        sd[c, [K1, K2, K3]] = np.maximum(
+        sd[c, [K1, K2, K3]] = sd[c, [K4, K5, K6]] = np.maximum(
             LEAST_DISTORTION_SD, np.array(CORNER_DISTORTION) / corner ** np.array([2, 4, 6])
         )
-        sd[c, [P1, P2]] = DECENTRING_SD
+        sd[c, [P1, P2, S1, S3]] = DECENTRING_SD
+        sd[c, [S2, S4]] = DECENTRING_SD / corner**2
     return Setting(
         free,
         prior,
@@ -208,8 +223,7 @@ def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array,
     """``X_camera = R X_board + t`` of a flat board by known intrinsics; None when OpenCV finds none in front of the
     camera.
     """
-    fx, fy, cx, cy, k1, k2, p1, p2, k3 = intrinsics
-    matrix, distortion = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array([k1, k2, p1, p2, k3])
+    matrix, distortion = lens_of(intrinsics)
     try:
         _, turns, shifts, _errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
     except cv2.error:

@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.bundle_adjustment import INTRINSICS, N_CAMERA, POSE, pinhole
+from vision.calibration.bundle_adjustment import INTRINSICS, N_CAMERA, POSE, intrinsics_of, pinhole
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd
 
 
 def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
-    """The matrix (15 C, 15 C) over ``PARAMETERS`` of each camera; 0 for what was held."""
+    """The matrix (p, p), p = N_CAMERA C, over ``PARAMETERS`` of each camera; 0 for what was held."""
     place = {
         (camera.name, name): N_CAMERA * c + k for c, camera in enumerate(cameras) for k, name in enumerate(PARAMETERS)
     }
@@ -46,14 +46,13 @@ def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
 
 
 def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
-    """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras: (n, 3, 15 C)."""
+    """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras: (n, 3, N_CAMERA
+    C).
+    """
     by_point, by_parameter = [], []
     for c, camera in enumerate(cameras):
         rotated = points_m @ camera.rotation.T
-        fx, fy, cx, cy = camera.matrix[0, 0], camera.matrix[1, 1], camera.matrix[0, 2], camera.matrix[1, 2]
-        _, by_intrinsics, by_place = pinhole(
-            rotated + camera.translation_m, np.array([fx, fy, cx, cy, *camera.distortion])
-        )
+        _, by_intrinsics, by_place = pinhole(rotated + camera.translation_m, intrinsics_of(camera))
         x, y, z = rotated.T
         zero = 0 * x
         turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)

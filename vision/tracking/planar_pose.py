@@ -22,10 +22,10 @@ X, Y, ANGLE = range(3)  # of a pose [m, m, rad]
 # fmt: off
 (
     R11, R12, R13, R21, R22, R23, R31, R32, R33, TX, TY, TZ,
-    FX, SKEW, CX, FY, CY, K1, K2, P1, P2, K3, OFFSET_U, OFFSET_V,
-) = range(24)
+    FX, SKEW, CX, FY, CY, K1, K2, P1, P2, K3, K4, K5, K6, S1, S2, S3, S4, OFFSET_U, OFFSET_V,
+) = range(31)
 # fmt: on
-N_CAMERA = 24
+N_CAMERA = 31
 # What `project` gives: window pixel, and its derivatives by the world's x and y.
 AT_U, AT_V, DU_DX, DU_DY, DV_DX, DV_DY = range(6)
 N_PROJECTED = 6
@@ -41,6 +41,7 @@ def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
             camera.translation_m,
             [k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2]],
             camera.distortion,
+            np.zeros(OFFSET_U - K1 - len(camera.distortion)),  # a plainer lens is one without these terms
             window_offset_px,
         ]
     ).astype(float)
@@ -55,19 +56,23 @@ def project(cam: Floats, x: float, y: float, z: float, out: Floats) -> None:
     a, b = xc / zc, yc / zc
     k1, k2, p1, p2, k3 = cam[K1], cam[K2], cam[P1], cam[P2], cam[K3]
     r2 = a * a + b * b
-    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    below = 1 + r2 * (cam[K4] + r2 * (cam[K5] + r2 * cam[K6]))
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / below
     slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
-    ad = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
-    bd = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
-    daa = radial + a * a * slope + 2 * p1 * b + 6 * p2 * a
-    dab = a * b * slope + 2 * p1 * a + 2 * p2 * b
-    dbb = radial + b * b * slope + 6 * p1 * b + 2 * p2 * a
+    slope = (slope - radial * 2 * (cam[K4] + r2 * (2 * cam[K5] + 3 * r2 * cam[K6]))) / below
+    ad = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a) + r2 * (cam[S1] + r2 * cam[S2])
+    bd = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b + r2 * (cam[S3] + r2 * cam[S4])
+    across, down = 2 * (cam[S1] + 2 * cam[S2] * r2), 2 * (cam[S3] + 2 * cam[S4] * r2)
+    daa = radial + a * a * slope + 2 * p1 * b + 6 * p2 * a + across * a
+    dab = a * b * slope + 2 * p1 * a + 2 * p2 * b + across * b
+    dba = a * b * slope + 2 * p1 * a + 2 * p2 * b + down * a
+    dbb = radial + b * b * slope + 6 * p1 * b + 2 * p2 * a + down * b
     out[AT_U] = cam[FX] * ad + cam[SKEW] * bd + cam[CX] - cam[OFFSET_U]
     out[AT_V] = cam[FY] * bd + cam[CY] - cam[OFFSET_V]
     for i in range(2):
         da = (cam[R11 + i] - a * cam[R31 + i]) / zc
         db = (cam[R21 + i] - b * cam[R31 + i]) / zc
-        dad, dbd = daa * da + dab * db, dab * da + dbb * db
+        dad, dbd = daa * da + dab * db, dba * da + dbb * db
         out[DU_DX + i] = cam[FX] * dad + cam[SKEW] * dbd
         out[DV_DX + i] = cam[FY] * dbd
 

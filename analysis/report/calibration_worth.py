@@ -1,0 +1,232 @@
+"""Sections of ``calibration.html`` on what the calibration knows and does not know."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from analysis.figures.calibration_maps import (
+    Window,
+    coverage_and_residuals,
+    image_uncertainty,
+    pictures,
+    plane_uncertainty,
+    scene,
+)
+from analysis.report.measurement import CROSS_VALIDATION
+from analysis.report.numbers import MISSING, length, with_unit
+from analysis.report.page import Page
+from analysis.report.results import Results
+from ovines.camera import Camera, read_calibration
+
+PICTURES, PICTURE_PX = 12, 360  # of each camera at most; width
+
+
+def add_worth(page: Page, results: Results) -> None:
+    """Lens, cross-validation, uncertainty, what to photograph next; nothing where no calibration was solved here."""
+    lens, image = results.get("calibration_lens"), results.get("calibration_image")
+    if results.calibration is None or lens is None or image is None:
+        return
+    cameras = read_calibration(results.folder / "calibration.json")
+    sizes = {camera.name: camera.sensor_size_px for camera in cameras}
+    windows: dict[str, Window] = {
+        camera.name: (*camera.window_offset_px, *camera.window_px) for camera in results.recording.cameras
+    }
+    _add_next(page, results.get("calibration_next"))
+    _add_uncertainty(page, results, cameras, sizes, windows)
+    _add_cross_validation(page, results.get("calibration_parameters"))
+    _add_lens(page, lens)
+    _add_views(page, results, cameras, sizes, windows)
+
+
+def _add_next(page: Page, following: pd.DataFrame | None) -> None:
+    if following is None:
+        return
+    section = page.add_section("What to photograph next", "next")
+    rows = [
+        (f"{row.camera}: {row.pose}", with_unit(row.now_px, "px", 2), with_unit(row.then_px, "px", 2))
+        for row in following.itertuples()
+    ]
+    section.add_table(
+        ("one more view", "sd of the lens now", "with it"),
+        rows,
+        "RMS over the whole image, foreseen by the covariance; each row counts on those above it.",
+    )
+
+
+def _add_uncertainty(
+    page: Page,
+    results: Results,
+    cameras: list[Camera],
+    sizes: dict[str, tuple[int, int]],
+    windows: dict[str, Window],
+) -> None:
+    section = page.add_section("What is known, and where", "uncertainty")
+    plane = results.get("calibration_plane")
+    if plane is not None:
+        ring = _ring(results)
+        inside = _in_windows(plane, cameras, windows)
+        here = plane[inside] if inside.any() else plane
+        section.add_text(
+            "A point of the sliding plane "
+            + ("inside both windows " if inside.any() else "")
+            + "is known, by the calibration alone, to "
+            + ", ".join(f"{length(float(here[f'{axis}_sd_m'].median()))} in {axis}" for axis in "xyz")
+            + " (sd, median). All frames share this error: it moves and stretches the world, and does not average out."
+        )
+        section.add_figure(
+            "calibration_plane",
+            plane_uncertainty(plane, cameras, windows, ring),
+            "Standard deviation of a point of the plane z = 0 by the calibration alone. Red: the cameras' windows"
+            + (", black: the ring." if ring else "."),
+            "Three maps of the sliding plane: standard deviation of x, y and z.",
+        )
+    image = results.tables["calibration_image"]
+    section.add_figure(
+        "calibration_image",
+        image_uncertainty(image, sizes, windows),
+        "Left: how far the lens' uncertainty moves what is seen at each place (a turn of the camera left out). Middle: "
+        "the lens from one half of the views against that from the other; right: what noise lets them differ by. "
+        "Middle far above right: the standard deviations are too small. Red: the window.",
+        "Maps of each image: uncertainty of the lens, difference of two halves, expected difference.",
+    )
+
+
+def _ring(results: Results) -> tuple[float, float, float] | None:
+    """The Host's mean place and inner radius, where the motion is there already."""
+    motion, host = results.get("motion"), results.recording.bodies.get("host")
+    radius = getattr(host, "inner_radius_m", None)
+    if motion is None or radius is None or not motion["host_x_m"].notna().any():
+        return None
+    return float(motion["host_x_m"].mean()), float(motion["host_y_m"].mean()), float(radius)
+
+
+def _in_windows(plane: pd.DataFrame, cameras: list[Camera], windows: dict[str, Window]) -> np.ndarray:
+    places = np.column_stack([plane["x_m"], plane["y_m"], np.zeros(len(plane))])
+    inside = np.ones(len(plane), bool)
+    for camera in cameras:
+        left, top, width, height = windows[camera.name]
+        uv = camera.project(places) - [left, top]
+        inside &= ((uv >= 0) & (uv < [width, height])).all(1)
+    return inside
+
+
+def _add_cross_validation(page: Page, parameters: pd.DataFrame | None) -> None:
+    own = None if parameters is None else parameters[parameters["parameter"].isin(CROSS_VALIDATION)]
+    if own is None or not len(own):
+        return
+    section = page.add_section("Does it contradict itself?", "cross-validation")
+    value = {(row.camera, row.parameter): float(row.value) for row in own.itertuples()}
+    rows = []
+    for camera in dict.fromkeys(own["camera"]):
+        field, halves = value.get((camera, "field_p")), value.get((camera, "halves_p"))
+        worst = min(p for p in (field, halves, 1.0) if p is not None)
+        rows.append(
+            (
+                str(camera),
+                _chance(field),
+                with_unit(value.get((camera, "field_px")), "px", 2),
+                _chance(halves),
+                "yes: see the advice above" if worst < 0.01 else "no",
+            )
+        )
+    section.add_table(
+        ("camera", "residuals alike by place: chance", "their size", "halves differ: chance", "contradicts itself"),
+        rows,
+        "Chance: how often noise alone would show as much. Below 1 % the calibration contradicts itself. A board that "
+        "covers little of the image hides what bends slowly over the image: its own pose takes that up.",
+    )
+
+
+def _chance(p: float | None) -> str:
+    return MISSING if p is None else "below 0.001" if p < 1e-3 else f"{p:.3f}"
+
+
+def _add_lens(page: Page, lens: pd.DataFrame) -> None:
+    section = page.add_section("Which lens", "lens")
+    rows = [
+        (
+            str(row.camera),
+            str(row.lens),
+            str(row.terms),
+            with_unit(row.fitted_px, "px", 3),
+            with_unit(row.held_out_px, "px", 3),
+            ("taken: " if row.chosen else "not taken: ") + str(row.reason),
+        )
+        for row in lens.sort_values(["camera", "terms"], kind="stable").itertuples()
+    ]
+    section.add_table(
+        ("camera", "lens", "terms", "RMS of the fit", "RMS of held-out views", ""),
+        rows,
+        "A richer lens always fits its own views better; it is taken only where it foresees views not seen by the fit.",
+    )
+
+
+def _add_views(
+    page: Page,
+    results: Results,
+    cameras: list[Camera],
+    sizes: dict[str, tuple[int, int]],
+    windows: dict[str, Window],
+) -> None:
+    corners, boards = results.get("calibration_corners"), results.get("calibration_boards")
+    if corners is None or boards is None:
+        return
+    section = page.add_section("The views", "views")
+    section.add_figure(
+        "calibration_coverage",
+        coverage_and_residuals(corners, sizes, windows),
+        "Where the board's points were seen (pale), and what each was off by (arrows, much lengthened). Arrows that "
+        "point alike in one place mean a lens that does not fit; white places are known by the rest of the image only.",
+        "Points of all views over each image with their residual vectors.",
+    )
+    section.add_figure(
+        "calibration_scene",
+        scene(boards, cameras),
+        "The cameras, the world's axes, and the board of every view as its camera saw it.",
+        "Cameras and boards in space.",
+        image="png",
+    )
+    for camera in cameras:
+        shown = _pictures(results, camera, corners)
+        if shown:
+            section.add_figure(
+                f"calibration_pictures_{camera.name}",
+                pictures(shown),
+                f"{camera.name}: views with the points found, those with the largest residuals first.",
+                "Small pictures of the views of one camera.",
+                image="png",
+            )
+
+
+def _pictures(
+    results: Results, camera: Camera, corners: pd.DataFrame
+) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
+    """Views whose images are files of their own (a film's frames are not read again)."""
+    import cv2
+
+    settings = results.recording.settings.calibration
+    if settings is None or settings.intrinsic is None:
+        return []
+    files = {Path(path).name: path for path in results.recording.calibration_images(camera.name, "intrinsic")}
+    own = corners[corners["camera"] == camera.name]
+    size = np.hypot(own["residual_u_px"], own["residual_v_px"]) ** 2
+    rms = np.sqrt(size.groupby(own["view"]).mean()).sort_values(ascending=False)
+    window = results.recording.camera(camera.name)
+    shown: list[tuple[str, np.ndarray, np.ndarray, float]] = []
+    for name, value in rms.items():
+        if name not in files or len(shown) == PICTURES:
+            continue
+        data = np.fromfile(files[str(name)], np.uint8)
+        image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
+        if image is None:
+            continue
+        whole = image.shape[::-1] == camera.sensor_size_px
+        uv = own.loc[own["view"] == name, ["u_px", "v_px"]].to_numpy(float)
+        uv = uv if whole else uv - window.window_offset_px
+        reduction = min(1.0, PICTURE_PX / image.shape[1])
+        small = cv2.resize(image, None, fx=reduction, fy=reduction, interpolation=cv2.INTER_AREA)
+        shown.append((f"{name}: {value:.2f} px", small, uv, reduction))
+    return shown

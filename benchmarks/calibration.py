@@ -1,0 +1,155 @@
+"""What a calibration says of itself, held against the truth: flags, and the 90 % band over image and plane.
+
+python benchmarks/calibration.py flags [CASES]       model errors of 0.05 px flagged, and false flags
+python benchmarks/calibration.py band [CASES] [VIEWS]  true errors inside 1.645 sd: lens over the image, plane
+python benchmarks/calibration.py rendered [CASES]    the same band with images rendered and corners found in them
+
+Cameras and board of the rendered rig; corners are true ones with Gaussian noise, in `rendered` those found in images.
+A board that spans a quarter of the image is used: a small one's own pose takes up whatever bends slowly.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.camera import Camera
+from vision.calibrate import Calibration, calibrate
+from vision.calibration.boards import WORLD_FROM_BOARD, find_board
+from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS, intrinsics_of
+from vision.calibration.detection import View, detect
+from vision.calibration.single_camera import solve_camera
+from vision.calibration.uncertainty import shifts
+from vision.rendering.board import render_board
+from vision.rendering.images import Look
+from vision.rendering.images import View as Shown
+from vision.rendering.recording import Setup, board_poses, half_setup
+from vision.validation.halves import FLAG, compare_halves, residual_field
+from vision.validation.image_map import image_map
+
+Array = NDArray[np.float64]
+NOISE_PX, ERROR_PX, LENGTH_PX = 0.05, 0.05, 250.0  # half the sensor's pixels: 250 px are 500 of the whole one
+BAND = 1.645  # sd: 90 %
+
+
+def setup_of(seed: int) -> tuple[Setup, np.random.Generator]:
+    """The rendered rig, a little different each time."""
+    rng = np.random.default_rng(seed)
+    return replace(half_setup(rng), board=find_board("charuco_9x13_20mm")), rng
+
+
+def bent(uv_px: Array, rms_px: float, rng: np.random.Generator) -> Array:
+    """Pixels moved by a smooth random field that no lens model has."""
+    waves, phase = rng.normal(0, 1 / LENGTH_PX, (2, 60, 2)), rng.uniform(0, 2 * np.pi, (2, 60))
+    shift = [np.cos(uv_px @ waves[c].T + phase[c]).sum(1) * np.sqrt(2 / 60) for c in (0, 1)]
+    return np.asarray(uv_px + rms_px / np.sqrt(2) * np.stack(shift, -1))
+
+
+def views_of(setup: Setup, c: int, count: int, rng: np.random.Generator, rendered: bool) -> list[View]:
+    """Hand-held views of camera ``c``."""
+    camera, points = setup.cameras[c], setup.board.points_m()
+    still = replace(camera, rotation=np.eye(3), translation_m=np.zeros(3))
+    found = []
+    for k, (turn, shift) in enumerate(board_poses(setup, c, count, rng)):
+        name = f"{camera.name}-{k:02d}"
+        if rendered:
+            image, _ = render_board(Shown(camera), setup.board, turn, shift, Look(), rng)
+            found.append(detect(image, setup.board, name))
+            continue
+        uv = still.project(points @ turn.T + shift)
+        seen = ((uv > 3) & (uv < np.array(camera.sensor_size_px) - 4)).all(1)
+        found.append(noisy(name, np.flatnonzero(seen), uv[seen], rng))
+    return [view for view in found if len(view.points) >= 12]
+
+
+def noisy(name: str, points: Array, uv_px: Array, rng: np.random.Generator) -> View:
+    """A view with corner noise."""
+    return View(name, points, uv_px + rng.normal(0, NOISE_PX, uv_px.shape), np.full(len(uv_px), NOISE_PX), 40.0)
+
+
+def flags(cases: int) -> None:
+    """How many of ``cases`` are flagged with a model error, and without."""
+    for error_px in (ERROR_PX, 0.0):
+        by_halves = by_field = either = 0
+        for seed in range(cases):
+            setup, rng = setup_of(seed)
+            camera = setup.cameras[0]
+            views = views_of(setup, 0, 16, rng, False)
+            field = np.random.default_rng(1000 + seed).bit_generator.seed_seq
+            views = [replace(v, uv_px=bent(v.uv_px, error_px, np.random.default_rng(field))) for v in views]
+            single = solve_camera(views, setup.board, camera.sensor_size_px)
+            if single is None:
+                continue
+            at = image_map(single.adjusted.state.intrinsics[0], camera.sensor_size_px, single.views)
+            halves, residuals = compare_halves(single, setup.board, at), residual_field(single, setup.board)
+            halves_speak, field_speaks = halves is not None and halves.p < FLAG, residuals.p < FLAG
+            by_halves, by_field = by_halves + halves_speak, by_field + field_speaks
+            either += halves_speak or field_speaks
+        print(
+            f"model error {error_px} px RMS: flagged in {either} of {cases} (halves {by_halves}, residuals {by_field})",
+            flush=True,
+        )
+
+
+def band(cases: int, views: int, rendered: bool = False) -> None:
+    """Share of true errors within the 90 % band."""
+    lens, plane = [], []
+    for seed in range(cases):
+        setup, rng = setup_of(seed)
+        found = calibrated(setup, views, rng, rendered)
+        covariance = np.nan_to_num(found.covariance)
+        for c, (camera, true) in enumerate(zip(found.cameras, setup.cameras, strict=True)):
+            at = image_map(intrinsics_of(camera), camera.sensor_size_px, [])
+            own = covariance[N_CAMERA * c :, N_CAMERA * c :][:N_INTRINSICS, :N_INTRINSICS]
+            off = at.moved(intrinsics_of(camera) - intrinsics_of(true))
+            lens.append(np.mean(np.abs(off) < BAND * np.sqrt(np.einsum("nci,ij,ncj->nc", at.slopes, own, at.slopes))))
+        table = found.tables["calibration_plane"]
+        places = np.column_stack([table[["x_m", "y_m"]], np.zeros(len(table))])
+        change = np.concatenate([change_of(a, b) for a, b in zip(found.cameras, setup.cameras, strict=True)])
+        off = shifts(places, found.cameras) @ change
+        plane.append(np.mean(np.abs(off) < BAND * table[["x_sd_m", "y_sd_m", "z_sd_m"]].to_numpy(float), axis=0))
+    of_lens, of_plane = np.mean(lens), np.mean(plane, 0)
+    error = np.std([np.mean(one) for one in plane]) / np.sqrt(cases)
+    print(
+        f"{cases} calibrations of {views} views{' rendered' if rendered else ''}: inside the 90 % band, lens over the "
+        f"image {of_lens:.1%}, plane x {of_plane[0]:.1%}, y {of_plane[1]:.1%}, z {of_plane[2]:.1%}, "
+        f"all {np.mean(plane):.1%} +- {error:.1%}",
+        flush=True,
+    )
+
+
+def change_of(found: Camera, true: Camera) -> Array:
+    """Parameters found minus the true ones (N_CAMERA,)."""
+    turn = np.asarray(cv2.Rodrigues(found.rotation @ true.rotation.T)[0], float).ravel()
+    return np.concatenate([intrinsics_of(found) - intrinsics_of(true), turn, found.translation_m - true.translation_m])
+
+
+def calibrated(setup: Setup, views: int, rng: np.random.Generator, rendered: bool) -> Calibration:
+    """Both cameras from their own views and one of the board in the world position."""
+    board, points = setup.board, setup.board.points_m()
+    seen = {camera.name: views_of(setup, c, views, rng, rendered) for c, camera in enumerate(setup.cameras)}
+    world = {}
+    for camera in setup.cameras:
+        if rendered:
+            turn = camera.rotation @ WORLD_FROM_BOARD
+            image, _ = render_board(Shown(camera), board, turn, camera.translation_m, Look(), rng)
+            world[camera.name] = detect(image, board, "world")
+        else:
+            uv = camera.project(points @ WORLD_FROM_BOARD.T)
+            inside = ((uv > 3) & (uv < np.array(camera.sensor_size_px) - 4)).all(1)
+            world[camera.name] = noisy("world", np.flatnonzero(inside), uv[inside], rng)
+    sizes = {camera.name: camera.sensor_size_px for camera in setup.cameras}
+    return calibrate(board, seen, sizes, world, simultaneous=False)
+
+
+if __name__ == "__main__":
+    what, *numbers = sys.argv[1:]
+    count = [int(number) for number in numbers]
+    if what == "flags":
+        flags(*(count or [20]))
+    else:
+        band(*(count or [200 if what == "band" else 5]), *([] if len(count) > 1 else [7]), rendered=what == "rendered")
