@@ -20,18 +20,18 @@ ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovin
 ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.triangulate \
     analysis.blind.recording
 ovines.importers ovines.core.engine vision.frames vision.calibration analysis.motion analysis.walls \
-    analysis.thesis \
-    analysis.blind.causes analysis.gap.answer
+    analysis.thesis analysis.blind.causes analysis.gap.answer
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation analysis.flights \
     analysis.blind.series analysis.blind.scoring
 ovines.core vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces analysis.gap.series \
     analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
-    analysis.comparison analysis.gap.measurement analysis.gap.selection
-ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.ladder
-analysis.checks analysis.gap.prediction analysis.gap.next_test
-analysis.report analysis.gap.diagnose
-analysis.view analysis.gap.page ovines.pipeline ovines.exporters
+    analysis.comparison analysis.gap.measurement
+ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.selection
+analysis.checks analysis.gap.ladder
+analysis.report analysis.gap.prediction analysis.gap.next_test
+analysis.view analysis.gap.diagnose ovines.exporters
+analysis.gap.page ovines.pipeline
 ovines.two_results
 ovines.commands ovines.notebook
 ovines.__main__
