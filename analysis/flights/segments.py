@@ -30,6 +30,9 @@ SMALLEST_STEP_M_PER_S, JUMP_FRAMES = 0.04, 3.0
 # Sustained contact: so many frames in a row, and so long (rig units: an impact of 0.1 m/s stays within CONTACT_MARGIN_M
 # of the wall for 3 ms).
 FEWEST_IN_CONTACT, LEAST_CONTACT_S = 4, 0.004
+# So near to the wall, but in hops: from so many frames of one, whose dip stands out by so many sd and is a tenth of
+# CONTACT_MARGIN_M (a disk that rolls on a wall off its place seems to dip by less).  Seen only where frames are fast.
+FEWEST_IN_HOP, HOP_SD, LEAST_HOP_M = 6, 6.0, 1.5e-5
 # A wall that is off its place or shape by this share is still the wall; an impact in a gap is as far from its frames as
 # the disk moves in one, and half again.
 WALL_OFF_SHARE, MOVED_SHARE = 0.05, 1.5
@@ -38,6 +41,8 @@ WALL_OFF_SHARE, MOVED_SHARE = 0.05, 1.5
 LEAST_SMEARED_STEP_M_PER_S = 0.5
 # Kinks this near each other may be one frame's.
 TOGETHER_FRAMES = 3
+# ... or one that was taken a frame off and needed another: where one between them leaves no kink of so many sd.
+DOUBLE_SD = 4.0
 # Two frames on each side of a kink give its velocities; a run of fewer frames than this has no kink.
 FEWEST_A_SIDE, FEWEST_FOR_KINKS = 2, 4
 # Whole numbers of frames are whole, however the clock's numbers were rounded (frames).
@@ -214,6 +219,10 @@ def segment(
     if len(smeared):
         x[smeared] = y[smeared] = np.nan
         kinks = find_kinks(time_s, x, y, sd_m, 0, len(time_s) - 1, SIGNIFICANCE, reach)
+    kinks = without_doubles(time_s, x, y, sd_m, kinks, reach)
+    # Hops between kinks are none of the contact, however near to the wall.
+    hopping = find_hops(gap_m, margin_m, sd_m, kinks[:, 0].astype(np.int64))
+    contact = find_contact(np.where(hopping, -size_m, gap_m), margin_m, at_least)
     off_m = margin_m + WALL_OFF_SHARE * (size_m - margin_m)
     kinks = kinks[_near_wall(relative_m, gap_m, off_m, kinks[:, 0].astype(np.int64))]
     gaps = kinks[:, 0].astype(np.int64)
@@ -222,6 +231,47 @@ def segment(
     for first, last in contact:
         inside |= (gaps >= first) & (gaps < last)
     return Segments(gaps[~inside], kinks[~inside, 1:3], contact, smeared)
+
+
+def without_doubles(time_s: Array, x: Array, y: Array, sd_m: Array, kinks: Array, reach: int) -> Array:
+    """``kinks`` (rows of :func:`find_kinks`) with one for two a few frames apart, where one between them explains the
+    frames as well: the strongest is taken first, and noise may place it a frame off.
+    """
+    kept: list[Array] = []
+    gaps = kinks[:, 0].astype(np.int64)
+    k = 0
+    while k < len(gaps):
+        one = None
+        if k + 1 < len(gaps) and gaps[k + 1] - gaps[k] <= TOGETHER_FRAMES:
+            left = int(gaps[k - 1]) + 1 if k > 0 else 0
+            right = int(gaps[k + 2]) if k + 2 < len(gaps) else len(x) - 1
+            for gap in range(int(gaps[k]) + 1, int(gaps[k + 1])):
+                lo, hi = max(left, gap - 2 * reach + 1), min(right, gap + 2 * reach)
+                sides = ((lo, gap), (gap + 1, hi))
+                if not any(len(find_kinks(time_s, x, y, sd_m, *side, DOUBLE_SD, reach)) for side in sides):
+                    one = np.array([gap, *hinge(time_s, x, y, sd_m, lo, hi, gap, reach)])
+                    break
+        kept.append(kinks[k] if one is None else one)
+        k += 1 if one is None else 2
+    return np.array(kept).reshape(-1, 4)
+
+
+def find_hops(gap_m: Array, margin_m: float, sd_m: Array, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which frames (N,) belong to hops near the wall: pieces between kinks at ``gaps`` all of whose frames are within
+    ``margin_m`` of it, and whose way past it (``gap_m``) dips as a flight's does.
+    """
+    found = np.zeros(len(gap_m), bool)
+    edges = np.sort(gaps)
+    for first, last in zip(edges[:-1] + 1, edges[1:], strict=True):
+        index = np.arange(first, last + 1)[np.isfinite(gap_m[first : last + 1])]
+        if len(index) < FEWEST_IN_HOP or not np.all(gap_m[index] > -margin_m):
+            continue
+        along = (2 * index - first - last) / (last - first)
+        dip_m = float(np.polyfit(along, gap_m[index], 2)[0])
+        # The mean square of a parabola's coefficient over evenly spread frames of unit noise.
+        dip_sd_m = float(np.median(sd_m[index])) * np.sqrt(45 / (4 * len(index)))
+        found[index] = dip_m > max(HOP_SD * dip_sd_m, LEAST_HOP_M)
+    return found
 
 
 def _near_wall(relative_m: Array, gap_m: Array, margin_m: float, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:

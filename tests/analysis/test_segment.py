@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from analysis.flights.fit import flights_from_segments
-from analysis.flights.segments import SIGNIFICANCE, find_contact, find_kinks, reach_frames, segment
+from analysis.flights.segments import (
+    SIGNIFICANCE,
+    find_contact,
+    find_kinks,
+    reach_frames,
+    segment,
+    without_doubles,
+)
 
 RATE = 800.0
 SD = 1.5e-5
@@ -121,3 +128,57 @@ def test_a_frame_exposed_across_a_fast_impact_is_set_aside_however_sharp_the_mar
     assert found.smeared.tolist() == [15]
     assert len(found.gaps) == 1
     assert found.gaps[0] in (14, 15)
+
+
+def hopping(approach_m_per_s: float, frames: int, seed: int):
+    """At the wall of a Host of 40 mm that is pushed by 150 m/s^2: hops that lose a fifth of their speed each, then
+    contact.
+
+    Returns time, places (N, 2), sds, places from the Host, distance from which a frame is near, and the hops' ends in
+    frames.
+    """
+    rate, push, restitution, start = 5000.0, 150.0, 0.8, 0.0025
+    t, ends, speed = np.arange(frames) / rate, [start * rate], approach_m_per_s
+    out = np.full(frames, 0.04)
+    before = t < start
+    out[before] += speed * (t[before] - start) + 0.5 * push * (t[before] - start) ** 2 if speed else 0.0
+    while speed > 0.02:
+        speed *= restitution
+        s = t - start
+        during = (s > 0) & (s < 2 * speed / push)
+        out[during] -= (speed * s - 0.5 * push * s**2)[during]
+        start += 2 * speed / push
+        ends.append(start * rate)
+    noise = 2e-6 * np.random.default_rng(seed).standard_normal((frames, 2))
+    relative = np.column_stack([out, np.zeros(frames)]) + noise
+    host = np.column_stack([-0.5 * push * t**2, np.zeros(frames)])
+    return t, relative + host, np.full(frames, 2e-6), relative, np.full(frames, 0.04 - 1.5e-4), ends
+
+
+def test_hops_of_a_tenth_of_a_millimetre_are_flights_where_frames_are_fast():
+    """Hops of 0.09 mm at the most, near enough to the wall to count as contact, of 8 and 11 frames."""
+    for seed in range(5):
+        *observed, ends = hopping(0.2, 120, seed)
+        found = segment(*observed)
+        for true in ends[:3]:
+            assert np.min(np.abs(found.gaps + 0.5 - true)) <= 1.0
+        assert len(found.contact) == 1
+        assert ends[2] - 1 <= found.contact[0, 0] <= ends[5] and found.contact[0, 1] == 119
+
+
+def test_rolling_along_the_wall_is_contact_from_its_first_frame():
+    for seed in range(5):
+        found = segment(*hopping(0.0, 120, seed)[:-1])
+        assert found.contact.tolist() == [[0, 119]] and len(found.gaps) == 0
+
+
+def test_two_kinks_beside_one_impact_become_the_one():
+    """A kink that was taken a frame late leaves another before it: so found by the strongest first, under noise."""
+    t, x, y, sd = path([(50.41, -0.5, 0.2)])
+    double = np.array([[49.0, -0.3, 0.1, 8.0], [51.0, -0.3, 0.1, 9.0]])
+    single = without_doubles(t, x, y, sd, double, reach_frames(t))
+    assert single[:, 0].tolist() == [50.0]
+    assert single[0, 1:3] == pytest.approx([-0.5, 0.2], abs=0.1)
+    t, x, y, sd = path([(48.5, -0.5, 0.2), (51.5, 0.6, 0.3)])
+    double = np.array([[48.0, -0.5, 0.2, 20.0], [51.0, 0.6, 0.3, 20.0]])
+    assert np.array_equal(without_doubles(t, x, y, sd, double, reach_frames(t)), double)
