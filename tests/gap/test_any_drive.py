@@ -1,0 +1,20 @@
+"""The diagnosis of clean series whose drive is no sine: nothing is found, and nothing is called unknown."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from ovines.__main__ import main
+from tests.plants import Spec, make_series, write_series
+
+
+@pytest.mark.parametrize("drive", ["two lines", "chirp"])
+def test_a_drive_that_is_no_sine_is_no_cause(drive, tmp_path, capsys):
+    spec = Spec(drive=drive, noise="white", reach_m=0.04, frames_per_flight=25.0, noise_share=2e-4)
+    folder = write_series(make_series(spec, np.random.default_rng([19, 7]), 4), tmp_path / "series")
+    assert main(["diagnose", str(folder), "--out", str(tmp_path / "out")]) == 0
+    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert (told["verdict"], told["effects"]) == ("none", [])
