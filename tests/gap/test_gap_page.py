@@ -12,6 +12,7 @@ import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.gap.cause import Cause
 from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.page.figures import binned
 from analysis.gap.page.figures_flights import LONG, flight_panels, missing_acceleration, residual_frames
@@ -19,6 +20,7 @@ from analysis.gap.page.figures_impacts import _gains, impact_panels
 from analysis.gap.page.figures_paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
+from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.pipeline.diagnosis import load_series
@@ -162,6 +164,22 @@ def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
     panel = impact_panels(replace(ladder, impacts=both), "wall_centre_offset")[0]
     added = panel.before - panel.after
     assert np.allclose(added, 300 * np.cos(np.radians(panel.x)), atol=1e-6)
+
+
+def test_a_wall_a_millimetre_off_its_stated_radius_is_an_effect(tilted):
+    ladder = tilted[0].ladder
+    series, flights, impacts = ladder.series, ladder.flights.fitted, ladder.impacts.fitted
+
+    def stated(by_m: float) -> Cause:
+        first, *others = series.runs
+        moved = replace(first, data=replace(first.data, stated=first.data.wall.grown(by_m)))
+        found = centre_offsets(replace(series, runs=(moved, *others)), flights, impacts)
+        return next(c for c in found if c.effect == "stated_radius")
+
+    assert not is_effect(stated(0.0))
+    assert is_effect(stated(1e-3))
+    value, sd = stated(1e-3).parameters["radius_m"]
+    assert abs(value + 1e-3) < 1e-5 + 3 * sd
 
 
 def test_the_map_of_residuals_lies_inside_the_wall(tilted):
