@@ -134,8 +134,8 @@ def hopping(approach_m_per_s: float, frames: int, seed: int):
     """At the wall of a Host of 40 mm that is pushed by 150 m/s^2: hops that lose a fifth of their speed each, then
     contact.
 
-    Returns time, places (N, 2), sds, places from the Host, distance from which a frame is near, and the hops' ends in
-    frames.
+    Returns time, places (N, 2), sds, places from the Host, how far past the wall, from where a frame is near, the wall's
+    size, and the hops' ends in frames.
     """
     rate, push, restitution, start = 5000.0, 150.0, 0.8, 0.0025
     t, ends, speed = np.arange(frames) / rate, [start * rate], approach_m_per_s
@@ -152,7 +152,7 @@ def hopping(approach_m_per_s: float, frames: int, seed: int):
     noise = 2e-6 * np.random.default_rng(seed).standard_normal((frames, 2))
     relative = np.column_stack([out, np.zeros(frames)]) + noise
     host = np.column_stack([-0.5 * push * t**2, np.zeros(frames)])
-    return t, relative + host, np.full(frames, 2e-6), relative, np.full(frames, 0.04 - 1.5e-4), ends
+    return t, relative + host, np.full(frames, 2e-6), relative, np.hypot(*relative.T) - 0.04, 1.5e-4, 0.04, ends
 
 
 def test_hops_of_a_tenth_of_a_millimetre_are_flights_where_frames_are_fast():
