@@ -134,8 +134,8 @@ def hopping(approach_m_per_s: float, frames: int, seed: int):
     """At the wall of a Host of 40 mm that is pushed by 150 m/s^2: hops that lose a fifth of their speed each, then
     contact.
 
-    Returns time, places (N, 2), sds, places from the Host, how far past the wall, from where a frame is near, the wall's
-    size, and the hops' ends in frames.
+    Returns time, places (N, 2), sds, places from the Host, how far past the wall, from where a frame is near, the
+    wall's size, and the hops' ends in frames.
     """
     rate, push, restitution, start = 5000.0, 150.0, 0.8, 0.0025
     t, ends, speed = np.arange(frames) / rate, [start * rate], approach_m_per_s

@@ -252,7 +252,7 @@ def test_withheld_cause_is_judged_by_verdict_and_stage():
     assert set(to_withhold(truth)) == {"floor_friction", "spin_coupling"}
     assert to_withhold(truth | {"effect": "table_tilt+air_drag"}) == () == to_withhold(truth | {"effect": "none"})
     structure = [{"goes_with": "friction that follows the sliding speed"}]
-    found = judge_withheld(truth, {"verdict": "unknown", "stage": "flight", "goes_with": structure})
+    found = judge_withheld(truth, {"verdict": "unknown", "stage": "flight", "left": structure})
     named = judge_withheld(truth, {"verdict": "effect", "effects": ["air_drag"], "stage": "flight"})
     elsewhere = judge_withheld(truth, {"verdict": "unknown", "stage": "impact"})
     figures = {f.name: f for f in withheld_figures([found, named, elsewhere])}

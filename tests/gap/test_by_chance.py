@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
-from analysis.gap.diagnose import decide
 from analysis.gap.ladder import run_ladder
 from analysis.gap.next_test.choice import TERMS, next_tests, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED
@@ -17,6 +16,7 @@ from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_na
 from analysis.gap.selection.impact_candidates import restitution_gains
 from analysis.gap.selection.null_distribution import (
     _root,
+    by_chance,
     flight_null_distribution,
     impact_null_distribution,
     threshold,
@@ -48,7 +48,8 @@ def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):
             :, 0
         ]
         drawn.append(replace(e, score=score))
-    expected = max(gain_of(replace(base, evidence=tuple(drawn)), t).held_out for t in terms)
+    # Columns that the fit holds stand where it has moved them; the null starts there.
+    expected = max(gain_of(replace(base, evidence=tuple(drawn)), t, dragged.flights.units).held_out for t in terms)
     assert null_distribution[0] == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
 
@@ -65,8 +66,15 @@ def test_impacts_without_effect_gain_as_much_as_the_bootstrap_says(dragged):
     assert np.quantile(null_distribution, 0.99) < 25
 
 
+def test_chance_is_counted_where_it_was_drawn_and_follows_gumbels_tail_beyond():
+    drawn = np.random.default_rng(3).gumbel(5.0, 2.0, 4000)
+    assert by_chance(drawn, 5.0) == pytest.approx(1 - np.exp(-1), abs=0.03)
+    assert by_chance(drawn, 25.0) == pytest.approx(-np.expm1(-np.exp(-10)), rel=0.3)
+    assert by_chance(np.zeros(0), 3.0) == 1.0
+
+
 def test_threshold_is_the_larger_of_the_two(dragged):
-    assert threshold(np.arange(1000.0), 50.0) == pytest.approx(989, abs=1)
+    assert threshold(np.arange(1000.0), 50.0) == pytest.approx(996.5, abs=1)
     assert threshold(np.arange(10.0), 50.0) == 50.0
     assert threshold(np.zeros(0), 50.0) == 50.0
     assert dragged.flights.null_distribution.shape == (400,)
@@ -76,14 +84,16 @@ def test_threshold_is_the_larger_of_the_two(dragged):
 
 
 def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
-    _, causes = decide(dragged)
+    causes = dragged.causes
     assert rival_of(dragged, causes) == "viscous_drag"
     tests = next_tests(dragged, causes)
     assert tests is not None and tests.effect == "air_drag"
     separation = dict(tests.separation_sd)
     assert list(separation.values()) == sorted(separation.values(), reverse=True)
     names = [*dragged.flights.fitted.columns, "viscous"]
-    _, covariance, _ = solve_named(dragged.flights.fitted.evidence, names)
+    _, covariance, _ = solve_named(
+        dragged.flights.fitted.evidence, names, dragged.flights.fitted.fits[0].run.contact_radius_m
+    )
     at = names.index("air")
     size = dragged.causes[0].parameters["rate_per_m"][0]
     seconds = sum(f.run.time_s[-1] - f.run.time_s[0] for f in dragged.flights.fitted.fits)

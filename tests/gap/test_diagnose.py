@@ -77,6 +77,41 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     assert after < before
 
 
+@pytest.mark.parametrize(
+    ("kind", "seed", "noise", "word"),
+    [
+        ("table_tilt+unknown_central", 61, "white", "Host's centre"),
+        pytest.param("camera_clock_offset+unknown_magnus", 62, "ar1", "spin", marks=pytest.mark.long),
+        pytest.param("wall_centre_offset+unknown_slip_restitution", 63, "warp", "slip", marks=pytest.mark.long),
+    ],
+)
+def test_a_listed_cause_beside_an_unlisted_one_both_are_answered(tmp_path, kind, seed, noise, word):
+    found, _ = diagnosed(tmp_path / "series", kind, 1.0, seed, noise, runs=6)
+    summary = found.summary
+    assert summary["verdict"] == "unknown" and summary["effects"] == [kind.split("+")[0]]
+    assert any(word in left["goes_with"] and left["p"] < 1e-3 for left in summary["left"])
+    probabilities = summary["probabilities"]
+    assert probabilities[summary["effects"][0]] > 0.9 and probabilities["unknown"] > 0.9
+    assert summary["gap"]["left_p"] < 0.01 and summary["gap"]["shrinkage"] < 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "noise"),
+    [
+        ("viscous_drag+wall_ellipticity+camera_clock_offset", 71, "white"),
+        pytest.param("table_tilt+speed_dependent_restitution+mass_centre_offset", 72, "ar1", marks=pytest.mark.long),
+    ],
+)
+def test_three_causes_are_all_named(tmp_path, kind, seed, noise):
+    found, _ = diagnosed(tmp_path / "series", kind, 1.0, seed, noise, runs=6)
+    summary = found.summary
+    assert (summary["verdict"], set(summary["effects"])) == ("effect", set(kind.split("+")))
+    gap = summary["gap"]
+    assert set(gap["by_effect"]) == set(summary["effects"]) and gap["shrinkage"] > 0.9
+    # What each contributes adds up to the whole but for what two of them share.
+    assert sum(one["shrinkage"] for one in gap["by_effect"].values()) == pytest.approx(gap["shrinkage"], abs=0.1)
+
+
 def test_unlisted_force_is_unknown_with_what_it_goes_with(tmp_path):
     found, _ = diagnosed(tmp_path / "series", "unknown_magnus", 0.35, 13, "ar1")
     assert found.summary["verdict"] == "unknown" and found.summary["stage"] == "flight"

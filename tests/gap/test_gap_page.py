@@ -15,12 +15,13 @@ from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.page.figures import binned
-from analysis.gap.page.figures_flights import LONG, flight_panels, missing_acceleration, residual_frames
+from analysis.gap.page.figures_flights import flight_panels
 from analysis.gap.page.figures_impacts import _gains, impact_panels
 from analysis.gap.page.figures_paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.selection.centres import centre_offsets, is_effect
+from analysis.gap.selection.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.pipeline.diagnosis import load_series
@@ -124,7 +125,16 @@ def test_unknown_is_said_with_what_it_goes_with(tilted):
     """
     diagnosis, _ = tilted
     goes = [
-        {"stage": s, "phase": "impact", "coordinate": c, "goes_with": g, "times_negligible": 7.25}
+        {
+            "stage": s,
+            "phase": "impact",
+            "coordinate": c,
+            "goes_with": g,
+            "p": 1e-3,
+            "size": 0.1,
+            "unit": "1",
+            "times_negligible": 7.25,
+        }
         for s, c, g in (
             ("geometry", "radius", "three times the azimuth"),
             ("impact", "normal", "a place on the wall at azimuth 1.0 rad"),
@@ -138,10 +148,12 @@ def test_unknown_is_said_with_what_it_goes_with(tilted):
         "equivalent": [],
         "parameters": {},
         "stage": "geometry",
-        "goes_with": goes,
+        "left": goes,
     }
-    page = gap_page(replace(diagnosis, summary=summary), "odd")
-    assert page.cards[0].answer == "Unknown" and page.cards[1].status == "bad"
+    nameless = replace(diagnosis, summary=summary, ladder=replace(diagnosis.ladder, causes=()))
+    page = gap_page(nameless, "odd")
+    assert page.cards[0].answer == "Unknown" and any("once in 1000" in d for d in page.cards[0].details)
+    assert page.cards[1].status == "bad"
     assert "three times the azimuth" in page.lead and "7.2" in texts_of(page)
     assert {"gap-impacts-three-times-the-azimuth", "gap-measured"} <= figures_of(page)
     assert "with the effect" not in str(page.sections[0].blocks[2].rows)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
-from analysis.gap.prediction.unexplained import _left, _swallowed, noise_correlation
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.page.gap_page import gap_page
+from analysis.gap.selection.left_in_flights import _best_pair
+from analysis.gap.selection.missing_acceleration import COMPONENTS
 from analysis.gap.selection.robust_regression import regress
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
@@ -71,19 +73,38 @@ def test_a_part_of_the_impacts_that_follows_another_law_is_seen():
     assert gain < 15 and significance < 4
 
 
-def test_correlated_noise_raises_the_flights_over_their_floor(tmp_path):
-    """The share of AR(1) noise that a polynomial leaves against drawn noise, and the Host's residual against the
-    truth's coefficient.
+def pieces_of(rng: np.random.Generator, bump_m_per_s2: float = 0.0) -> pd.DataFrame:
+    """Missing accelerations of 8 runs of 10 flights, a piece each 50 ms, in noise of 0.1 m/s^2: a push along x in one
+    sixth of each run.
     """
-    rng, rho, n = np.random.default_rng(2), 0.6, 24
-    factor = np.linalg.cholesky(rho ** np.abs(np.subtract.outer(np.arange(n), np.arange(n))))
-    noise = factor @ rng.standard_normal((n, 4000))
-    q, _ = np.linalg.qr(np.vander(np.linspace(-1, 1, n), 4))
-    assert _left(rho, n, 4) == pytest.approx(float(np.mean((noise - q @ (q.T @ noise)) ** 2)), rel=0.02)
-    found = diagnosed(tmp_path / "series", "none", 1.0, "ar1", 4)
-    assert found.summary["verdict"] == "none"
-    series = found.ladder.series
-    assert 0.4 < noise_correlation(series) < 0.75
-    ratio = found.summary["gap"]["recalibrated"]["flight_m"] / found.summary["gap"]["noise_floor"]["flight_m"]
-    # White noise leaves 0.90 to 0.98 floors.
-    assert ratio == pytest.approx(0.95 * _swallowed(series, noise_correlation(series)), rel=0.12)
+    runs, flights, each = 8, 10, 3
+    n = runs * flights * each
+    time = np.tile((np.arange(flights * each) + 0.5) / (flights * each), runs)
+    table = {name: 0.1 * rng.standard_normal(n) for name in COMPONENTS}
+    table["x"] = table["x"] + bump_m_per_s2 * ((time > 0.4) & (time < 0.57))
+    return pd.DataFrame(
+        table
+        | {
+            "time in the run": time,
+            "radius": rng.uniform(0, 40, n),
+            "drive phase": rng.uniform(-180, 180, n),
+            "run": np.repeat(np.arange(runs), flights * each),
+            "number": np.repeat(np.arange(runs * flights), each),
+            "weight": np.ones(n),
+        }
+    )
+
+
+def test_a_push_at_one_time_of_each_run_is_found_by_the_time():
+    gain, p, size, component, covariate = _best_pair(pieces_of(np.random.default_rng(4), 0.3), np.random.default_rng(5))
+    assert (component, covariate) == ("x", "time in the run")
+    assert p < 1e-4 and gain > 50
+    # RMS over the run of a push that lasts a sixth of it, spread over the bins that it touches.
+    assert 0.05 < size < 0.3 * np.sqrt(0.17)
+
+
+def test_noise_alone_has_no_covariate():
+    """Of forty series without anything left, p is below a tenth in about four."""
+    found = [_best_pair(pieces_of(np.random.default_rng(s)), np.random.default_rng(s))[1] for s in range(40)]
+    assert 0 <= np.sum(np.array(found) < 0.1) <= 10
+    assert min(found) > 1e-3
