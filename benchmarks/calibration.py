@@ -28,7 +28,7 @@ from vision.rendering.board import render_board
 from vision.rendering.images import Look
 from vision.rendering.images import View as Shown
 from vision.rendering.recording import Setup, board_poses, half_setup
-from vision.validation.halves import FLAG, compare_halves, residual_field
+from vision.validation.halves import compare_halves, flagged, residual_field
 from vision.validation.image_map import image_map
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def flags(cases: int) -> None:
                 continue
             at = image_map(single.adjusted.state.intrinsics[0], camera.sensor_size_px, single.views)
             halves, residuals = compare_halves(single, setup.board, at), residual_field(single, setup.board)
-            halves_speak, field_speaks = halves is not None and halves.p < FLAG, residuals.p < FLAG
+            halves_speak, field_speaks = flagged(halves, residuals)
             by_halves, by_field = by_halves + halves_speak, by_field + field_speaks
             either += halves_speak or field_speaks
         print(

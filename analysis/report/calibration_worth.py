@@ -15,12 +15,15 @@ from analysis.figures.calibration_maps import (
     plane_uncertainty,
     scene,
 )
+from analysis.motion.sliding_plane import sliding_plane
 from analysis.report.measurement import CROSS_VALIDATION
-from analysis.report.numbers import MISSING, length, with_unit
+from analysis.report.numbers import MISSING, length, value_with_sd, with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
 from ovines.camera import Camera, read_calibration
 
+SURE = 3.0  # standard deviations beyond which two planes disagree
+CHANCE, TRIFLE_PX = 0.01, 0.005  # as vision.validation.halves has them: what noise may show, and what matters
 PICTURES, PICTURE_PX = 12, 360  # of each camera at most; width
 
 
@@ -36,6 +39,7 @@ def add_worth(page: Page, results: Results) -> None:
     }
     _add_next(page, results.get("calibration_next"))
     _add_uncertainty(page, results, cameras, sizes, windows)
+    _add_plane(page, results)
     _add_cross_validation(page, results.get("calibration_parameters"))
     _add_lens(page, lens)
     _add_views(page, results, cameras, sizes, windows)
@@ -113,6 +117,49 @@ def _in_windows(plane: pd.DataFrame, cameras: list[Camera], windows: dict[str, W
     return inside
 
 
+def _add_plane(page: Page, results: Results) -> None:
+    """The plane z = 0 as the board defined it, and the plane in which the bodies move."""
+    world, points = results.get("calibration_world"), results.get("points")
+    if world is None:
+        return
+    section = page.add_section("Where the sliding plane is", "plane")
+    sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
+    settings = results.recording.settings.calibration
+    height = None if settings is None else settings.board_height_m
+    source = "the board" if height is None else f"the board, {length(height)} under its print"
+    names = ("height_m", "slope_x", "slope_y")
+    rows = [(source, *(_of_plane(name, 0.0, sd[name]) for name in names))]
+    found = None if points is None else sliding_plane(points, results.recording)
+    if found is not None:
+        values = dict(zip(names, (found.height_m, found.slope_x, found.slope_y), strict=True))
+        bodies = " and ".join({"host": "Host", "nes": "NES"}[body] for body in found.bodies)
+        rows.append((bodies, *(_of_plane(n, values[n], s) for n, s in zip(names, found.sd, strict=True))))
+        worst = max(abs(values[n]) / np.hypot(s, sd[n]) for n, s in zip(names, found.sd, strict=True))
+        off = abs(found.height_m) / np.hypot(found.sd[0], sd["height_m"])
+        if worst > SURE:
+            text = f"Board and bodies disagree by {worst:.0f} standard deviations. "
+            text += (
+                f"If the board's print lay above the plane, board_height_m = {(height or 0.0) - found.height_m:.4f} "
+                "would mend the height."
+                if off > SURE
+                else "The height agrees: one of the two planes is tilted."
+            )
+            section.add_note(text, "caution", "Two planes")
+    section.add_table(
+        ("by", "height at the origin", "slope along x", "slope along y"),
+        rows,
+        "The world's z = 0 is the board's. Host and NES slide in a plane of their own, told by their markers' heights "
+        "in layout_m, each of which may be off by layout_sd_m."
+        + ("" if found is not None else " No body with layout_m was followed yet."),
+    )
+
+
+def _of_plane(name: str, value: float, sd: float) -> str:
+    if name == "height_m":
+        return value_with_sd(1e3 * value, 1e3 * sd, "mm")
+    return value_with_sd(1e3 * value, 1e3 * sd, "mrad")
+
+
 def _add_cross_validation(page: Page, parameters: pd.DataFrame | None) -> None:
     own = None if parameters is None else parameters[parameters["parameter"].isin(CROSS_VALIDATION)]
     if own is None or not len(own):
@@ -122,14 +169,15 @@ def _add_cross_validation(page: Page, parameters: pd.DataFrame | None) -> None:
     rows = []
     for camera in dict.fromkeys(own["camera"]):
         field, halves = value.get((camera, "field_p")), value.get((camera, "halves_p"))
-        worst = min(p for p in (field, halves, 1.0) if p is not None)
+        size_px = value.get((camera, "field_px"), 0.0)
+        doubtful = (halves is not None and halves < CHANCE) or (field is not None and field < CHANCE)
         rows.append(
             (
                 str(camera),
                 _chance(field),
-                with_unit(value.get((camera, "field_px")), "px", 2),
+                with_unit(size_px, "px", 2),
                 _chance(halves),
-                "yes: see the advice above" if worst < 0.01 else "no",
+                "no" if not doubtful else "yes" if size_px > TRIFLE_PX else "by a trifle",
             )
         )
     section.add_table(

@@ -44,6 +44,7 @@ TABLES = (
     "calibration_boards",
     "calibration_image",
     "calibration_plane",
+    "calibration_world",
     "calibration_next",
 )
 

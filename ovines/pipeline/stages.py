@@ -57,6 +57,7 @@ STAGES: tuple[Stage, ...] = (
             "calibration_boards.parquet",
             "calibration_image.parquet",
             "calibration_plane.parquet",
+            "calibration_world.parquet",
             "calibration_next.parquet",
         ),
         sections=("cameras", "calibration"),

@@ -380,6 +380,15 @@ TABLES: dict[str, Table] = {
             key=("y_m", "x_m"),
         ),
         Table(
+            "calibration_world",
+            "quantity of the plane z = 0, which the board defined",
+            (
+                text("quantity", "height_m at the world's origin, slope_x and slope_y along the axes"),
+                number("sd", "standard deviation from the calibration alone, in m or 1"),
+            ),
+            key=("quantity",),
+        ),
+        Table(
             "calibration_next",
             "camera, view that would help",
             (

@@ -61,7 +61,7 @@ def read_views(
         for which in ("intrinsic", "extrinsic")
     }
     with ThreadPoolExecutor(2) as pool:  # OpenCV lets go of the interpreter while it looks for markers
-        found = pool.map(lambda job: _views_of(job[2], job[0], board, frames[job[1]]), jobs)
+        found = pool.map(lambda job: views_of(job[2], job[0], board, frames[job[1]]), jobs)
         for done, ((camera, which, path), seen) in enumerate(zip(jobs, found, strict=True), 1):
             for view in seen:
                 view = replace(
@@ -155,7 +155,10 @@ def _board_that_fits(board: Board, images: list[tuple[Path, CameraSettings]]) ->
     return board, []
 
 
-def _views_of(path: Path, camera: CameraSettings, board: Board, of: int | None) -> list[View]:
+def views_of(path: Path, camera: CameraSettings, board: Board, of: int | None) -> list[View]:
+    """The board in an image, or in frames of a film (of its first ``of``), in full-sensor pixels; a view without points
+    for what cannot be read.
+    """
     views = []
     try:
         for name, image in _read(path, camera, of=of):

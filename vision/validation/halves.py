@@ -25,6 +25,7 @@ DEGREES = 4, 9  # of the fields looked for: a bend over the whole image, and wav
 MOST_POINTS = 150  # of a board whose own errors can be told from the lens'
 SEEN = 0.05  # of the largest: smaller ways in which halves may differ show nowhere in the image
 FLAG = 0.01  # probability by chance below which each of the two tests speaks
+LEAST_FIELD_PX = 0.005  # RMS of a field that is worth a word: dots a hundred pixels wide show a tenth of it
 
 
 @dataclass(frozen=True)
@@ -157,6 +158,6 @@ class _Sums:
 _RANK = 1e-9  # smallest eigenvalue over the largest that counts
 
 
-def flagged(halves: Halves | None, field: Field) -> bool:
-    """Whether the calibration contradicts itself."""
-    return field.p < FLAG or (halves is not None and halves.p < FLAG)
+def flagged(halves: Halves | None, field: Field) -> tuple[bool, bool]:
+    """Whether the halves contradict each other, and whether residuals hang together by more than a trifle."""
+    return halves is not None and halves.p < FLAG, field.p < FLAG and field.rms_px > LEAST_FIELD_PX

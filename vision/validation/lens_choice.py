@@ -36,7 +36,7 @@ FISHEYE_RATIO, FISHEYE_NOISE = 0.75, 10.0  # image radius over a pinhole's, besi
 @dataclass(frozen=True)
 class Tried:
     """A lens: its number of distortion terms, RMS [px] over points of all views in the fit and of held-out views, the
-    probability ``p`` that chance makes it foresee them so much better than the lens before (NaN for the usual one).
+    probability ``p`` that chance makes it foresee them so much better than the lens before (NaN: not asked).
     """
 
     lens: str
@@ -64,6 +64,12 @@ def choose_lens(
     tried = [Tried(USUAL[k3], 4 + k3, _rms(single.adjusted.residuals_px), _rms(errors), np.nan, True, "the usual one")]
     for lens, held in RICHER.items():
         trial = _with_terms(usual, board, held)
+        fitted = _rms(trial.adjusted.residuals_px)
+        closer = 1 - fitted / _rms(single.adjusted.residuals_px)
+        if closer < WORTH:  # nothing that held-out views could show
+            reason = f"even its own views lie only {max(closer, 0):.1%} closer"
+            tried.append(Tried(lens, held - K1, fitted, np.nan, np.nan, False, reason))
+            continue
         own = _held_out(trial, board)
         p = float(wilcoxon(_squares(errors), _squares(own), alternative="greater").pvalue)
         share = 1 - _rms(own) / _rms(errors)
@@ -75,7 +81,7 @@ def choose_lens(
         if chosen:
             errors, tried = own, [replace(one, chosen=False) for one in tried]
             single = solve_camera(views, board, size_px, held) or trial
-        tried.append(Tried(lens, held - K1, _rms(trial.adjusted.residuals_px), _rms(own), p, chosen, reason))
+        tried.append(Tried(lens, held - K1, fitted, _rms(own), p, chosen, reason))
     return single, tried
 
 

@@ -13,7 +13,7 @@ from vision.calibration.boards import Board
 from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS
 from vision.calibration.single_camera import Single
 from vision.calibration.uncertainty import shifts
-from vision.validation.halves import FLAG, Field, Halves, compare_halves, residual_field
+from vision.validation.halves import Field, Halves, compare_halves, flagged, residual_field
 from vision.validation.image_map import ImageMap, image_map
 from vision.validation.lens_choice import Tried
 from vision.validation.next_view import next_views
@@ -54,6 +54,7 @@ def validation_tables(
         "calibration_boards": _board_table(cameras, singles, board),
         "calibration_image": pd.concat(image, ignore_index=True),
         "calibration_plane": _plane_table(cameras, covariance),
+        "calibration_world": _world_table(cameras, covariance),
         "calibration_next": pd.DataFrame(following, columns=["camera", "order", "pose", "now_px", "then_px"]),
     }
     rows = pd.DataFrame(found, columns=["camera", "parameter", "value"]).assign(sd=np.nan)
@@ -62,12 +63,13 @@ def validation_tables(
 
 def _said(name: str, at: ImageMap, halves: Halves | None, field: Field) -> list[str]:
     said = []
-    if field.p < FLAG:
+    halves_speak, field_speaks = flagged(halves, field)
+    if field_speaks:
         said.append(
             f"{name}: residuals hang together over the image ({field.rms_px:.2g} px RMS, chance {field.p:.1g}): "
             "no lens that was tried describes this one to the points' noise; points err by as much at least."
         )
-    if halves is not None and halves.p < FLAG:
+    if halves is not None and halves_speak:
         apart = np.sqrt(np.mean(halves.apart_px[at.visited] ** 2))
         allowed = np.sqrt(np.mean(halves.sd_px[at.visited] ** 2))
         said.append(
@@ -157,6 +159,19 @@ def _plane_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
     moved = shifts(places, cameras)
     sd = np.sqrt(np.maximum(np.sum((moved @ covariance) * moved, axis=-1), 0))
     return pd.DataFrame(np.column_stack([places[:, :2], sd]), columns=columns)
+
+
+def _world_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
+    """Sd of the plane z = 0 as the calibration has it: its height at the origin, its slopes along x and y."""
+    plane = _plane_table(cameras, covariance)
+    columns = ["quantity", "sd"]
+    if len(plane) < 3:
+        return pd.DataFrame(columns=columns).astype({"quantity": str, "sd": float})
+    places = np.column_stack([plane[["x_m", "y_m"]], np.zeros(len(plane))])
+    fit = np.linalg.pinv(np.column_stack([np.ones(len(places)), places[:, :2]]))
+    moved = fit @ shifts(places, cameras)[:, 2]
+    sd = np.sqrt(np.maximum(np.einsum("ip,pq,iq->i", moved, covariance, moved), 0))
+    return pd.DataFrame({"quantity": ["height_m", "slope_x", "slope_y"], "sd": sd})
 
 
 def _on_plane(camera: Camera) -> Array:
