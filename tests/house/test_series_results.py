@@ -34,6 +34,14 @@ def test_the_joint_identification_knows_more_than_one_run(run_of_two):
     assert low - 0.01 < 0.72 < high + 0.01 and np.isfinite([low, high]).all()
 
 
+def test_pages_of_a_series_lead_to_each_other_and_say_where_they_come_from(run_of_two):
+    _, out, _ = run_of_two
+    whole, one = ((out / name / "report.html").read_text(encoding="utf-8") for name in (".", "run-01"))
+    assert 'href="run-01/report.html"' in whole and 'href="run-02/report.html"' in whole
+    assert 'href="../report.html"' in one
+    assert " from ../series by ovines" in whole and " from ../../series/run-01 by ovines" in one
+
+
 def test_the_joint_identification_runs_again_only_when_a_run_changed(run_of_two):
     folder, out, _ = run_of_two
     recordings = [read_recording(folder / name) for name in ("run-01", "run-02")]
