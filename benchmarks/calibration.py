@@ -1,8 +1,9 @@
 """What a calibration says of itself, held against the truth: flags, and the 90 % band over image and plane.
 
-python benchmarks/calibration.py flags [CASES]       model errors of 0.05 px flagged, and false flags
+python benchmarks/calibration.py flags [CASES] [BOARD]  model errors of 0.05 px flagged, and false flags
 python benchmarks/calibration.py band [CASES] [VIEWS]  true errors inside 1.645 sd: lens over the image, plane
 python benchmarks/calibration.py rendered [CASES]    the same band with images rendered and corners found in them
+python benchmarks/calibration.py real FOLDER         real chessboard pairs, and FOLDER/stereo_dots
 
 Cameras and board of the rendered rig; corners are true ones with Gaussian noise, in `rendered` those found in images.
 A board that spans a quarter of the image is used: a small one's own pose takes up whatever bends slowly.
@@ -10,8 +11,10 @@ A board that spans a quarter of the image is used: a small one's own pose takes 
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -19,7 +22,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibrate import Calibration, calibrate
-from vision.calibration.boards import WORLD_FROM_BOARD, find_board
+from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
 from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS, intrinsics_of
 from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import solve_camera
@@ -36,10 +39,10 @@ NOISE_PX, ERROR_PX, LENGTH_PX = 0.05, 0.05, 250.0  # half the sensor's pixels: 2
 BAND = 1.645  # sd: 90 %
 
 
-def setup_of(seed: int) -> tuple[Setup, np.random.Generator]:
+def setup_of(seed: int, board: str = "charuco_9x13_20mm") -> tuple[Setup, np.random.Generator]:
     """The rendered rig, a little different each time."""
     rng = np.random.default_rng(seed)
-    return replace(half_setup(rng), board=find_board("charuco_9x13_20mm")), rng
+    return replace(half_setup(rng), board=find_board(board)), rng
 
 
 def bent(uv_px: Array, rms_px: float, rng: np.random.Generator) -> Array:
@@ -71,12 +74,12 @@ def noisy(name: str, points: Array, uv_px: Array, rng: np.random.Generator) -> V
     return View(name, points, uv_px + rng.normal(0, NOISE_PX, uv_px.shape), np.full(len(uv_px), NOISE_PX), 40.0)
 
 
-def flags(cases: int) -> None:
+def flags(cases: int, board: str = "charuco_9x13_20mm") -> None:
     """How many of ``cases`` are flagged with a model error, and without."""
     for error_px in (ERROR_PX, 0.0):
         by_halves = by_field = either = 0
         for seed in range(cases):
-            setup, rng = setup_of(seed)
+            setup, rng = setup_of(seed, board)
             camera = setup.cameras[0]
             views = views_of(setup, 0, 16, rng, False)
             field = np.random.default_rng(1000 + seed).bit_generator.seed_seq
@@ -146,10 +149,41 @@ def calibrated(setup: Setup, views: int, rng: np.random.Generator, rendered: boo
     return calibrate(board, seen, sizes, world, simultaneous=False)
 
 
+def real(folder: Path) -> None:
+    """Sets of image pairs that nobody here made: what each camera's lens is, and what it is told."""
+    chess = Path(__file__).resolve().parents[1] / "sample_data" / "real_chessboard"
+    sets = (
+        (Board("chessboard", (10, 7), 0.025, kind="chessboard"), chess, {"left": "left*.jpg", "right": "right*.jpg"}),
+        (
+            Board("dots", (14, 10), 0.007, kind="dots", rings=((2, 7), (11, 7), (2, 2))),
+            folder / "stereo_dots",
+            {"0": "*_0.jpeg", "1": "*_1.jpeg"},
+        ),
+    )
+    for board, images, patterns in sets:
+        views, size = {}, (0, 0)
+        for camera, pattern in patterns.items():
+            pictures = {path.stem: cv2.imread(str(path), 0) for path in sorted(images.glob(pattern))}
+            size = next(iter(pictures.values())).shape[::-1]
+            views[camera] = [
+                detect(picture, board, re.sub(r"^(left|right)|_\d$", "", name)) for name, picture in pictures.items()
+            ]
+        world = {camera: own[0] for camera, own in views.items()}
+        found = calibrate(board, views, dict.fromkeys(views, size), world, simultaneous=True)
+        apart_m = float(np.linalg.norm(found.cameras[0].centre_m - found.cameras[1].centre_m))
+        print(f"{images.name}: cameras {1e3 * apart_m:.2f} mm apart")
+        for camera in found.cameras:
+            print(f"  {camera.name}: RMS {camera.rms_px:.4f} px, fx {camera.matrix[0, 0]:.1f} px")
+        print(found.tables["calibration_lens"].drop(columns="p").to_string(index=False))
+        print(*(line for line in found.advice), sep="\n", flush=True)
+
+
 if __name__ == "__main__":
-    what, *numbers = sys.argv[1:]
-    count = [int(number) for number in numbers]
-    if what == "flags":
-        flags(*(count or [20]))
+    what, *given = sys.argv[1:]
+    if what == "real":
+        real(Path(given[0]))
+    elif what == "flags":
+        flags(int(given[0]) if given else 20, *given[1:])
     else:
-        band(*(count or [200 if what == "band" else 5]), *([] if len(count) > 1 else [7]), rendered=what == "rendered")
+        cases = int(given[0]) if given else 200 if what == "band" else 5
+        band(cases, int(given[1]) if len(given) > 1 else 7, rendered=what == "rendered")
