@@ -43,6 +43,10 @@ QUANTITIES = {
     "eps_error": "restitution, mean error",
     "eps_z": "restitution, RMS error / sd",
 }
+# Written without a decimal in the figure: from two digits on, and what one decimal would round to 0.
+TWO_DIGITS, ROUNDED = 10.0, 0.05
+# What a quantity is multiplied with in the figure.
+DRAWN_IN = {"eps_error": 1e4}
 OUT_OF = {"missed": "impacts", "crowded_missed": "crowded", "false": "impacts"}
 
 
@@ -99,21 +103,22 @@ def draw(rows: pd.DataFrame, path: Path) -> None:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, len(QUANTITIES), figsize=(4.2 * len(QUANTITIES), 3.4), constrained_layout=True)
-    for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
-        found = table(rows, quantity)
+    figure, axes = plt.subplots(2, 3, figsize=(11.0, 6.4), constrained_layout=True)
+    for axis, (quantity, title) in zip(axes.flat, QUANTITIES.items(), strict=False):
+        found = table(rows, quantity) * DRAWN_IN.get(quantity, 1.0)
         shown = found.abs().to_numpy()
-        shade = axis.imshow(
-            shown, cmap="viridis_r", origin="lower", aspect="auto", vmin=0.0, vmax=np.nanmax(shown, initial=0.0) or 1.0
-        )
+        largest = max(np.nanmax(shown, initial=0.0), 1e-12)
+        axis.imshow(shown, cmap="Blues", origin="lower", aspect="auto", vmin=0.0, vmax=largest)
         for (i, k), value in np.ndenumerate(found.to_numpy()):
-            text = "-" if not np.isfinite(value) else f"{value:.2g}"
-            dark = np.isfinite(shown[i, k]) and shown[i, k] > 0.6 * max(np.nanmax(shown), 1e-12)
-            axis.text(k, i, text, ha="center", va="center", fontsize=8, color="white" if dark else "black")
+            digits = 0 if abs(value) >= TWO_DIGITS or abs(value) < ROUNDED else 1
+            text = f"{value:z.{digits}f}" if np.isfinite(value) else "-"
+            dark = np.isfinite(shown[i, k]) and shown[i, k] > 0.6 * largest
+            axis.text(k, i, text, ha="center", va="center", fontsize=9, color="white" if dark else "black")
         axis.set_xticks(range(found.shape[1]), [f"{frames:g}" for frames in found.columns])
         axis.set_yticks(range(found.shape[0]), [f"{noise:g}" for noise in found.index])
-        axis.set(title=title, xlabel="frames per flight", ylabel="noise of a marker, px")
-        figure.colorbar(shade, ax=axis)
+        unit = f" / {1 / DRAWN_IN[quantity]:g}" if quantity in DRAWN_IN else ""
+        axis.set(title=title + unit, xlabel="frames per flight", ylabel="noise of a marker, px")
+    axes.flat[-1].axis("off")
     figure.savefig(path, dpi=110)
 
 

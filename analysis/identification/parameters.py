@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.contact.law import fit_restitution, restitution_gain
+from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.intervals import (
     LEVEL,
@@ -47,6 +48,9 @@ ADAPTED_SHARE = 0.03
 # of it.
 SPEED_SHARE = 3.5e-4
 UNDETERMINED_FRICTION = 0.3
+# A force that no law describes of this share of the friction's own is no small correction of its law: whatever slides
+# so, it is not this friction (plain Coulomb sliding read as Farkas': up to 5 sd off).
+FORCE_SHARE = 0.5
 # What integrating the law of friction otherwise changes: flights of 800 frames determine friction to 4e-5 of itself and
 # were 1e-4 off.
 FRICTION_MODEL_SHARE = 7.5e-5
@@ -155,7 +159,8 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     for k, name in enumerate(rig.floor.names):
         interval = normal_interval(estimate[k], np.sqrt(covariance[k, k]))
         if name == "friction":
-            if interval.sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
+            force = rig.floor.noise.acceleration_m_per_s2 > FORCE_SHARE * abs(estimate[k]) * GRAVITY_M_PER_S2
+            if force or interval.sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
                 interval = UNKNOWN
             shared = np.hypot(
                 np.hypot(LENS_SHARE["floor_friction"] * rig.lens.relative, rig.length_doubt), FRICTION_MODEL_SHARE

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analysis.flights.runs import prepare
 from analysis.identification.floor import fit_floor
+from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identify import identify_series
 from analysis.motion.rig_frame import rig_frame
 from ovines.recording import read_series
@@ -53,3 +56,18 @@ def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
     assert np.all(rms < 1.6)  # of six errors of sd 1 the RMS is above in 2 % of draws
     assert np.median(sds, axis=0)[1] < 9.81e-4  # still known to a ten thousandth of gravity
+
+
+def test_a_force_as_large_as_the_friction_leaves_the_friction_undetermined(tmp_path):
+    spec = Spec("ours", "white", 0.04, 20.0, 1e-4, periods=4.0, most_frames=300, at_origin=True)
+    made = make_series(spec, np.random.default_rng([11, 3]), 1)
+    series = read_series(write_series(made, tmp_path / "series"))
+    motions = [read_table(one.folder / "motion.parquet", "motion") for one in series]
+    rig, frame = identify_series(motions, series)[1][0].rig, rig_frame(motions, 0.04)
+    told = []
+    for share in (0.0, 0.3, 0.8):
+        size = share * rig.floor.estimate[0] * 9.81
+        forced = replace(rig, floor=replace(rig.floor, noise=replace(rig.floor.noise, acceleration_m_per_s2=size)))
+        table = identification_table(forced, law_intervals(forced), frame).set_index("parameter")
+        told.append(bool(np.isfinite(table.loc["floor_friction", "value"])))
+    assert told == [True, True, False]
