@@ -211,11 +211,16 @@ class Jump:
 
 def jump(time_s: Array, host: HostMotion) -> Jump | None:
     """The largest step of the Host's place from one frame to the next, in robust sds of what parabolas through the
-    frames on either side of any other instant differ by; None of too few frames."""
+    frames on either side of any other instant differ by; None of too few frames.  Nothing is said across frames that
+    are missing."""
     if len(host.residual) != len(time_s) or len(time_s) < 4 * JUMP_FRAMES:
         return None
+    places = host.at(time_s)[:, :2] + host.residual[:, :2]
+    at = np.round((time_s - time_s[0]) / np.median(np.diff(time_s))).astype(int)
     best: Jump | None = None
-    for values in (host.at(time_s)[:, :2] + host.residual[:, :2]).T:
+    for column in places.T:
+        values = np.full(at[-1] + 1, np.nan)
+        values[at] = column
         clean = _without_single_errors(values)
         step = _extrapolated(clean[::-1])[::-1][1:] - _extrapolated(clean)[:-1]
         seen = np.isfinite(step)
@@ -225,7 +230,8 @@ def jump(time_s: Array, host: HostMotion) -> Jump | None:
         k = int(np.nanargmax(np.abs(step)))
         size = float(abs(step[k]))
         if best is None or size / scale > best.sds:
-            best = Jump(k, size, size / scale)
+            # Between frames k and k + 1 of the clock lies the frame that was filmed last.
+            best = Jump(int(np.searchsorted(at, k, side="right")) - 1, size, size / scale)
     return best
 
 

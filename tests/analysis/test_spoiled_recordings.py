@@ -163,9 +163,16 @@ CASES = [
         said="frame_rate_hz",
     ),
     Case("frames and times ten times too fast", lambda: film_at(10)(plant()), NO, PRINCIPAL, "[excitation] says"),
-    Case("frames and times half as fast", lambda: film_at(0.5)(plant()), NO, PRINCIPAL, "The Host moves at"),
+    # Not a whole period of the drive is left: its frequency is open, its level is not.
+    Case("frames and times half as fast", lambda: film_at(0.5)(plant()), NO, PRINCIPAL, "The Host is accelerated by"),
     Case("frames and times 3 % too fast", lambda: film_at(1.03)(plant()), NO, PRINCIPAL, "The Host moves at"),
-    Case("inner radius 3 % too large", lambda: setting("inner_radius_m", 1.03)(plant()), NO, PRINCIPAL, "Impacts lie"),
+    Case(
+        "inner radius 3 % too large",
+        lambda: setting("inner_radius_m", 1.03)(plant()),
+        NO,
+        PRINCIPAL,
+        "Impacts put the ring",
+    ),
     Case(
         "disk's radius 3 % too small",
         lambda: setting("radius_m", 0.97)(plant()),
@@ -181,7 +188,11 @@ CASES = [
         "Spins",
     ),
     Case(
-        "calibration 3 % too long", lambda: columns(PLACES, lambda c: 1.03 * c)(plant()), NO, PRINCIPAL, "Impacts lie"
+        "calibration 3 % too long",
+        lambda: columns(PLACES, lambda c: 1.03 * c)(plant()),
+        NO,
+        PRINCIPAL,
+        "Impacts put the ring",
     ),
     Case("disk's radius in mm", lambda: setting("radius_m", 1e3)(plant()), REFUSED, said="radius_m"),
     Case(
@@ -360,7 +371,7 @@ PICTURES = [
         said="the other way round",
         tracks=lambda table: table.assign(camera=table["camera"].map(CAMERAS)),
     ),
-    Picture("board 3 % too large", NO, PRINCIPAL, "Impacts lie", calibration=longer),
+    Picture("board 3 % too large", NO, PRINCIPAL, "Impacts put the ring", calibration=longer),
     Picture("Host's and NES' markers exchanged", NO, PRINCIPAL, tracks=bodies_swapped),
 ]
 LAST_FRAME = 480  # of 960: six impacts and more, half the work
