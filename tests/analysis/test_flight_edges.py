@@ -34,7 +34,6 @@ def bounced(last_of_first: int, wrong: int | None = None) -> Run:
         data,
         Segments(none, np.zeros((0, 2)), np.zeros((0, 2), np.int64), none),
         flights,
-        np.zeros(40),
         np.zeros((40, 8)),
         np.arange(40),
     )
