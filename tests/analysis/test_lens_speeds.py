@@ -50,7 +50,7 @@ def impacts_seen_through(scales: np.ndarray, rng: np.random.Generator, count: in
     state[:, :2] = state[:, 6:8] = RADIUS_M * normal
     state[:, 3:5], state[:, 9:11] = before * (1 + scales), after * (1 + scales)
     seen = [np.sum((state[:, at : at + 2] - host_velocity) * normal, 1) for at in (3, 9)]
-    impacts = SimpleNamespace(junctions=SimpleNamespace(state=state), azimuth_rad=azimuth)
+    impacts = SimpleNamespace(junctions=SimpleNamespace(state=state), normal_rad=azimuth)
     return impacts, Seen(np.arange(count), seen[0], -seen[1], np.full(count, 1e-4))
 
 
