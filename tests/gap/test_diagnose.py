@@ -77,37 +77,43 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     assert after < before
 
 
+def practice(number: int, out: Path):
+    """A practice series of a plant that is not ours, diagnosed; skipped where the material is not there."""
+    folder = SHARED / "practice" / f"practice-{number:02d}"
+    if not folder.is_dir():
+        pytest.skip("the practice series are not part of the program")
+    loaded, _ = load_series(read_series(folder), out / "results")
+    return diagnose(loaded, np.random.default_rng(0)).summary
+
+
 @pytest.mark.parametrize(
-    ("kind", "seed", "noise", "word"),
+    ("number", "listed", "word"),
     [
-        ("table_tilt+unknown_central", 61, "white", "Host's centre"),
-        pytest.param("camera_clock_offset+unknown_magnus", 62, "ar1", "spin", marks=pytest.mark.long),
-        pytest.param("wall_centre_offset+unknown_slip_restitution", 63, "warp", "slip", marks=pytest.mark.long),
+        (26, "table_tilt", "Host's centre"),
+        pytest.param(27, "camera_clock_offset", "spin", marks=pytest.mark.long),
+        pytest.param(28, "air_drag", "time in the run", marks=pytest.mark.long),
     ],
 )
-def test_a_listed_cause_beside_an_unlisted_one_both_are_answered(tmp_path, kind, seed, noise, word):
-    found, _ = diagnosed(tmp_path / "series", kind, 1.0, seed, noise, runs=6)
-    summary = found.summary
-    assert summary["verdict"] == "unknown" and summary["effects"] == [kind.split("+")[0]]
+def test_a_listed_cause_beside_an_unlisted_one_both_are_answered(tmp_path, number, listed, word):
+    summary = practice(number, tmp_path)
+    assert (summary["verdict"], summary["effects"]) == ("unknown", [listed])
     assert any(word in left["goes_with"] and left["p"] < 1e-3 for left in summary["left"])
-    probabilities = summary["probabilities"]
-    assert probabilities[summary["effects"][0]] > 0.9 and probabilities["unknown"] > 0.9
+    assert summary["probabilities"][listed] > 0.9 and summary["probabilities"]["unknown"] > 0.9
     assert summary["gap"]["left_p"] < 0.01 and summary["gap"]["shrinkage"] < 1
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed", "noise"),
+    ("number", "listed"),
     [
-        ("viscous_drag+wall_ellipticity+camera_clock_offset", 71, "white"),
-        pytest.param("table_tilt+speed_dependent_restitution+mass_centre_offset", 72, "ar1", marks=pytest.mark.long),
+        (29, {"viscous_drag", "wall_ellipticity", "camera_clock_offset"}),
+        pytest.param(30, {"table_tilt", "speed_dependent_restitution", "mass_centre_offset"}, marks=pytest.mark.long),
     ],
 )
-def test_three_causes_are_all_named(tmp_path, kind, seed, noise):
-    found, _ = diagnosed(tmp_path / "series", kind, 1.0, seed, noise, runs=6)
-    summary = found.summary
-    assert (summary["verdict"], set(summary["effects"])) == ("effect", set(kind.split("+")))
+def test_three_causes_are_all_named(tmp_path, number, listed):
+    summary = practice(number, tmp_path)
+    assert (summary["verdict"], set(summary["effects"])) == ("effect", listed)
     gap = summary["gap"]
-    assert set(gap["by_effect"]) == set(summary["effects"]) and gap["shrinkage"] > 0.9
+    assert set(gap["by_effect"]) == listed and gap["shrinkage"] > 0.9
     # What each contributes adds up to the whole but for what two of them share.
     assert sum(one["shrinkage"] for one in gap["by_effect"].values()) == pytest.approx(gap["shrinkage"], abs=0.1)
 

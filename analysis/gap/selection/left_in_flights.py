@@ -45,7 +45,7 @@ def left_in_flights(
 
     ``named``: size (m/s^2) of the strongest effect that has a name; a tenth of it may stay where its law is
     imperfect."""
-    frames = residual_frames(runs, fitted)
+    frames = residual_frames(runs, fitted, without_lens=True)
     best: tuple[float, float, float, str, str] | None = None
     for length in (LONG, SHORT):
         pieces = missing_acceleration(frames, length)

@@ -32,14 +32,15 @@ COMPONENTS = (
 CIRCULAR = ("drive phase", "direction of sliding")
 
 
-def residual_frames(runs: Sequence[Run], fitted: FlightFit) -> pd.DataFrame:
+def residual_frames(runs: Sequence[Run], fitted: FlightFit, *, without_lens: bool = False) -> pd.DataFrame:
     """Frames of all flights: residual of x, y (m) and angle (rad, NaN where unknown), state and Host; ``run``,
-    ``flight``.  What the flights take for a smooth lens residual is taken out.
+    ``flight``.  ``without_lens``: what the flights take for a smooth lens residual is taken out, which hides a
+    part of what else they miss.
     """
     parts = []
     names = [*fitted.columns]
     step = fitted.forms.solved(names).step
-    lens_m = np.array([step[names.index(n)] for n in LENS_TERMS]).reshape(2, -1)
+    lens_m = np.array([step[names.index(n)] for n in LENS_TERMS]).reshape(2, -1) * without_lens
     for number, (run, fits) in enumerate(zip(runs, fitted.fits, strict=True)):
         data, (ox, oy) = run.data, fits.shared[:2]
         place, velocity = data.host.at(data.time_s), data.host.at(data.time_s, 1)
