@@ -28,6 +28,9 @@ from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE
 
 Array = NDArray[np.float64]
+# Markers that are seen at times of their own displace a body with its velocity, which flights take for a force: up to
+# so many times negligible where the delays are the smallest that count (one series: 12 where they are 1.7).
+FELT_IN_FLIGHT = 10.0
 STAGES = ("measurement", "drive", "flight", "impact", "geometry")
 
 
@@ -76,11 +79,13 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
+    rigid = rigid_structure(series, _clock_s(findings))
+    felt = FELT_IN_FLIGHT * max((s.strength for s in rigid if s.unit == "s"), default=0.0)
     structure = [
         *ground_motion(series),
-        *rigid_structure(series, _clock_s(findings)),
+        *rigid,
         *_withheld_measurement(tests, withheld),
-        *flights.structure,
+        *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
     ]
     structure += unexplained_scatter(impacts, structure)
@@ -100,7 +105,8 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         if c.effect in withheld
     ]
     causes = [_measured(f) for f in findings]
-    causes += [c for c in (*flights.causes, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
+    of_flights = [c for c in flights.causes if c.strength > felt]
+    causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
         measured=series,
