@@ -106,18 +106,20 @@ def _identification_calls() -> list[Called]:
     from analysis.flights.segments import find_kinks
     from analysis.identification.intervals import _best_scatter, _deviance, _tangential
     from analysis.motion.host_table import HostTable
+    from analysis.walls.surfaces import surfaces_seen
 
-    line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
+    line, places, blocks, known = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2)), np.zeros(2, np.int64)
     fixed, column = np.zeros(2), places[:, 0]
     fixed.flags.writeable = False
     rig = _filled(FlightRig, host=_filled(HostTable, pieces=blocks))
-    bounce_rig = _filled(BounceRig, flight=rig, parameters=line)
+    bounce_rig = _filled(BounceRig, flight=rig, parameters=line, surfaces=places)
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [
+        (surfaces_seen, (places, known, places, line, 1.0, places)),
         (find_kinks, (fixed, line, line, line, 1, 1, 1.0, 1)),
         (start_state, (fixed, column, column, line, 1, 1, 1.0, line)),
         (fit_single, (line, 1.0, WhiteFrames(line, places, places, places), line, line, rig, places)),
-        (fly_with_derivatives, (line, 1.0, line, line, np.zeros(2, np.int64), rig, places, blocks)),
+        (fly_with_derivatives, (line, 1.0, line, line, known, rig, places, blocks)),
         (whiten, (blocks, places, places, places)),
         (_without_states, (blocks, places, places, line, line)),
         (_tangential, (column, line, line, line, 1.0, 1.0, 1.0)),

@@ -92,7 +92,7 @@ def test_a_solved_calibration_gets_its_page(small_recording, tmp_path, monkeypat
             {"camera": ["VW1"], "view": ["a"], "points": [24], "used": [True], "rms_px": [0.1], "reason": [None]}
         )
         parameters = pd.DataFrame({"camera": ["VW1"], "parameter": ["fx"], "value": [3000.0], "sd": [2.0]})
-        covariance, labels = np.array([[4.0]]), [("VW1", "fx")]
+        covariance, labels, tables = np.array([[4.0]]), [("VW1", "fx")], {}
 
     def solve(recording, progress):
         seen.append((out / "calibration.html").exists())
