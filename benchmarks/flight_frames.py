@@ -110,8 +110,9 @@ def draw(rows: pd.DataFrame, path: Path) -> None:
         largest = max(np.nanmax(shown, initial=0.0), 1e-12)
         axis.imshow(shown, cmap="Blues", origin="lower", aspect="auto", vmin=0.0, vmax=largest)
         for (i, k), value in np.ndenumerate(found.to_numpy()):
+            # + 0.0: a rounded -0 is 0
             digits = 0 if abs(value) >= TWO_DIGITS or abs(value) < ROUNDED else 1
-            text = f"{value:z.{digits}f}" if np.isfinite(value) else "-"
+            text = f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
             dark = np.isfinite(shown[i, k]) and shown[i, k] > 0.6 * largest
             axis.text(k, i, text, ha="center", va="center", fontsize=9, color="white" if dark else "black")
         axis.set_xticks(range(found.shape[1]), [f"{frames:g}" for frames in found.columns])
