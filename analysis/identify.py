@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.flights.runs import prepare
+from analysis.flights.stated_terms import stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
@@ -65,7 +66,8 @@ def identify_series(
         if not run.flights and not np.isfinite(run.host_table[:, 0]).any()
     ]
     model = recordings[0].model
-    rig = fit_rig(runs, model.effects if model else None)
+    stated = stated_terms(model, frame, [float(run.data.time_s[0]) for run in runs])
+    rig = fit_rig(runs, model.effects if model else None, stated)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)

@@ -252,6 +252,35 @@ class Nominal(Section):
     """Of an impact whose contact sticks; left out: identified. Example: `0.49`."""
     floor_friction: NotNegative | None = None
     """Coefficient of the Host's floor; left out: identified. Example: `0.2`."""
+    effect_parameters: dict[Name, dict[Name, float]] = Field(default_factory=dict)
+    """Tables `[model.effect_parameters.NAME]`: sizes of effects that `effects` names, which are then held
+    ([names and sizes](effects.md)); a named effect without sizes is fitted.
+    Example: `{table_tilt = {tilt_rad = 0.0188, direction_rad = -0.59}}`.
+    """
+
+    @model_validator(mode="after")
+    def _sizes_of_effects(self) -> Nominal:
+        if not self.effect_parameters:
+            return self
+        from ovines.core.effects import EFFECTS
+        from ovines.core.system.model import ScenarioError
+
+        for name, sizes in self.effect_parameters.items():
+            key = f"effect_parameters.{name}"
+            if name not in EFFECTS:
+                raise ValueError(f"no effect {name!r} | one of {', '.join(EFFECTS)} | {key}")
+            if name not in self.effects:
+                raise ValueError(f"sizes of {name}, which [model] effects does not name | {name} in effects | {key}")
+            try:
+                EFFECTS[name].complete(sizes)
+            except ScenarioError as error:
+                raise ValueError(f"{error.found} | {error.expected} | {key}") from None
+        return self
+
+    @property
+    def fitted_effects(self) -> tuple[str, ...]:
+        """Effects that are named without sizes."""
+        return tuple(name for name in self.effects if name not in self.effect_parameters)
 
 
 class RecordingFile(Section):

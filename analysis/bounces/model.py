@@ -237,7 +237,26 @@ def simulate_bounces(
 
 #: places among the unknowns of a bounce sequence: the start state (6), the shift of the wall, the common shift of the
 #: restitution, then the restitutions of its impacts
-SHIFT, COMMON_RESTITUTION, COMMON = STATES, STATES + 1, STATES + 2
+SHIFT, COMMON_RESTITUTION, COMMON_FRICTION, COMMON_TANGENTIAL, COMMON = range(STATES, STATES + 5)
+
+
+@compiled
+def _with_law(rig: BounceRig, theta: Array) -> BounceRig:
+    """``rig`` with the wall friction and tangential restitution of ``theta``."""
+    return BounceRig(
+        rig.flight,
+        rig.parameters,
+        rig.surfaces,
+        rig.disk_x_m,
+        rig.disk_y_m,
+        max(rig.wall_friction + theta[COMMON_FRICTION], 0.0),
+        rig.tangential_restitution + theta[COMMON_TANGENTIAL],
+        rig.stop_speed_m_per_s,
+        rig.wall_frequency_per_s,
+        rig.restitution,
+        rig.restitution_rise,
+        rig.restitution_speed_m_per_s,
+    )
 
 
 @compiled
@@ -258,8 +277,9 @@ def bounce_residual(
     """Standardised residuals ``r`` (N, 3) of a bounce sequence, their ``jacobian`` (N, 3, P) in theta (P,) where it has
     rows, ``records`` (K, 9).
 
-    theta: :data:`COMMON` unknowns, then deviations of the impacts' restitutions from the law; later impacts have the
-    common shift alone.  Returns the number of impacts and the time at which the disk settled.
+    theta: :data:`COMMON` unknowns (state, shift of the wall, what restitution, wall friction and tangential restitution
+    are off), then deviations of the impacts' restitutions from the law; later impacts have the common one alone.
+    Returns the number of impacts and the time at which the disk settled.
     """
     times, t0 = frames.times, frames.start_s
     n, m = len(times), len(records)
@@ -269,19 +289,21 @@ def bounce_residual(
 
     for i in range(m):
         deviation[i] = theta[COMMON_RESTITUTION] + (theta[COMMON + i] if COMMON + i < len(theta) else 0.0)
+    law = _with_law(rig, theta)
     impacts, settled = simulate_bounces(
-        theta[:STATES], t0, False, times, theta[SHIFT], deviation, rig, BouncePath(out, records, befores)
+        theta[:STATES], t0, False, times, theta[SHIFT], deviation, law, BouncePath(out, records, befores)
     )
     _residual(out, 0, frames, r)
     if len(jacobian) == 0:
         return impacts, settled
     moved, shifted = np.empty((n, 3)), theta.copy()
     for j in range(len(theta)):
-        h = steps[j]
+        h, varied = steps[j], law
         if j < COMMON:
             shifted[j] += h
             changed = deviation + (h if j == COMMON_RESTITUTION else 0.0)
             begin, start, begin_s, shift_m = 0, shifted[:STATES], t0, shifted[SHIFT]
+            varied = _with_law(rig, shifted)
         else:
             # Before its impact a restitution changes nothing: from there on only.
             number = j - COMMON
@@ -295,7 +317,7 @@ def bounce_residual(
             changed = deviation[number:].copy()
             changed[0] += h
         path = BouncePath(out[begin:], other, unused)
-        simulate_bounces(start, begin_s, j >= COMMON, times[begin:], shift_m, changed, rig, path)
+        simulate_bounces(start, begin_s, j >= COMMON, times[begin:], shift_m, changed, varied, path)
         shifted[j] = theta[j]
         _residual(path.states, begin, frames, moved)
         for i in range(begin, n):

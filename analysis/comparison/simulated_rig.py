@@ -13,11 +13,17 @@ from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
 from analysis.walls.wall import Ring, Sides, Wall, identified_wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
+from ovines.core.effects import EFFECTS
 from ovines.errors import InputError
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "rotation")
+# Effects that the scenario has by itself: friction, and whatever is in the Host's measured motion; a recording's errors
+# of measurement are no part of the motion.
+HERE_ALREADY = {"floor_friction", "vertical_motion"} | {
+    name for name, effect in EFFECTS.items() if effect.stage in ("measurement", "drive")
+}
 # Weight of the Host's frames, all alike: its path does not depend on it, only whether it counts as moving.
 HOST_SD_M = 2e-5
 # The simulator joins a table's rows by cubics: so many in a step of the measured path, and as many beside it.
@@ -44,6 +50,7 @@ def nominal_scenario(
         )
     )
     effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
+    stated = recording.model.effect_parameters if recording.model is not None else {}
     floor = _value("floor_friction", identification, recording)
     friction = (
         None
@@ -65,6 +72,7 @@ def nominal_scenario(
         max(duration_s, 1e-3),
         friction,
         sample_rate_hz=0.0,
+        effects={name: sizes for name, sizes in stated.items() if name in EFFECTS and name not in HERE_ALREADY},
     )
 
 

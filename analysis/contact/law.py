@@ -33,6 +33,9 @@ SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.5
 SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
 # A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
 LEAST_SCATTER = 1e-5
+# Wall friction and tangential restitution that no impact has shown: sd of what they may be; a slip below this tells no
+# tangential restitution.
+OPEN_FRICTION, OPEN_TANGENTIAL, LEAST_SLIP_M_PER_S = 0.1, 0.3, 1e-3
 # Spin against impulse: errors beyond this count linearly (Huber), and speed floors are tried up to this (m/s); an angle
 # whose speed at the rim is less certain than that says nothing.
 BALANCE_CLIP_SD, SPEED_FLOORS_M_PER_S, KNOWN_SPIN_M_PER_S = (
@@ -306,6 +309,22 @@ def fit_law(data: LawData) -> Law:
     (restitution,), _, scatter, normal = fit_restitution(data)
     (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
     return Law(float(restitution), scatter, float(friction), beta, normal, tangential, tangential_scatter)
+
+
+def tangential_sd(data: LawData, law: Law) -> tuple[float, float]:
+    """How far wall friction and tangential restitution may lie off ``law`` at one impact: what the impacts that slide,
+    or stick, leave open, and their scatter; :data:`OPEN_FRICTION` and :data:`OPEN_TANGENTIAL` where none does.
+    """
+    stick = sticks(data, law.wall_friction, law.tangential_restitution)
+    sliding, sticking = data.normal_impulse[~stick], np.abs(data.slip[stick]) / (1 + 1 / data.inertia_factor)
+    friction = np.sum((sliding / np.hypot(data.tangential_sd[~stick], law.tangential_scatter * sliding)) ** 2)
+    scatter = law.tangential_scatter * data.normal_impulse[stick]
+    tangential = np.sum((sticking / np.hypot(data.tangential_sd[stick], scatter)) ** 2)
+    each = float(np.median(scatter / np.maximum(sticking, LEAST_SLIP_M_PER_S))) if len(scatter) else 0.0
+    return (
+        float(np.hypot(law.tangential_scatter, (friction + OPEN_FRICTION**-2) ** -0.5)),
+        float(np.hypot(each, (tangential + OPEN_TANGENTIAL**-2) ** -0.5)),
+    )
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,13 @@ import json
 import math
 from typing import Any
 
-from ovines.recording import Recording
+from analysis.contact.law import fit_restitution
+from analysis.flights.parameters import INDEX
+from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
+from analysis.gap.diagnose import Diagnosis
+from analysis.gap.ladder import Ladder
+from analysis.gap.selection.impact_candidates import restitution_design
+from ovines.core.effects import EFFECTS
 
 
 def plain(value: Any) -> Any:
@@ -22,11 +28,12 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def model_section(summary: dict[str, Any], recording: Recording) -> str:
-    """The improved nominal model as the ``[model]`` section of recording.toml: known effects and the ones found,
-    parameters refitted.
+def model_section(diagnosis: Diagnosis) -> str:
+    """The improved nominal model as the ``[model]`` section of recording.toml: known effects and the ones found, with
+    their sizes, and the parameters refitted beside them.
     """
-    known = list(recording.model.effects) if recording.model else ["floor_friction", "spin_coupling"]
+    summary, model = diagnosis.summary, diagnosis.ladder.series.recordings[0].model
+    known = list(model.effects) if model else ["floor_friction", "spin_coupling"]
     added = [name for name in summary["effects"] if name not in known]
     if "floor_friction" in added and "spin_coupling" not in known:
         added.append("spin_coupling")
@@ -34,18 +41,35 @@ def model_section(summary: dict[str, Any], recording: Recording) -> str:
         "[model]",
         "# " + summary["verdict"] + (": " + ", ".join(summary["effects"]) if summary["effects"] else ""),
         f"effects = {json.dumps(known + added)}",
+        *(f"{name} = {value:.6g}" for name, value in model_values(diagnosis.ladder).items()),
     ]
-    for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction"):
-        value = summary["nominal"].get(name, {}).get("with_effect")
-        if value is not None:
-            lines.append(f"{name} = {value:.6g}")
-    for effect, parameters in summary["parameters"].items():
-        for parameter, interval in parameters.items():
-            lines.append(
-                f"# {effect}.{parameter} = {interval['value']:.6g}  (90 %: {interval['low']:.6g} .. "
-                f"{interval['high']:.6g})"
-            )
+    sizes = {name: dict(one) for name, one in (model.effect_parameters if model else {}).items()}
+    sizes |= {
+        effect: {name: one["value"] for name, one in parameters.items()}
+        for effect, parameters in summary["parameters"].items()
+        if effect in EFFECTS
+    }
+    for effect, values in sizes.items():
+        inside = {p.name: values[p.name] for p in EFFECTS[effect].parameters if p.name in values}
+        lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
     return "\n".join(lines) + "\n"
+
+
+def model_values(ladder: Ladder) -> dict[str, float]:
+    """Parameters of the final fit as a scenario takes them: the restitution of the slowest impacts where it falls with
+    the speed, the floor friction at the start of the first run where it drifts."""
+    values: dict[str, float] = {}
+    if ladder.impacts.fitted is not None:
+        law, data = ladder.impacts.fitted.law, ladder.impacts.fitted.data
+        terms = ladder.impacts.restitution_terms
+        coefficients = fit_restitution(data, restitution_design(data, terms))[0]
+        values["restitution"] = float(sum(coefficients[: 1 + ("speed_dependent_restitution" in terms)]))
+        values["wall_friction"], values["tangential_restitution"] = law.wall_friction, law.tangential_restitution
+    fitted = ladder.flights.fitted.model
+    drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+    starts_s = [float(run.data.time_s[0]) for run in ladder.series.runs]
+    values["floor_friction"] = float(fitted.parameters[INDEX["friction"]]) * share_at_start(drift, starts_s)
+    return {name: value for name, value in values.items() if math.isfinite(value)}
 
 
 def answer_in_words(summary: dict[str, Any]) -> str:

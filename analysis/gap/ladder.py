@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.stated_terms import STATED_IN_FLIGHT
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.finding import Finding
-from analysis.gap.measurement.corrections import correct
+from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
@@ -72,7 +73,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a
     name.
     """
-    corrected, findings, tests = correct(series, withheld)
+    corrected, findings, tests = correct(without_stated(series), withheld)
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
     flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
@@ -104,9 +105,12 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         for c in centres
         if c.effect in withheld
     ]
-    causes = [_measured(f) for f in findings]
+    causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
-    causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in withheld.union(effects)]
+    # What [model] names is no cause, but a flight's effect of another size than it states is.
+    resized = set(STATED_IN_FLIGHT) & set(model.effect_parameters if model else ())
+    known = withheld.union(effects) - resized
+    causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
         measured=series,

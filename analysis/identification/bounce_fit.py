@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bounces.contact import RECORD, TIME, BounceRig, wall_frequency
-from analysis.bounces.model import COMMON, BounceFrames, bounce_residual
+from analysis.bounces.model import COMMON, COMMON_RESTITUTION, BounceFrames, bounce_residual
 from analysis.bounces.noise import sequence_noise
-from analysis.contact.law import SpeedLaw
+from analysis.contact.law import SpeedLaw, tangential_sd
 from analysis.flights.fit import FlightFits
 from analysis.identification.bounce_sequences import BounceSequence
 from analysis.identification.fit import RigFit
@@ -54,7 +54,7 @@ SHIFT_SD, LEAST_SHIFT_M = 2.0, 1e-5
 FIRST_DAMPING, LESS_DAMPING, MORE_DAMPING, RAISED_DAMPING, MOST_DAMPING, CONVERGED = 1e-4, 0.2, 10.0, 1e-3, 1e5, 0.02
 # Steps of the records' derivatives, in sds of the unknowns: hops end in the same impacts.
 STEP_SD = 0.05
-STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4], np.full(MOST_IMPACTS, 1e-4)])
+STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4, 1e-4, 1e-4], np.full(MOST_IMPACTS, 1e-4)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,8 @@ class SequenceFit:
         shift = max(SHIFT_SD * rig.wall.scatter_m, LEAST_SHIFT_M)
         each = max(restitution.scatter, LASTING_SCATTER if rig.wall.delay_s > 0 else LEAST_SCATTER)
         together = LASTING_COMMON_SD if rig.wall.delay_s > 0 else restitution.slow_sd
-        self.prior = np.concatenate([np.zeros(6), [1 / shift, 1 / together], np.full(MOST_IMPACTS, 1 / each)])
+        common = 1 / np.array([shift, together, *tangential_sd(rig.data, law)])
+        self.prior = np.concatenate([np.zeros(6), common, np.full(MOST_IMPACTS, 1 / each)])
 
     def evaluate(self, theta: Array, count: int) -> _Evaluated:
         """Whitened residuals of the first ``count`` frames for unknowns ``theta``."""
@@ -168,7 +169,10 @@ class SequenceFit:
         """A sequence grown by ``at_once`` frames at a time, and how many frames it explains: to ``whole`` or a little
         past where it settles.
         """
-        theta, count = np.concatenate([self.state, np.zeros(2 + MOST_IMPACTS)]), min(whole, FEWEST_FRAMES)
+        theta, count = (
+            np.concatenate([self.state, np.zeros(COMMON - len(self.state) + MOST_IMPACTS)]),
+            min(whole, FEWEST_FRAMES),
+        )
         while True:
             here = self._improve(self.evaluate(theta, count), count, 12 if count == whole else 2)
             limit = int(np.searchsorted(self.times, here.settled + SETTLED_FRAMES * self.period))
@@ -199,8 +203,8 @@ class SequenceFit:
     def _from_the_law(self, here: _Evaluated, count: int) -> _Evaluated:
         """The minimum next to the best sequence of the law's own restitutions."""
         theta = here.theta.copy()
-        theta[COMMON - 1 :] = 0.0
-        held = self._improve(self.evaluate(theta, count), count, LAW_ROUNDS, COMMON - 1)
+        theta[COMMON_RESTITUTION:] = 0.0
+        held = self._improve(self.evaluate(theta, count), count, LAW_ROUNDS, COMMON_RESTITUTION)
         return self._improve(held, count, LAW_ROUNDS)
 
     def _before_short_hops(self, here: _Evaluated, count: int) -> list[int]:

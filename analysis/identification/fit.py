@@ -8,7 +8,7 @@ to what happens there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,23 +96,25 @@ class RigFit:
     left_out: int = 0
 
 
-def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None) -> RigFit:
-    """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default.
+def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None, stated: Mapping[str, float] | None = None) -> RigFit:
+    """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default, and what
+    it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`).
 
     Where spins and impulses do not balance, the disk's radius and its inertia factor are each tried with what they
     need, and the one taken with which the impacts follow the law better; the notes say so.
     """
     named = DEFAULT_EFFECTS if effects is None else tuple(effects)
-    rig = _fit(runs, named)
+    held = stated or {}
+    rig = _fit(runs, named, held)
     if _swings(rig):
         runs = cut_again(runs, rig.floor.fits[0].shared[:2])
-        rig = _fit(runs, named)
+        rig = _fit(runs, named, held)
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
     if not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
         return rig
     tried = {
-        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named)
+        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held)
         for name in ("radius_m", "inertia_factor")
     }
     best = min(tried, key=lambda name: _misfit(tried[name]))
@@ -157,9 +159,9 @@ def _scaled(run: Run, name: str, ratio: float) -> Run:
     return replace(run, data=replace(data, inertia_factor=max(ratio * (1 + q) - 1, LEAST_INERTIA)))
 
 
-def _fit(runs: Sequence[Run], named: Sequence[str]) -> RigFit:
+def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -> RigFit:
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    runs, floor, notes = choose_floor(runs, named, angle)
+    runs, floor, notes = choose_floor(runs, named, angle, held)
     wall, more = _wall(floor, named, angle)
     first = runs[0].data
     lens = lens_residual(

@@ -4,7 +4,7 @@ need.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -105,22 +105,25 @@ class FloorFit:
     lens_sd_m: float
 
 
-def choose_floor(runs: Sequence[Run], effects: Sequence[str], angle: bool) -> tuple[list[Run], FloorFit, list[str]]:
+def choose_floor(
+    runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: Mapping[str, float] | None = None
+) -> tuple[list[Run], FloorFit, list[str]]:
     """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling,
-    further terms.
+    further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
 
     A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
     Returns the runs too: without the frames that no flight explains.
     """
-    names = [term for effect in effects for term in TERMS_OF.get(effect, ())]
-    load = 1.0 if "vertical_motion" in effects else 0.0
+    held = {term: value for term, value in (stated or {}).items() if term in INDEX}
+    names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
+    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
     friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
     if friction:
         names = ["friction", *names]
-    floor, notes = fit_floor(runs, names, 1.0 if coupled else 0.0, load), []
+    floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}), []
     if not friction or (angle and not coupled):
         names = ["friction", *(n for n in names if n != "friction")]
-        richer = fit_floor(runs, names, 1.0 if angle else 0.0, load)
+        richer = fit_floor(runs, names, {**held, "coupling": 1.0 if angle else 0.0})
         if _cost(floor, richer) - _cost(richer, richer) > ANOTHER_LAW:
             what = "the coupling of sliding and spinning friction" if friction else "floor friction"
             floor, notes = (
@@ -130,16 +133,19 @@ def choose_floor(runs: Sequence[Run], effects: Sequence[str], angle: bool) -> tu
     found = [settled(run, fits) for run, fits in zip(runs, floor.fits, strict=True)]
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
-        floor = fit_floor(runs, floor.names, floor.coupling, load, floor)
+        floor = fit_floor(runs, floor.names, held, floor)
     for _ in range(MOST_ADDED):
         added = _needed_term(floor)
         if added is None:
             break
-        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], floor.coupling, load, floor)
+        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], held, floor)
         if not _confirmed(richer, CANDIDATES[added]):
             break
         floor = richer
-        notes.append(f"The flights need {added}, which [model] effects does not name; it was fitted along.")
+        other = f"another size of {added} than [model] states" if added in effects else None
+        notes.append(
+            f"The flights need {other or f'{added}, which [model] effects does not name'}; it was fitted along."
+        )
     return list(runs), floor, notes
 
 
@@ -182,14 +188,16 @@ def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
 
 
 def fit_floor(
-    runs: Sequence[Run], names: Sequence[str], coupling: float, load: float = 0.0, start: FloorFit | None = None
+    runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None = None
 ) -> FloorFit:
-    """Shared parameters ``names`` of the flight model on all flights of all runs, relinearised until they rest.
+    """Shared parameters ``names`` of the flight model on all flights of all runs, relinearised until they rest; those
+    ``held`` stay where they are.
 
     First as if frames were independent, which tells how they are not; then weighed by that.  ``start``: a fit with
     fewer of them, from which to go on."""
     parameters = np.zeros(len(PARAMETERS))
-    parameters[INDEX["coupling"]], parameters[INDEX["load"]] = coupling, load
+    for term, value in held.items():
+        parameters[INDEX[term]] = value
     if "friction" in names:
         parameters[INDEX["friction"]] = START_FRICTION
     shared = np.zeros(2 + len(LENS_TERMS))
@@ -244,7 +252,7 @@ def fit_floor(
         estimate,
         covariance[np.ix_(at, at)] * np.outer(wider, wider),
         noise,
-        coupling,
+        float(parameters[INDEX["coupling"]]),
         lens_sd,
     )
 

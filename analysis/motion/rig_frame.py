@@ -145,19 +145,26 @@ class RigFrame:
         """Parameters (value, sd) of an effect that have a direction in the room, from the rig's frame into the
         world.
         """
+        return self._turned_parameters(effect, parameters, self.turn_rad)
+
+    def rig_parameters(self, effect: str, parameters: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+        """The same, from the world into the rig's frame."""
+        return self._turned_parameters(effect, parameters, -self.turn_rad)
+
+    def _turned_parameters(
+        self, effect: str, parameters: dict[str, tuple[float, float]], turn_rad: float
+    ) -> dict[str, tuple[float, float]]:
         given = dict(parameters)
         if "direction_rad" in given:
             value, sd = given["direction_rad"]
             # An ellipse is the same after half a turn.
             period = np.pi if effect == "wall_ellipticity" else 2 * np.pi
-            given["direction_rad"] = (float((value + self.turn_rad + 0.5 * period) % period - 0.5 * period), sd)
+            given["direction_rad"] = (float((value + turn_rad + 0.5 * period) % period - 0.5 * period), sd)
         if effect == "plane_tilt":
             (x, x_sd), (y, y_sd) = given["x_rad"], given["y_rad"]
-            (x, y), covariance = self.turned(("x", "y"), np.array([x, y]), np.diag([x_sd**2, y_sd**2]), [("x", "y", 1)])
-            given["x_rad"], given["y_rad"] = (
-                (float(x), float(np.sqrt(covariance[0, 0]))),
-                (float(y), float(np.sqrt(covariance[1, 1]))),
-            )
+            c, s = np.cos(turn_rad), np.sin(turn_rad)
+            given["x_rad"] = (float(c * x - s * y), float(np.hypot(c * x_sd, s * y_sd)))
+            given["y_rad"] = (float(s * x + c * y), float(np.hypot(s * x_sd, c * y_sd)))
         return given
 
 

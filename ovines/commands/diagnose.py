@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
         write_text_whole(page.render(), out / WRITES[2])
         bar.update()
         if args.write_model is not None:
-            write_text_whole(model_section(diagnosis.summary, recordings[0]), args.write_model)
+            write_text_whole(model_section(diagnosis), args.write_model)
         bar.update()
         lines = [answer_in_words(diagnosis.summary), *details(diagnosis.summary)]
         for line in lines:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
 from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
+from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
+from ovines.core.effects import EFFECTS
+from ovines.recording_schema import Nominal
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
 #: bodies alike
@@ -19,6 +22,8 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
     "camera_clock_offset": lambda s, f: s,
 }
+#: what its correction leaves in the data, to be found again
+KEPT = ("camera_clock_offset",)
 ADDITIVE = ("sensor_window_offset", "plane_tilt")
 
 
@@ -38,6 +43,35 @@ def correct(
         series = CORRECTIONS[strongest.effect](series, strongest)
         tests = measurement_tests(series)
     return series, [_refined(f, tests) for f in found], first
+
+
+def without_stated(series: Series) -> Series:
+    """``series`` without what ``[model.effect_parameters]`` says of its measurement."""
+    model = series.recordings[0].model
+    for effect, sizes in (model.effect_parameters if model else {}).items():
+        if effect in CORRECTIONS:
+            stated = {name: (value, 0.0) for name, value in EFFECTS[effect].complete(sizes).items()}
+            series = CORRECTIONS[effect](
+                series, Finding(effect, series.frame.rig_parameters(effect, stated), 0, 0, True)
+            )
+    return series
+
+
+def beyond_stated(findings: Sequence[Finding], model: Nominal | None) -> list[Finding]:
+    """Those of the ``findings`` that ``[model]`` does not name, or names with another size."""
+    sizes = model.effect_parameters if model else {}
+    named = set(model.effects if model else ())
+
+    def known(finding: Finding) -> bool:
+        if finding.effect not in sizes:
+            return finding.effect in named
+        stated = EFFECTS[finding.effect].complete(sizes[finding.effect])
+        return finding.effect in KEPT and all(
+            abs(value - stated[name]) < max(SIGNIFICANCE * sd, NEGLIGIBLE[finding.effect])
+            for name, (value, sd) in finding.parameters.items()
+        )
+
+    return [finding for finding in findings if not known(finding)]
 
 
 def _refined(finding: Finding, after: MeasurementTests) -> Finding:

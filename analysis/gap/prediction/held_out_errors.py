@@ -15,6 +15,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.one_impact_ahead import through_impacts
 from analysis.gap.selection.flight_candidates import FlightFit, FlightModel
+from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS
 from analysis.gap.selection.impact_floor import impact_floor
 from ovines.recording_schema import Nominal
 
@@ -28,7 +29,9 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     """Errors of the four steps (None where the model as given says too little) and the table ``predictions``."""
     runs = ladder.series.runs
     model = ladder.series.recordings[0].model
-    given = predict.given_model(list(model.effects), model.floor_friction) if model else None
+    stated = dict(ladder.flights.nominal.model.stated)
+    starts_s = [run.data.time_s[0] for run in runs]
+    given = predict.given_model(model.effects, model.floor_friction, stated, starts_s) if model else None
     nominal = _paths(runs, ladder.flights.nominal)
     paths: dict[str, list[Array] | None] = {
         "as_given": _given_paths(runs, given, ladder) if given is not None else None,
@@ -68,8 +71,9 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
 def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
     """Errors one impact ahead of each step, with the run of each impact."""
     before, after = ladder.both_impacts()
+    named = [name for name in (model.effects if model else ()) if name in RESTITUTION_EFFECTS]
     out = {
-        "recalibrated": (*predict.predicted_impacts(before, ()), before.data.run),
+        "recalibrated": (*predict.predicted_impacts(before, named), before.data.run),
         "with_effect": (*predict.predicted_impacts(after, ladder.impacts.restitution_terms), after.data.run),
         "noise_floor": (*impact_floor(after, ladder.impacts.restitution_terms), after.data.run),
     }
@@ -80,7 +84,8 @@ def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
         and model.tangential_restitution is not None
     ):
         law = (model.wall_friction, model.tangential_restitution)
-        out["as_given"] = (*predict.predicted_impacts(before, (), np.array([model.restitution]), law), before.data.run)
+        restitution = predict.stated_restitution(before.data, model, ladder.series.frame)
+        out["as_given"] = (*predict.predicted_impacts(before, (), restitution, law), before.data.run)
     return out
 
 

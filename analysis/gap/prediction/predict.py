@@ -19,6 +19,7 @@ from analysis.contact.law import LawData, fit_restitution, predicted_tangential
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
+from analysis.flights.stated_terms import share_at_start
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
     FlightModel,
@@ -28,6 +29,7 @@ from analysis.gap.selection.flight_candidates import (
 )
 from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
 from analysis.motion.rig_frame import RigFrame
+from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
 QUANTITIES = ("nes_x_m", "nes_y_m", "nes_angle_rad")
@@ -72,9 +74,13 @@ def flights_of(runs: Sequence[Run], models: Sequence[FlightModel]) -> list[Fligh
     ]
 
 
-def given_model(effects: Sequence[str], friction: float | None) -> FlightModel | None:
-    """The flight model as ``[model]`` gives it; None where it gives no number that a flight needs."""
-    model = nominal_model(effects, friction)
+def given_model(
+    effects: Sequence[str], friction: float | None, stated: Mapping[str, float], starts_s: Sequence[float]
+) -> FlightModel | None:
+    """The flight model as ``[model]`` gives it, ``stated`` terms included; None where it lacks a number that a flight
+    needs.  ``starts_s`` of the runs: a friction that drifts is given at the start of the first."""
+    middle = None if friction is None else friction / share_at_start(stated, starts_s)
+    model = nominal_model(effects, stated, middle)
     return model if (friction is not None or not model.free) else None
 
 
@@ -126,7 +132,7 @@ def predicted_impacts(
     """After-impact velocity error (K, 2: normal, tangential; m/s) and spin error (K,) one impact ahead, law held out by
     run.
 
-    ``restitution`` (P,) and ``tangential`` (friction, beta_0) fix the law instead (the model as given).
+    ``restitution`` (K,) of each impact and ``tangential`` (friction, beta_0) fix the law instead (the model as given).
     """
     data = impacts.data
     design = restitution_design(data, restitution_terms)
@@ -135,9 +141,13 @@ def predicted_impacts(
     for run in np.unique(data.run):
         here = data.run == run
         others = ~here if np.any(~here) else here
-        c = restitution if restitution is not None else fit_restitution(_part(data, others), design[others])[0]
+        each = (
+            restitution[here]
+            if restitution is not None
+            else design[here] @ fit_restitution(_part(data, others), design[others])[0]
+        )
         friction, beta = tangential or (impacts.law.wall_friction, impacts.law.tangential_restitution)
-        normal_after = design[here] @ c * data.before[here]
+        normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
         ahead = _part(data, here, normal_impulse=data.before[here] + normal_after)
         impulse = predicted_tangential(ahead, friction, beta)
@@ -147,6 +157,20 @@ def predicted_impacts(
         measured = (data.angular[here] + data.tangential_impulse[here]) / (data.inertia_factor * radius)
         spin[here] = measured - change
     return error, spin
+
+
+def stated_restitution(data: LawData, model: Nominal, frame: RigFrame) -> Array:
+    """Restitution (K,) of each impact as ``[model]`` states it, with the effects on it that have sizes."""
+    assert model.restitution is not None
+    each, sizes = np.full(len(data), model.restitution), model.effect_parameters
+    if "speed_dependent_restitution" in sizes:
+        fast = sizes["speed_dependent_restitution"]["restitution_fast"]
+        scale = sizes["speed_dependent_restitution"].get("speed_scale_m_per_s", 1.0) / frame.factor("x_m_per_s")
+        each = fast + (each - fast) * np.exp(-data.before / scale)
+    if "direction_dependent_restitution" in sizes:
+        direction = sizes["direction_dependent_restitution"].get("direction_rad", 0.0) - frame.turn_rad
+        each = each + sizes["direction_dependent_restitution"]["amplitude"] * np.cos(data.azimuth_rad - direction)
+    return np.asarray(np.clip(each, 0.0, 1.0), float)
 
 
 def _part(data: LawData, mask: NDArray[np.bool_], **changes: Array) -> LawData:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData
 from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import Run
+from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unit_accelerations import unit_accelerations
 from analysis.gap.selection.flight_terms import EFFECT_TERMS, NEGLIGIBLE_BEND, FlightTerm
 from analysis.identification.floor import noise_of
@@ -32,13 +33,14 @@ START_FRICTION = 0.25
 @dataclass(frozen=True, eq=False)
 class FlightModel:
     """Parameter vector, the markers' origin against the centre of mass, relative change of friction per run, and what
-    is free.
+    is free; ``stated``: what ``[model]`` holds (:func:`analysis.flights.stated_terms.stated_terms`).
     """
 
     parameters: Array
     origin_m: Array
     drift_per_run: float
     free: tuple[str, ...]
+    stated: Mapping[str, float] = field(default_factory=dict)
 
     def shared(self) -> Array:
         """Parameters that all flights share: the markers' origin (m) and the lens residual's terms."""
@@ -90,7 +92,7 @@ def rig_units(fitted: FlightFit) -> Units:
     units, speed = unit_accelerations(fitted.fits)
     runs = np.arange(len(fitted.fits)) - 0.5 * (len(fitted.fits) - 1)
     friction = fitted.model.parameters[INDEX["friction"]]
-    units["drift_run"] = float(units["friction"] * friction * np.sqrt(np.mean(runs**2)))
+    units[DRIFT_OF_RUN] = float(units["friction"] * friction * np.sqrt(np.mean(runs**2)))
     radius = fitted.fits[0].run.contact_radius_m
     return Units(units, NEGLIGIBLE_BEND * speed**2 / radius)
 
@@ -168,7 +170,7 @@ class FlightFit:
         """The evidence as arrays over the runs, lens residual's prior in :func:`prior_of`."""
         columns = self.evidence[0].columns
         return Forms(
-            tuple("drift_run" if c == DRIFT_RUN else SHARED[c] for c in columns),
+            tuple(DRIFT_OF_RUN if c == DRIFT_RUN else SHARED[c] for c in columns),
             np.array([e.information for e in self.evidence]),
             np.array([e.score for e in self.evidence]),
             self.fits[0].run.contact_radius_m,
@@ -192,8 +194,11 @@ class Gain:
     per_run: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def nominal_model(effects: Sequence[str], friction: float | None = None) -> FlightModel:
-    """The flight model of ``[model] effects`` before it is fitted."""
+def nominal_model(
+    effects: Sequence[str], stated: Mapping[str, float] | None = None, friction: float | None = None
+) -> FlightModel:
+    """The flight model of ``[model] effects`` before it is fitted; ``stated`` terms are held."""
+    stated = stated or {}
     p = np.zeros(len(PARAMETERS))
     free: list[str] = []
     if "floor_friction" in effects or "spin_coupling" in effects or "friction_drift" in effects:
@@ -206,7 +211,9 @@ def nominal_model(effects: Sequence[str], friction: float | None = None) -> Flig
             free += term.columns
     if "vertical_motion" in effects:
         p[INDEX["load"]] = 1.0
-    return FlightModel(p, np.zeros(2), 0.0, tuple(free))
+    for name in set(stated) & set(INDEX):
+        p[INDEX[name]] = stated[name]
+    return FlightModel(p, np.zeros(2), stated.get(DRIFT_OF_RUN, 0.0), tuple(n for n in free if n not in stated), stated)
 
 
 def fit(
@@ -281,11 +288,11 @@ def moved(model: FlightModel, names: Sequence[str], step: Array) -> FlightModel:
             p[INDEX[name]] += float(np.clip(value, -limit, limit))
         elif name in ORIGIN:
             origin[ORIGIN.index(name)] += float(np.clip(value, -2e-3, 2e-3))
-        elif name == "drift_run":
+        elif name == DRIFT_OF_RUN:
             drift += float(np.clip(value, -0.1, 0.1))
         # The lens residual is a nuisance: it is known too badly to correct positions with.
     p[INDEX["friction"]] = max(p[INDEX["friction"]], 0.0)
-    return FlightModel(p, origin, drift, model.free)
+    return replace(model, parameters=p, origin_m=origin, drift_per_run=drift)
 
 
 DRIFT_RUN = len(SHARED)
@@ -323,7 +330,7 @@ def _with_drift(evidence: Sequence[Evidence], model: FlightModel, places: Sequen
 
 
 def _indices(names: Sequence[str]) -> list[int]:
-    return [DRIFT_RUN if n == "drift_run" else SHARED.index(n) for n in names]
+    return [DRIFT_RUN if n == DRIFT_OF_RUN else SHARED.index(n) for n in names]
 
 
 def information_of(evidence: Evidence, names: Sequence[str]) -> Array | None:
@@ -347,7 +354,7 @@ def solve_named(
 
 def value_of(model: FlightModel, column: str) -> float:
     """Where a shared column stands in a model; 0 for the lens residual, which is never moved."""
-    if column == "drift_run":
+    if column == DRIFT_OF_RUN:
         return model.drift_per_run
     if column in ORIGIN:
         return float(model.origin_m[ORIGIN.index(column)])
@@ -357,7 +364,7 @@ def value_of(model: FlightModel, column: str) -> float:
 def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
     """What a term adds to the rest of a fit, whether the fit holds it or not; linearised there, each run held out.
 
-    Without the term its columns stand at zero, not where the fit has moved them."""
+    Without the term its columns stand at zero, or where ``[model]`` states them, not where the fit has moved them."""
     forms = base.forms
     columns = [c for c in term.columns if c in forms.names]
     # A column that no flight feels (drift of a friction that is nil) says nothing.
@@ -366,7 +373,7 @@ def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
     none = np.zeros(len(columns))
     if not columns:
         return Gain(term, 0.0, 0.0, none, np.full(len(term.columns), np.inf), 0.0, 0.0, 0.0)
-    value = np.array([value_of(base.model, c) for c in columns])
+    value = np.array([value_of(base.model, c) - base.model.stated.get(c, 0.0) for c in columns])
     with_term, without = forms.solved([*others, *columns]), forms.solved(others, columns, -value)
     estimate = value + with_term.step[len(others) :]
     sd = np.sqrt(np.diag(with_term.covariance))[len(others) :]

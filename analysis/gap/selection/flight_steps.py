@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
+from analysis.flights.stated_terms import DRIFT_OF_RUN, stated_terms
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
@@ -88,11 +89,13 @@ def select_flight_effects(
     Probes that explain more than any name stay in the model as structure, so that a cause which nobody listed neither
     hides a listed one nor is hidden by it."""
     runs = series.runs
-    nominal = fit(runs, nominal_model(effects))
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.time_s[0] for run in runs])
+    nominal = fit(runs, nominal_model(effects, stated))
     base, causes = _missing_friction(runs, nominal, effects, withheld)
     units = rig_units(base)
     named_terms, probe_terms = terms(withheld)
-    known = {c for e in EFFECT_TERMS if e.name in effects for c in e.columns}
+    # What is stated with a size may be of another one: it stays among the candidates.
+    known = {c for e in EFFECT_TERMS if e.name in effects for c in e.columns if c not in stated}
     named_terms = tuple(t for t in named_terms if not known & set(t.columns))
     null_distribution = flight_null_distribution(base, (*named_terms, *probe_terms), rng)
     least = threshold(null_distribution, GAIN / 2)
@@ -160,7 +163,10 @@ def _missing_friction(
         # How far friction is coupled to the spin is an unknown of its own: 0 plain Coulomb, 1 a uniformly loaded disk.
         trial = fit(
             runs,
-            _with_free(nominal_model([*effects, "floor_friction", "spin_coupling"]), (*base.model.free, "coupling")),
+            _with_free(
+                nominal_model([*effects, "floor_friction", "spin_coupling"], base.model.stated),
+                (*base.model.free, "coupling"),
+            ),
             rounds=4,
         )
         friction = trial.model.parameters[INDEX["friction"]]
@@ -203,11 +209,11 @@ def _fitted(
     dropped = {c for t in before for c in t.columns} - held
     parameters = base.model.parameters.copy()
     for column in dropped & set(INDEX):
-        parameters[INDEX[column]] = 0.0
+        parameters[INDEX[column]] = base.model.stated.get(column, 0.0)
     model = replace(
         base.model,
         parameters=parameters,
-        drift_per_run=0.0 if "drift_run" in dropped else base.model.drift_per_run,
+        drift_per_run=base.model.stated.get(DRIFT_OF_RUN, 0.0) if DRIFT_OF_RUN in dropped else base.model.drift_per_run,
         free=tuple(n for n in base.model.free if n not in dropped),
     )
     return fit(runs, _with_free(model, [c for t in after for c in t.columns]))

@@ -1,0 +1,56 @@
+"""Sizes of effects that ``[model]`` states, as terms of the flight model in the rig's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.motion.rig_frame import RigFrame
+from ovines.recording_schema import Nominal
+
+#: relative change of friction from run to run: a term of the series, no parameter of a flight
+DRIFT_OF_RUN = "drift_run"
+#: effects of the flights whose sizes become such terms
+STATED_IN_FLIGHT = ("spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion", "friction_drift")
+
+
+def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[float]) -> dict[str, float]:
+    """Terms of the flight model, by their names in :data:`analysis.flights.parameters.PARAMETERS` (and
+    :data:`DRIFT_OF_RUN`), of the effects to which ``[model.effect_parameters]`` gives sizes.
+
+    ``starts_s``: times of the runs' first frames in the rig's frame, which counts from their middles."""
+    sizes: Mapping[str, Mapping[str, float]] = model.effect_parameters if model is not None else {}
+    per_s, per_m, acceleration = (frame.factor(f"x_{unit}") for unit in ("per_s", "per_m", "m_per_s2"))
+    terms: dict[str, float] = {}
+    if "spin_coupling" in sizes:
+        terms["coupling"] = sizes["spin_coupling"].get("coupling", 1.0)
+    if "viscous_drag" in sizes:
+        terms["viscous"] = sizes["viscous_drag"]["rate_per_s"] / per_s
+    if "air_drag" in sizes:
+        terms["air"] = sizes["air_drag"]["rate_per_m"] / per_m
+    if "table_tilt" in sizes:
+        pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / acceleration
+        direction = sizes["table_tilt"].get("direction_rad", 0.0) - frame.turn_rad
+        terms |= {"tilt_x": pull * float(np.cos(direction)), "tilt_y": pull * float(np.sin(direction))}
+    if "vertical_motion" in sizes:
+        terms["load"] = 1.0  # of the Host's measured z'', whose amplitude is that of the motion itself
+    if "friction_drift" in sizes:
+        # Told about the run's start and the first run, fitted about their middles.
+        a = sizes["friction_drift"].get("relative_per_s", 0.0) / per_s
+        b = sizes["friction_drift"].get("relative_per_run", 0.0)
+        middle_s, later = _middle(starts_s)
+        terms |= {"drift": a / (1 + a * middle_s), DRIFT_OF_RUN: b / (1 + b * later)}
+    return terms
+
+
+def share_at_start(terms: Mapping[str, float], starts_s: Sequence[float]) -> float:
+    """Floor friction at the start of the first run over that in the middle of all."""
+    middle_s, later = _middle(starts_s)
+    return float((1 - terms.get("drift", 0.0) * middle_s) * (1 - terms.get(DRIFT_OF_RUN, 0.0) * later))
+
+
+def _middle(starts_s: Sequence[float]) -> tuple[float, float]:
+    """From the runs' starts to their middles (s), from the first run to the middle one."""
+    return -float(np.mean(starts_s)), 0.5 * (len(starts_s) - 1)
