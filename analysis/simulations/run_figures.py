@@ -199,7 +199,7 @@ def impacts(result: SimulationResult) -> Figure:
     for name, values, colour in parts:
         if np.any(np.abs(values) > 0.0):
             axes[2, 1].plot(time, scale * values, ".", color=colour, ms=4, label=name)
-    label(axes[2, 1], "time (s)", unit, "Energy")
+    label(axes[2, 1], "time (s)", unit)
     legend(axes[2, 1])
     return figure
 

@@ -33,7 +33,8 @@ def shaker_figure(limits: ShakerLimits, frequency_hz: float, acceleration_g: flo
     label(axes[0, 0], "frequency (Hz)", "peak acceleration (g)")
     label(axes[0, 1], "frequency (Hz)", "amplitude (mm)")
     legend(axes[0, 0], ncols=2, handlelength=1.2)
-    legend(axes[0, 1])
+    clearance = axes[0, 1].lines[-1]
+    legend(axes[0, 1], handles=[clearance])
     return figure
 
 
