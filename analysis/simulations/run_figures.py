@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 STORED = {
     "nes_kinetic_j": ("NES sliding", BLUE), "nes_spin_j": ("NES spinning", SKY),
     "nes_potential_j": ("NES potential", GREEN), "host_kinetic_j": ("Host moving", RED),
-    "host_spin_j": ("Host turning", ORANGE), "spring_j": ("springs", PURPLE),
+    "host_spin_j": ("Host turning", ORANGE), "host_and_springs_j": ("Host and springs", PURPLE),
 }  # fmt: skip
 CHANNELS = {
     "restitution_loss_j": ("restitution", BLUE), "wall_friction_loss_j": ("wall friction", RED),
@@ -207,9 +207,15 @@ def impacts(result: SimulationResult) -> Figure:
 def energies(result: SimulationResult) -> Figure:
     """What is stored, and what was lost by each channel and done since the start, over time (Figs 21-28b)."""
     figure, axes = new_figure(2, 1, height_in=5.2, sharex=True)
-    e = result.energies
+    e = dict(result.energies)
+    if result.scenario.host.motion == "sprung":  # each by itself only swings to and fro
+        e["host_and_springs_j"] = sum(e.pop(name) for name in ("host_kinetic_j", "host_spin_j", "spring_j"))
     heavy = result.scenario.host.mass_kg is not None and result.scenario.host.mass_kg >= HEAVY_KG
-    stored = {name: e[name] for name in STORED if np.any(e[name] != 0.0) and not (heavy and name.startswith("host"))}
+    stored = {
+        name: e[name]
+        for name in STORED
+        if name in e and np.any(e[name] != 0.0) and not (heavy and name.startswith("host"))
+    }
     lost = {name: e[name] for name in CHANNELS if np.nanmax(np.abs(e[name]), initial=0.0) > 0.0}
     _, scale, unit = _energy_unit(*stored.values(), *lost.values(), e["work_j"])
     if len(stored) > 1:
