@@ -209,7 +209,9 @@ def energies(result: SimulationResult) -> Figure:
     figure, axes = new_figure(2, 1, height_in=5.2, sharex=True)
     e = dict(result.energies)
     if result.scenario.host.motion == "sprung":  # each by itself only swings to and fro
-        e["host_and_springs_j"] = sum(e.pop(name) for name in ("host_kinetic_j", "host_spin_j", "spring_j"))
+        e["host_and_springs_j"] = np.sum(
+            [e.pop(name) for name in ("host_kinetic_j", "host_spin_j", "spring_j")], axis=0
+        )
     heavy = result.scenario.host.mass_kg is not None and result.scenario.host.mass_kg >= HEAVY_KG
     stored = {
         name: e[name]

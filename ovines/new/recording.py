@@ -84,6 +84,7 @@ def recording_text(rig: Rig, name: str) -> str:
         "# layout_m = [[0.0, 0.0, 0.01], ...]   # <- without it, name the markers with `ovines pick`",
         "",
         *_excitation(rig),
+        *_log(),
         "[model]                                # what the simulator already contains",
         'effects = ["floor_friction", "spin_coupling"]',
         "# restitution = 0.72                   # known parameters; the others are identified",
@@ -92,6 +93,19 @@ def recording_text(rig: Rig, name: str) -> str:
         "# floor_friction = 0.2",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _log() -> list[str]:
+    """The log sheet's lines, to be filled in."""
+    return [
+        "# [log]                                # the test's log sheet; shown in reports",
+        '# date = "2026-05-18"',
+        '# prototype = "OVINES3"',
+        '# nes_type = "steel washer"',
+        "# temperature_deg_c = 23.5",
+        '# remarks = "no accelerometer data"',
+        "",
+    ]
 
 
 def _excitation(rig: Rig) -> list[str]:

@@ -12,9 +12,9 @@ from ovines.errors import InputError
 from ovines.plausibility.names import read_names
 from ovines.recording import read_recording
 from ovines.tables import checked
+from vision.calibration_check import refuse_mistaken
 from vision.identity.matching import match_layout, place
 from vision.rendering.images import Look, Markers, Pose, Rig, View, render_frame
-from vision.calibration_check import refuse_mistaken
 from vision.track import track
 
 SIZE = (900, 420)
