@@ -60,7 +60,7 @@ def refuse_mistaken(recording: Recording, cameras: Sequence[Camera], names: pd.D
     by_name = {camera.name: camera for camera in cameras}
     if len(recording.cameras) != 2 or any(camera.name not in by_name for camera in recording.cameras):
         return
-    layout = layout_of(recording, names)
+    layout = layout_of(recording, names, names_needed=False)
     bodies = [
         b for b in range(len(layout.bodies)) if layout.known[b] and np.ptp(layout.position_m[layout.of(b)], 0).any()
     ]

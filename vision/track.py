@@ -105,9 +105,10 @@ def track(
         until = min(drop.from_frame for drop in dropped)
         tracks, rows = _timed(renumbered(tracks, dropped), recording), [row for row in rows if row["frame"] < until]
     rims = expected_rims(recording, tracker.layout)
+    placed = {name for name, body in recording.bodies.items() if body.layout_m}
     walls = wall_table(rows, *_instants(tracks))
     time_notes = frame_times(recording, np.unique(tracks["frame"]))[1]
-    return Tracks(tracks, own_notes + drop_notes + time_notes + wall_notes(walls, rims), walls)
+    return Tracks(tracks, own_notes + drop_notes + time_notes + wall_notes(walls, rims, placed), walls)
 
 
 def _track(

@@ -188,9 +188,11 @@ def _save(figure: Figure, target: Any, image: FigureFormat) -> None:
     with matplotlib.rc_context({"svg.hashsalt": "ovines", "svg.fonttype": "path", "path.simplify_threshold": 0.3}):
         # The title and the creator say whose a file is (ovines.pipeline.ownership): only such files are removed with
         # their page.
-        metadata = {"svg": {"Date": None, "Title": "ovines"}, "pdf": {"CreationDate": None, "Creator": "ovines"}}.get(
-            image
-        )
+        metadata = {
+            "svg": {"Date": None, "Title": "ovines"},
+            "pdf": {"CreationDate": None, "Creator": "ovines"},
+            "png": {"Software": "ovines"},
+        }[image]
         figure.savefig(target, format=image, dpi=150, metadata=metadata, facecolor="white")
 
 

@@ -8,7 +8,7 @@ scatter) shows it: it stays flat to the end of the range, and the answer is a bo
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -36,6 +36,9 @@ NORMAL_90 = 1.6449
 # Ranges of the two parameters: friction of steel on plastic is far below 2; -1 is smooth, 1 full reversal.
 FRICTION_RANGE = (0.0, 2.0)
 TANGENTIAL_RANGE = (-1.0, 1.0)
+# How far above full reversal the likelihood is asked whether it comes down: nothing turns back more, but impacts that
+# stick with beta_0 = 1 do determine it, and only those that slide leave it open.
+ABOVE_FULL_REVERSAL = 0.5
 # Restitutions lie between 0 and 1: they scatter by no more.
 MOST_SCATTER = 0.5
 # Golden section.
@@ -302,8 +305,10 @@ def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[I
         return near if near <= level_beta else min(near, minimum(lambda m: cost(m, b), *FRICTION_RANGE, 41, 2)[1])
 
     first = _interval(over_beta, friction, FRICTION_RANGE, level, width)
-    second = _interval(over_friction, beta, TANGENTIAL_RANGE, level_beta, width_beta)
-    return first, second
+    beyond = (TANGENTIAL_RANGE[0], TANGENTIAL_RANGE[1] + ABOVE_FULL_REVERSAL)
+    second = _interval(over_friction, beta, beyond, level_beta, width_beta)
+    most = TANGENTIAL_RANGE[1]
+    return first, replace(second, value=min(second.value, most), low=min(second.low, most), high=min(second.high, most))
 
 
 def _interval(

@@ -81,4 +81,4 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
         pairs.append(("Cylinder radius", with_unit(1e3 * host.obstacle_radius_m, "mm")))
     if nes is not None and nes.radius_m is not None:
         pairs.append(("NES radius", with_unit(1e3 * nes.radius_m, "mm")))
-    return pairs
+    return pairs + (recording.settings.log.pairs if recording.settings.log is not None else [])

@@ -73,12 +73,13 @@ def tests_of(results: Sequence[Results]) -> pd.DataFrame:
             "acceleration_g": np.nan if excitation is None else excitation.acceleration_g,
             "impacts": np.nan if result.get("motion") is None else 0 if impacts is None else len(impacts),
             "seen": seen_share(result),
+            "log": ", ".join(text for _, text in log.pairs) if (log := result.recording.settings.log) else "",
         }
         for name in PRINCIPAL:
             row[name], row[f"{name}_sd"], row[f"{name}_low"], row[f"{name}_high"] = result.parameter(name)
         rows.append(row)
     table = pd.DataFrame(rows)
-    numeric = [column for column in table.columns if column != "test"]
+    numeric = [column for column in table.columns if column not in ("test", "log")]
     return table.astype(dict.fromkeys(numeric, float))
 
 
@@ -107,6 +108,7 @@ def series_page(
         section.add_missing("checks", "No recording was identified.")
     _add_parameters(page, tests, trends, joint, notes)
     section = page.add_section("Tests", "tests")
+    logged = bool((tests["log"] != "").any())
     section.add_table(
         (
             "test",
@@ -114,8 +116,12 @@ def series_page(
             "NES seen",
             "impacts",
             *(quantity(p).symbol for p in PRINCIPAL),
+            *(("log",) if logged else ()),
         ),
-        [_test_row(row, len(_shared_words(tests["test"]))) for _, row in tests.iterrows()],
+        [
+            (*_test_row(row, len(_shared_words(tests["test"]))), *((row["log"],) if logged else ()))
+            for _, row in tests.iterrows()
+        ],
         "As the thesis' Tables 18 and 20; ε restitution, μ_c wall friction, β₀ tangential restitution, "
         "μ_s floor friction; in parentheses the sd of the last digits.",
         links=[_page_of(result) for result in results],

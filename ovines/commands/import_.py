@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ovines.errors import InputError
+from ovines.io.atomic_write import write_text_whole
 
 if TYPE_CHECKING:  # the command line is parsed without loading pandas
     import pandas as pd
@@ -43,7 +44,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mrcal's .cameramodel, Kalibr's camchain, or a TOML of "
         "caliscope or Anipose (CAMERA=FILE#SECTION, or FILE alone where it has the cameras' names)",
     )
+    what.add_argument(
+        "--trigger-signal",
+        type=Path,
+        metavar="FILE",
+        help="the cameras' trigger as sampled: CSV of time_s and the signal, to trigger.csv",
+    )
     said = parser.add_argument_group("what the files do not say")
+    said.add_argument(
+        "--pulse",
+        choices=("middle", "rise"),
+        default="middle",
+        help="where a frame's time is: middle of a pulse as long as the exposure (default), or its rise",
+    )
     said.add_argument("--unit", choices=("m", "cm", "mm", "um", "in"), help="unit of length of points and calibration")
     said.add_argument(
         "--axes",
@@ -80,9 +93,15 @@ def run(args: argparse.Namespace) -> int:
     from ovines.importers.opencv_cameras import read_cameras
     from ovines.recording import read_recording
 
+    if args.trigger_signal is not None:
+        write_trigger(args, read_recording(args.recording).folder if args.out is None else args.out)
+        if not (args.tracks or args.points or args.calibration):
+            return 0
     if not (args.tracks or args.points or args.calibration):
         raise InputError(
-            "nothing to import", "--tracks, --points or --calibration", "name the files; see ovines import --help"
+            "nothing to import",
+            "--tracks, --points, --calibration or --trigger-signal",
+            "name the files; see ovines import --help",
         )
     recording = read_recording(args.recording)
     names = [camera.name for camera in recording.cameras]
@@ -107,6 +126,25 @@ def run(args: argparse.Namespace) -> int:
         print(f"  note: {note}")
     print(f"next: ovines check {args.recording}")
     return 0
+
+
+def write_trigger(args: argparse.Namespace, out: Path) -> None:
+    """``trigger.csv`` from the sampled signal, and what it says of the frames."""
+    import numpy as np
+
+    from ovines.importers.trigger_signal import frame_times_s, read_signal
+
+    path = out / "trigger.csv"
+    if path.exists() and not args.force:
+        raise InputError(f"{path} is there already", "a folder without it", "write over it with --force")
+    times_s = frame_times_s(*read_signal(args.trigger_signal), args.pulse)
+    lines = [f"{frame},{time_s:.9f}" for frame, time_s in enumerate(times_s)]
+    write_text_whole("\n".join(["frame,time_s", *lines]) + "\n", path)
+    apart = np.diff(times_s)
+    print(
+        f"{path}: {len(times_s)} frames, {1 / apart.mean():.6g} per second, intervals scatter by "
+        f'{1e6 * apart.std():.2g} us\n  note: add trigger = "trigger.csv" to [time] of recording.toml'
+    )
 
 
 def _by_camera(specs: Sequence[str], names: Sequence[str]) -> dict[str, Path]:

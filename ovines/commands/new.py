@@ -14,7 +14,7 @@ from typing import Any
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.new.questions import Terminal, ask
-from ovines.new.recording import Rig, recording_text
+from ovines.new.recording import PROTOTYPES, Rig, recording_text
 from ovines.recording import FILE, read_recording
 
 NAME = "new"
@@ -26,6 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rig.
     """
     parser.add_argument("folder", type=Path, metavar="DIR", help="the recording's folder; made when it is not there")
+    parser.add_argument(
+        "--prototype", choices=tuple(PROTOTYPES), help="a rig of the thesis: its drive and bodies are what is usual"
+    )
     parser.add_argument("--name", help="title of the recording (default: the folder's name)")
     parser.add_argument("--cameras", nargs="+", metavar="NAME", help="names of the cameras (usual: VW1 VW2)")
     parser.add_argument(
@@ -65,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         field: value for field in Rig.__dataclass_fields__ if (value := getattr(args, field)) is not None
     }
     given = {field: tuple(value) if isinstance(value, list) else value for field, value in given.items()}
-    rig = replace(Rig(), **given)
+    rig = replace(PROTOTYPES.get(args.prototype, Rig()), **given)
     try:
         _check(rig, name)
     except InputError as error:

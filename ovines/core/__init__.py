@@ -1,7 +1,8 @@
 """The core simulator: a disk in a moving container; next contact, move to it, resolve it."""
 
+from ovines.core.energies import EnergyBalance
 from ovines.core.ensemble import EnsembleResult, simulate_ensemble
-from ovines.core.simulate import EnergyBalance, SimulationResult, simulate
+from ovines.core.simulate import SimulationResult, simulate
 from ovines.core.system.model import (
     FloorFriction,
     Harmonic,

@@ -15,44 +15,18 @@ from ovines.core.integration.extended import SHARP, sharpen, strike_extended
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.integration.sampling import due, keep_sample, sample_glide
 from ovines.core.integration.stepper import next_size
+from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, base_motion, host_after
 from ovines.core.system.impact import effective_restitution
 from ovines.core.system.packed import Samples, System
 
 
 class Words(NamedTuple):
-    """State (15,), the low words that a pair of doubles adds to it, and room for a state beyond it."""
+    """State (19,), the low words that a pair of doubles adds to it, and room for a state beyond it."""
 
     y: Floats
     low: Floats
     trial: Floats
-
-
-_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
-
-
-@compiled
-def suspension_work(t0: float, s: float, y: Floats, system: System, work: Floats) -> None:
-    """Add the ground's work and the dampers' loss over a closed-form flight to the energies in ``y``.
-
-    Gauss-Legendre on pieces of a quarter of the fastest period: rounding-level for these smooth integrands.
-    """
-    p, k, drive, table = system.p, system.k, system.drive, system.table
-    pieces = math.ceil(s / p[P.MAX_STEP]) if s > 0.0 else 0
-    host, base = work[P.TRIAL], work[P.SCRATCH]
-    for piece in range(pieces):
-        width = s / pieces
-        for node in range(_GAUSS_X.shape[0]):
-            at = width * (piece + 0.5 * (1.0 + _GAUSS_X[node]))
-            host_after(t0, at, y, system, host)
-            base_motion(t0 + at, k, drive, table, base)
-            for axis in range(ROTATION + 1):
-                stretch, stretching = host[axis] - base[axis], host[3 + axis] - base[3 + axis]
-                damping = p[P.DAMPING_X + axis]
-                force = p[P.STIFFNESS_X + axis] * stretch + damping * stretching
-                y[P.LOST_DRAG] += 0.5 * width * _GAUSS_W[node] * damping * stretching * stretching
-                y[P.WORK] -= 0.5 * width * _GAUSS_W[node] * force * base[3 + axis]
 
 
 @compiled
@@ -66,9 +40,9 @@ def fly_closed(
     k = system.k
     y, low, trial = words.y, words.low, words.trial
     s, wall = glide_to_contact(t, y, end, grace, system, work)
-    sample_glide(t, y, t + s, system, work, trial, samples)
+    counted = sample_glide(t, y, t + s, system, work, trial, samples)
     if with_energy and k[P.HOST_KIND] == P.SPRUNG:
-        suspension_work(t, s, y, system, work)
+        suspension_work(t, counted, s, y, system, work)
     reached = end if wall < 0 else t + s
     if k[P.EXTENDED] and wall == P.ROUND:
         exact, agreed = sharpen(t, s, y, low, system, trial, work[P.TRIAL])
@@ -149,7 +123,7 @@ def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies
     if low[SHARP] > 0.0 and flies_on:
         restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], record[P.TIME], p)
         strike_extended(before, low, restitution, p, k)
-        y[: P.LOST_FRICTION], y[P.HOST :] = before[: P.LOST_FRICTION], before[P.HOST :]
+        y[: P.ENERGIES], y[P.HOST :] = before[: P.ENERGIES], before[P.HOST :]
     else:
         low[:] = 0.0
 

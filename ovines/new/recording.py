@@ -23,6 +23,16 @@ class Rig:
     nes_mass_g: float = 24.6
     frequency_hz: float | None = None
     acceleration_g: float | None = None
+    prototype: str | None = None
+
+
+# The thesis' prototypes: OVINES1 is pushed by hand, OVINES3 alone has markers on the ground; drives of Tables 18, 20.
+PROTOTYPES = {
+    "OVINES1": Rig(prototype="OVINES1"),
+    "OVINES2": Rig(prototype="OVINES2", frequency_hz=11.0, acceleration_g=9.0),
+    "OVINES3": Rig(prototype="OVINES3", frequency_hz=11.0, acceleration_g=8.0),
+}
+WITHOUT_GROUND = ("OVINES1", "OVINES2")
 
 
 VIDEOS = ("avi", "mp4", "mov", "mkv")
@@ -64,11 +74,14 @@ def recording_text(rig: Rig, name: str) -> str:
             'extrinsic = "calibration/{camera}/extrinsic.png"     # one view of the board in the world position',
             '# file = "../calibration.json"         # instead of the three: a calibration that is solved',
         ]
-    lines += [
-        "",
+    ground = [
         "[bodies.ground]                        # markers at rest; leave the section out when there are none",
         'markers = ["G1", "G2", "G3"]',
         "",
+    ]
+    lines += [
+        "",
+        *(() if rig.prototype in WITHOUT_GROUND else ground),
         "[bodies.host]",
         'markers = ["H1", "H2", "H3", "H4"]',
         f"inner_radius_m = {rig.host_radius_mm * MM:.6g}",
@@ -84,6 +97,7 @@ def recording_text(rig: Rig, name: str) -> str:
         "# layout_m = [[0.0, 0.0, 0.01], ...]   # <- without it, name the markers with `ovines pick`",
         "",
         *_excitation(rig),
+        *_log(rig),
         "[model]                                # what the simulator already contains",
         'effects = ["floor_friction", "spin_coupling"]',
         "# restitution = 0.72                   # known parameters; the others are identified",
@@ -92,6 +106,20 @@ def recording_text(rig: Rig, name: str) -> str:
         "# floor_friction = 0.2",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _log(rig: Rig) -> list[str]:
+    """The log sheet's lines, to be filled in."""
+    known = rig.prototype is not None
+    return [
+        f"{'' if known else '# '}[log]                                # the test's log sheet; shown in reports",
+        '# date = "2026-05-18"',
+        f"prototype = {_quoted(str(rig.prototype))}" if known else '# prototype = "OVINES3"',
+        '# nes_type = "steel washer"',
+        "# temperature_deg_c = 23.5",
+        '# remarks = "no accelerometer data"',
+        "",
+    ]
 
 
 def _excitation(rig: Rig) -> list[str]:

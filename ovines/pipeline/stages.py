@@ -114,7 +114,7 @@ STAGES: tuple[Stage, ...] = (
             "checks.parquet",
         ),
         writes=("report.html",),
-        sections=("name", "time", "cameras", "bodies", "excitation", "model"),
+        sections=("name", "time", "cameras", "bodies", "excitation", "model", "log"),
     ),
 )
 

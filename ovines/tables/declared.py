@@ -76,6 +76,65 @@ def _circle_columns() -> tuple[Column, ...]:
 
 
 IMPACTS = _impact_columns()
+LOSSES = {
+    "restitution": "in impacts, along the wall's normal",
+    "wall_friction": "at the wall, along its tangent: impacts and sustained contact",
+    "floor_sliding": "to the floor by sliding",
+    "floor_spinning": "to the floor by spinning",
+    "drag": "to drag",
+    "damper": "to the dampers of a sprung Host",
+}
+STATE = {
+    "x_m": "x",
+    "y_m": "y",
+    "vx_m_per_s": "velocity along x",
+    "vy_m_per_s": "velocity along y",
+    "angle_rad": "angle",
+    "spin_rad_per_s": "spin",
+}
+DRIVE = "work of the driver, or of the ground under a sprung Host"
+OUTCOMES = {
+    "impacts_per_s": "impacts per second",
+    "contact_share": "share of the time in sustained contact",
+    "speed_m_per_s": "speed of the NES relative to the Host at the end",
+    "spin_rad_per_s": "size of its relative spin at the end",
+}
+
+
+def _energy_columns() -> tuple[Column, ...]:
+    stored = {
+        "nes_kinetic": "kinetic energy of the NES' centre of mass",
+        "nes_spin": "kinetic energy of the NES' spin",
+        "nes_potential": "potential energy of the NES (gravity in the plane)",
+        "host_kinetic": "kinetic energy of a movable Host",
+        "host_spin": "kinetic energy of a movable Host's turning",
+        "spring": "energy of the springs",
+    }
+    return (
+        *(maybe(f"{name}_j", meaning) for name, meaning in stored.items()),
+        *(maybe(f"{name}_loss_j", f"lost {where}, since the start") for name, where in LOSSES.items()),
+        maybe("work_j", f"{DRIVE}, since the start"),
+        maybe("residual_j", "stored and lost, less the start's energy and the work: what does not add up"),
+    )
+
+
+def _sweep_columns() -> tuple[Column, ...]:
+    over = {"mean": "mean", "sd": "standard deviation", "median": "median", "low": "5 %", "high": "95 %"}
+    return (
+        text("parameter", "what varies"),
+        number("value", "its value, in the unit that its name ends in"),
+        text("other_parameter", "what varies beside it", nullable=True),
+        maybe("other_value", "its value"),
+        integer("runs", "runs at this point"),
+        *(
+            number(f"{name}_{kind}", f"{meaning}, {word} over the runs")
+            for name, meaning in OUTCOMES.items()
+            for kind, word in over.items()
+        ),
+        *(number(f"{name}_loss_w", f"mean power lost {where}") for name, where in LOSSES.items()),
+        number("work_w", f"mean power: {DRIVE}"),
+    )
+
 
 TABLES: dict[str, Table] = {
     table.name: table
@@ -186,7 +245,42 @@ TABLES: dict[str, Table] = {
             key=("impact",),
         ),
         Table("impacts", "impact", IMPACTS, key=("impact",)),
-        Table("simulated_impacts", "impact, exact values", IMPACTS, key=("impact",)),
+        Table(
+            "simulated_impacts",
+            "impact, exact values",
+            (
+                *IMPACTS,
+                optional("restitution_loss_j", "lost along the normal; a share of a finite contact is in it"),
+                optional("wall_friction_loss_j", "lost along the tangent: friction and tangential restitution"),
+                optional("work_j", "work of the wall's motion on the NES (driven Host)"),
+            ),
+            key=("impact",),
+        ),
+        Table(
+            "energies", "time sample", (number("time_s", "time since the start"), *_energy_columns()), key=("time_s",)
+        ),
+        Table(
+            "ensemble",
+            "scattered copy of the run",
+            (
+                integer("run", "number of the copy, from 0"),
+                number("start_x_m", "x of the NES at the start"),
+                number("start_y_m", "y of the NES at the start"),
+                integer("impacts", "number of its impacts"),
+                integer("contacts", "number of its sustained contacts"),
+                number("contact_s", "time in sustained contact"),
+                number("end_s", "when it ended"),
+                *(
+                    number(f"{body}_{name}", f"{meaning} of the {title} at the end")
+                    for body, title in BODIES.items()
+                    for name, meaning in STATE.items()
+                ),
+                *(number(f"{name}_loss_j", f"lost {where}") for name, where in LOSSES.items()),
+                number("work_j", DRIVE),
+            ),
+            key=("run",),
+        ),
+        Table("sweep", "point of a sweep", _sweep_columns(), key=("value", "other_value")),
         Table("contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))),
         Table(
             "identification",

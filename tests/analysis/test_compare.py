@@ -17,8 +17,8 @@ from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
-from ovines.pipeline.simulation import impact_table, motion_table
 from ovines.recording import read_recording
+from ovines.simulations.results import impact_table, motion_table
 from ovines.tables import read_table, write_table
 
 TRUTH = {"restitution": 0.72, "wall_friction": 0.13, "tangential_restitution": 0.49, "floor_friction": 0.2}

@@ -68,6 +68,22 @@ def intervals(data: LawData):
     )
 
 
+@pytest.mark.parametrize("slip", [(0.0, 0.1), (0.0, 2.0)])
+def test_impacts_that_turn_all_slip_back_determine_it(slip, monkeypatch):
+    """beta_0 = 1 is where the range ends, not a side that the data leave open (thesis Table 14)."""
+    monkeypatch.setitem(TRUE, "tangential_restitution", 1.0)
+    for seed in range(5):
+        beta = intervals(series(np.random.default_rng(seed), 40, slip=slip))[2]
+        assert beta.low < beta.value <= beta.high <= 1.0
+        assert beta.high > 0.98 and beta.sd < 0.05
+
+
+def test_impacts_that_slide_leave_full_reversal_open(monkeypatch):
+    monkeypatch.setitem(TRUE, "tangential_restitution", 1.0)
+    beta = intervals(series(np.random.default_rng(1), 40, slip=(1.0, 2.0)))[2]
+    assert np.isnan(beta.value) and np.isnan(beta.high)
+
+
 def test_both_regimes_determine_all_three():
     restitution, friction, beta = intervals(series(np.random.default_rng(1), 60))
     for found, name in ((restitution, "restitution"), (friction, "wall_friction"), (beta, "tangential_restitution")):

@@ -15,8 +15,8 @@ from analysis.identify import identify, identify_series
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError
-from ovines.pipeline.simulation import impact_table, motion_table
 from ovines.recording import read_recording, read_series
+from ovines.simulations.results import impact_table, motion_table
 from ovines.tables import read_table
 
 TRUTH = {"restitution": 0.74, "wall_friction": 0.16, "tangential_restitution": 0.45, "floor_friction": 0.24}

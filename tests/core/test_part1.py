@@ -131,7 +131,8 @@ def test_rabinowicz_against_scipy(results):
         return [y[1], -0.5 * 9.81 * math.tanh((y[1] - 0.5) / 0.05) - 0.5 * y[0]]
 
     true = solve_ivp(slope, (0, 60), [0, 0.5], method="DOP853", rtol=1e-12, atol=1e-13, t_eval=result.time_s)
-    assert np.allclose(result.motion["host_x_m"], true.y[0], atol=1e-8)
+    # the belt, 1e9 kg, is slowed by the friction: 6.9e-6 m measured
+    assert np.abs(result.motion["host_x_m"] - true.y[0]).max() < 2e-5
     # sticks (nearly: v_rel small, not zero) until the spring reaches mu m g = 98.1 N
     sticks = result.motion["host_x_m"] * 10 < 90
     early = sticks & (result.time_s < 15)

@@ -131,7 +131,7 @@ def test_doubles_alone_follow_20_impacts(true):
     packed = pack(named_scenario("table-13", sample_rate_hz=0.0, max_impacts=N), with_energy=False)
     assert packed.k[P.EXTENDED] == 0
     rows = np.zeros((N, P.N_IMPACT))
-    none = Samples(np.zeros(0), np.zeros((0, N_SAMPLE)), np.zeros(1, np.int64))
+    none = Samples(np.zeros(0), np.zeros((0, N_SAMPLE)), np.zeros(1, np.int64), np.zeros((0, P.N_STATE)))
     run(packed.system, packed.y.copy(), none, rows, np.zeros((0, 2)), False)
     found = np.abs(rows[:, P.TIME] - true)
     assert np.max(found[:10]) < 1e-7

@@ -19,20 +19,20 @@ ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vis
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.triangulate \
     analysis.blind.recording
-ovines.importers ovines.core.engine vision.frames vision.calibration analysis.motion analysis.walls \
-    analysis.thesis analysis.blind.causes analysis.gap.answer
+ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration analysis.motion \
+    analysis.walls analysis.thesis analysis.blind.causes analysis.gap.answer
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation analysis.flights \
     analysis.blind.series analysis.blind.scoring
-ovines.core vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces analysis.gap.series \
-    analysis.blind.trial
+ovines.core ovines.core.sweep vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces \
+    analysis.gap.series analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement
 ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.selection
-analysis.checks analysis.gap.ladder
+analysis.checks analysis.gap.ladder analysis.simulations
 analysis.report analysis.gap.prediction analysis.gap.next_test
 analysis.view analysis.gap.diagnose ovines.exporters
 analysis.gap.page ovines.pipeline
-ovines.two_results
+ovines.two_results ovines.simulations
 ovines.commands ovines.notebook
 ovines.__main__
 ovines.documentation

@@ -4,8 +4,10 @@ import os
 import pty
 import re
 import select
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -209,3 +211,35 @@ def test_an_input_error_keeps_its_three_parts_in_a_pickle():
 
     error = pickle.loads(pickle.dumps(InputError("a", "b", "c")))
     assert (error.found, error.expected, error.do) == ("a", "b", "c")
+
+
+@pytest.mark.parametrize(
+    ("prototype", "level_g", "ground"), [("OVINES1", None, 0), ("OVINES2", 9.0, 0), ("OVINES3", 8.0, 3)]
+)
+def test_prototypes_of_the_thesis(prototype, level_g, ground, tmp_path):
+    assert main(["new", str(tmp_path / "new"), "--prototype", prototype, "--usual"]) == 0
+    recording = read_recording(tmp_path / "new")
+    assert recording.settings.log is not None and recording.settings.log.pairs == [("Prototype", prototype)]
+    assert (None if recording.excitation is None else recording.excitation.acceleration_g) == level_g
+    markers = recording.bodies["ground"].markers if "ground" in recording.bodies else ()
+    assert len(markers) == ground
+
+
+def test_a_film_without_layouts_is_tracked_as_check_says(tmp_path, capsys):
+    """Ten frames of the rendered sample: names come from the first frame's geometry, and nothing is held against a
+    layout that nobody gave.
+    """
+    sample = Path(__file__).resolve().parents[2] / "sample_data" / "rendered"
+    text = (sample / "recording.toml").read_text(encoding="utf-8")
+    text = re.sub(r"(layout_m|layout_sd_m|board|intrinsic|extrinsic) = .*\n", "", text)
+    text = text.replace("[calibration]\n", f'[calibration]\nfile = "{sample.as_posix()}/true_calibration.json"\n')
+    (tmp_path / "recording.toml").write_text(text, encoding="utf-8")
+    for camera in ("VW1", "VW2"):
+        (tmp_path / camera).mkdir()
+        for path in sorted((sample / camera).glob("*.png"))[:10]:
+            shutil.copy(path, tmp_path / camera)
+    assert main(["check", str(tmp_path)]) == 0
+    assert re.search(r"track:\s+would run", capsys.readouterr().out)
+    assert main(["track", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "named by the first frame's geometry" in said and "markers' layout" not in said

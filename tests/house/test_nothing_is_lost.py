@@ -256,4 +256,11 @@ def test_names_are_not_copied_over_others(recordings, tmp_path, capsys):
 def test_figures_of_the_simulator_stand_alone(tmp_path, capsys):
     (tmp_path / "drops.png").write_bytes(b"mine")
     refused_untouched(["simulate", "--figures", tmp_path], tmp_path, capsys, "drops.png")
-    refused_untouched(["simulate", "table-3", "--figures", tmp_path], tmp_path, capsys, "call the command twice")
+    refused_untouched(["simulate", "--figures", "table-3"], tmp_path, capsys, "put the scenario first")
+
+
+def test_figures_of_a_run_replace_only_ours(tmp_path, capsys):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "paths.png").write_bytes(b"mine")
+    command = ["simulate", "table-3", "--out", tmp_path, "--figures"]
+    refused_untouched(command, tmp_path, capsys, "paths.png", "did not write it")

@@ -52,9 +52,15 @@ def layout_tolerance(layout_xy_m: np.ndarray, rig_m: float, sd_m: float | None) 
     return min(unplaced_m, _OF_SPACING * float(min(apart, default=np.inf))) + _SDS * (sd_m or 0.0)
 
 
-def layout_of(recording: Recording, names: pd.DataFrame | None = None, cameras: Sequence[Camera] = ()) -> Layout:
+def layout_of(
+    recording: Recording,
+    names: pd.DataFrame | None = None,
+    cameras: Sequence[Camera] = (),
+    names_needed: bool = True,
+) -> Layout:
     """Markers of all bodies, with the tolerance within which they are looked for; `cameras`: see `rig_radius`.
 
+    A body without layout must be named, unless only those of known layout are asked for (``names_needed`` false).
     The ground's frame is the world's, moved to the middle of its markers: how far the world's origin lies must not
     matter to a turn.
     """
@@ -73,7 +79,7 @@ def layout_of(recording: Recording, names: pd.DataFrame | None = None, cameras: 
         tolerance.append(layout_tolerance(shape, rig_m, body.layout_sd_m))
         known.append(body.layout_m is not None)
         named = names is not None and set(body.markers) <= set(names["marker"])
-        if body.layout_m is None and name != "ground" and not named:
+        if names_needed and body.layout_m is None and name != "ground" and not named:
             raise InputError(
                 f"[bodies.{name}] has no layout_m, and its markers are not named",
                 "layout_m, or where each marker is in the first frame",

@@ -7,7 +7,7 @@ the circles through the Host's markers, its centres against where the markers' l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -142,8 +142,10 @@ def scatter_of(own: pd.DataFrame) -> tuple[float, float]:
     return radius, float(np.hypot(max(scatter, one / np.sqrt(len(own))), _SHARED * one))
 
 
-def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> list[str]:
-    """One line per body: radius with its scatter over the instants, and how far the centre lies from the markers'."""
+def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]], placed: Container[str]) -> list[str]:
+    """One line per body: radius with its scatter over the instants, and how far the centre lies from where the layout
+    of those ``placed`` (with a `layout_m`) has it.
+    """
     notes = []
     for body, (radius_m, _) in rims.items():
         own = walls[walls["body"] == body]
@@ -154,7 +156,11 @@ def wall_notes(walls: pd.DataFrame, rims: dict[str, tuple[float, float]]) -> lis
         notes.append(
             f"{'inner wall of the Host' if body == 'host' else 'rim of the NES'} from images at {len(own)} instants: "
             f"radius {1e3 * radius:.3f} mm, sd {1e6 * sd:.1f} um without the calibration's own "
-            f"(recording.toml: {1e3 * radius_m:g} mm); its centre lies {1e6 * np.hypot(*off):.0f} um from where "
-            "the markers' layout puts it"
+            f"(recording.toml: {1e3 * radius_m:g} mm)"
+            + (
+                f"; its centre lies {1e6 * np.hypot(*off):.0f} um from where the markers' layout puts it"
+                if body in placed
+                else ""
+            )
         )
     return notes

@@ -76,7 +76,7 @@ def resolve(
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
     duration = 0.0
-    lost = y[P.LOST_FRICTION] if k[P.STATE_SIZE] > 6 else 0.0
+    lost, along, worked = y[P.LOST_NORMAL], y[P.LOST_TANGENT], y[P.WORK]
     if p[P.CONTACT_DURATION] > 0.0:
         duration, stuck = press(t, y, wall, restitution, k_nn, k_tt, system, work)
         place(t + duration, y, system, scratch, at)
@@ -89,10 +89,13 @@ def resolve(
         after_n = normal + k_nn * p_n + k_nt * p_t
         after_t = tangential + k_nt * p_n + k_tt * p_t
         if k[P.STATE_SIZE] > 6:
-            y[P.LOST_FRICTION] -= 0.5 * (p_n * (normal + after_n) + p_t * (tangential + after_t))
+            y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
+            y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
     record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[5]
     record[P.STUCK] = 1.0 if stuck else 0.0
-    record[P.LOST] = (y[P.LOST_FRICTION] - lost) if k[P.STATE_SIZE] > 6 else math.nan
+    along = y[P.LOST_TANGENT] - along if k[P.STATE_SIZE] > 6 else math.nan
+    record[P.LOST_ALONG], record[P.LOST] = along, along + y[P.LOST_NORMAL] - lost
+    record[P.WORKED] = y[P.WORK] - worked
     pull = pull_to_wall(t + duration, y, wall, system, work)
     if pull > 0.0 and after_n * after_n < 2.0 * pull * REST_HEIGHT * p[P.LENGTH]:
         place(t + duration, y, system, scratch, at)
@@ -186,5 +189,6 @@ def press_slopes(
     force_t = -min(max(spring.tangential_stiffness * stretch, -limit), limit)
     push(at, face, -squeeze, force_t, p, k, dy)
     if k[P.STATE_SIZE] > 6:
-        dy[P.LOST_FRICTION] += squeeze * normal - force_t * slip
+        dy[P.LOST_NORMAL] += squeeze * normal
+        dy[P.LOST_TANGENT] -= force_t * slip
     return slip

@@ -20,7 +20,6 @@ from ovines.core.system.host import X, Y, Z, table_piece
 from ovines.core.system.packed import Contact, System
 
 # columns of a row of slopes: those of the state; positions' slopes are velocities
-ENERGIES = P.LOST_FRICTION
 FLYING = Contact(P.FLIGHT, 0, 0.0)
 
 
@@ -118,12 +117,12 @@ def floor_below(t: float, x: float, y: float, disk: Disk) -> tuple[float, float,
 @inlined
 def disk_slope(
     t: float, x: float, y: float, vx: float, vy: float, spin: float, disk: Disk
-) -> tuple[float, float, float, float, float, float]:
-    """Accelerations of the centre, of the angle, and the powers lost to friction, lost to drag and done by the
-    driver.
+) -> tuple[float, float, float, float, float, float, float]:
+    """Accelerations of the centre, of the angle, and the powers lost to sliding, to spinning and to drag, and done
+    by the driver.
     """
     ax, ay, turn = disk.gravity_x, disk.gravity_y, 0.0
-    rubbing, dragging, working = 0.0, 0.0, 0.0
+    sliding, spinning, dragging, working = 0.0, 0.0, 0.0, 0.0
     if disk.viscous != 0.0 or disk.air != 0.0:
         square = vx * vx + vy * vy
         rate = disk.viscous + disk.air * math.sqrt(square)
@@ -140,19 +139,27 @@ def disk_slope(
         ax += fx
         ay += fy
         turn = torque * disk.mass_over_inertia
-        rubbing = -disk.mass * (fx * slip_x + fy * slip_y + torque * slip_spin)
+        sliding = -disk.mass * (fx * slip_x + fy * slip_y)
+        spinning = -disk.mass * torque * slip_spin
         working = disk.mass * (fx * floor_vx + fy * floor_vy + torque * floor_spin)
-    return ax, ay, turn, rubbing, dragging, working
+    return ax, ay, turn, sliding, spinning, dragging, working
+
+
+@inlined
+def keep_powers(sliding: float, spinning: float, dragging: float, working: float, out: Floats) -> None:
+    """Powers into the slopes of the energies: in flight over a given floor no wall and no damper takes any."""
+    out[P.LOST_NORMAL], out[P.LOST_TANGENT], out[P.LOST_DAMPING] = 0.0, 0.0, 0.0
+    out[P.LOST_SLIDING], out[P.LOST_SPINNING], out[P.LOST_DRAG], out[P.WORK] = sliding, spinning, dragging, working
 
 
 @compiled
 def disk_slopes(t: float, y: Floats, system: System, out: Floats) -> None:
     """Slopes of the whole state into ``out``."""
     k = system.k
-    ax, ay, turn, rubbing, dragging, working = disk_slope(t, y[0], y[1], y[2], y[3], y[5], disk_of(system))
+    ax, ay, turn, sliding, spinning, dragging, working = disk_slope(t, y[0], y[1], y[2], y[3], y[5], disk_of(system))
     out[0], out[1], out[2], out[3], out[4], out[5] = y[2], y[3], ax, ay, y[5], turn
-    if k[P.STATE_SIZE] > ENERGIES:
-        out[P.LOST_FRICTION], out[P.WORK], out[P.LOST_DRAG] = rubbing, working, dragging
+    if k[P.STATE_SIZE] > P.ENERGIES:
+        keep_powers(sliding, spinning, dragging, working, out)
 
 
 @compiled
@@ -160,7 +167,7 @@ def disk_step(t: float, y: Floats, h: float, system: System, work: Floats, out: 
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the slopes at ``t``.  Returns error over tolerance."""
     p, k = system.p, system.k
     disk = disk_of(system)
-    energies, turns = k[P.STATE_SIZE] > ENERGIES, disk.turned
+    energies, turns = k[P.STATE_SIZE] > P.ENERGIES, disk.turned
     x0, y0, vx0, vy0, spin0 = y[0], y[1], y[2], y[3], y[5]
     for i in range(1, 12):
         x, yy, vx, vy, spin = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -174,12 +181,12 @@ def disk_step(t: float, y: Floats, h: float, system: System, work: Floats, out: 
                 x += STAGES[i, m] * work[m, 0]
                 yy += STAGES[i, m] * work[m, 1]
         vx, vy, spin = vx0 + h * vx, vy0 + h * vy, spin0 + h * spin
-        ax, ay, turn, rubbing, dragging, working = disk_slope(
+        ax, ay, turn, sliding, spinning, dragging, working = disk_slope(
             t + NODES[i] * h, x0 + h * x, y0 + h * yy, vx, vy, spin, disk
         )
         work[i, 0], work[i, 1], work[i, 2], work[i, 3], work[i, 4], work[i, 5] = vx, vy, ax, ay, spin, turn
         if energies:
-            work[i, P.LOST_FRICTION], work[i, P.WORK], work[i, P.LOST_DRAG] = rubbing, working, dragging
+            keep_powers(sliding, spinning, dragging, working, work[i])
     return finish_step(y, h, p, k, work, out)
 
 

@@ -22,7 +22,7 @@ from ovines.core.system.host import ROTATION
 from ovines.core.system.packed import System
 
 # places among the low words of the state, where energies have none: the time's, and whether the contact was sharpened
-LOW_TIME, SHARP = P.LOST_FRICTION, P.WORK
+LOW_TIME, SHARP = P.ENERGIES, P.ENERGIES + 1
 
 
 @compiled
@@ -136,7 +136,7 @@ def sharpen(
             return t + s, False
         exact = add(exact, (-over / rate, 0.0))
     glide_extended(t, exact, y, low, system, out, out_low)
-    for i in range(P.LOST_FRICTION, P.LOST_DRAG + 1):
+    for i in range(P.ENERGIES, P.HOST):
         out[i] = y[i]
     time, out_low[LOW_TIME] = add((t, low[LOW_TIME]), exact)
     out_low[SHARP] = 1.0

@@ -27,7 +27,7 @@ def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out:
     out[3] = y0[3] + s * gy
     out[4] = y0[4] + s * y0[5]
     out[5] = y0[5]
-    for i in range(6, min(9, k[P.STATE_SIZE])):
+    for i in range(P.ENERGIES, min(P.HOST, k[P.STATE_SIZE])):
         out[i] = y0[i]
     if k[P.STATE_SIZE] > P.HOST:
         out[P.HOST], out[P.HOST + 1], out[P.HOST + 4] = scratch[0], scratch[1], scratch[2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.integration.flight import glide
+from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
 from ovines.core.system.kinematics import place
 from ovines.core.system.packed import Samples, System
@@ -32,14 +33,26 @@ def keep_sample(y: Floats, system: System, work: Floats, samples: Samples) -> No
     """The next sample, whose instant is that of state ``y``."""
     i = samples.written[0]
     take_sample(samples.times[i], y, system, work, samples.rows[i])
+    if i < samples.states.shape[0]:
+        samples.states[i, :] = y
     samples.written[0] = i + 1
 
 
 @compiled
 def sample_glide(
     t: float, y: Floats, until: float, system: System, work: Floats, trial: Floats, samples: Samples
-) -> None:
-    """Samples of a closed-form flight that starts at ``t``, up to but not including ``until``."""
+) -> float:
+    """Samples of a closed-form flight that starts at ``t``, up to but not including ``until``.
+
+    Where states are wanted, what passes through the suspension is added to ``y`` up to each sample; returns how far
+    (s after ``t``).
+    """
+    counted = 0.0
     while due(samples, until):
-        glide(t, samples.times[samples.written[0]] - t, y, system, work[P.SCRATCH], trial)
+        s = samples.times[samples.written[0]] - t
+        if samples.states.shape[0] > 0 and system.k[P.HOST_KIND] == P.SPRUNG:
+            suspension_work(t, counted, s, y, system, work)
+            counted = s
+        glide(t, s, y, system, work[P.SCRATCH], trial)
         keep_sample(trial, system, work, samples)
+    return counted

@@ -23,7 +23,7 @@ def step(
 ) -> float:
     """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the derivative at ``t`` on entry.
 
-    ``work`` (16 rows of 15): rows 0-11 stages, 12 a trial state, 13 scratch, 14 place.  Returns the error over
+    ``work`` (16 rows of 19): rows 0-11 stages, 12 a trial state, 13 scratch, 14 place.  Returns the error over
     the tolerance (accept below 1), Hairer's blend of the third- and fifth-order estimates.
     """
     p, k = system.p, system.k
@@ -64,7 +64,7 @@ def finish_step(y: Floats, h: float, p: Floats, k: Ints, work: Floats, out: Floa
 def state_scale(j: int, size: float, p: Floats) -> float:
     """Size that the tolerance of state ``j`` refers to: the scenario's own length, speed, energy, or the value."""
     length, speed = p[P.LENGTH], p[P.SPEED]
-    if P.LOST_FRICTION <= j <= P.LOST_DRAG:
+    if P.ENERGIES <= j < P.HOST:
         return p[P.MASS] * speed * speed + size
     i = j if j < P.HOST else j - P.HOST
     if i < 2:

@@ -74,8 +74,8 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
     dy[5] += (torque - at[10] * ay + at[11] * ax) * mass / p[P.INERTIA]
     size = k[P.STATE_SIZE]
     if size > 6:
-        rubbing = ax * (vx - floor_vx) + ay * (vy - floor_vy) + torque * (spin - floor_spin)
-        dy[P.LOST_FRICTION] -= mass * rubbing
+        dy[P.LOST_SLIDING] -= mass * (ax * (vx - floor_vx) + ay * (vy - floor_vy))
+        dy[P.LOST_SPINNING] -= mass * torque * (spin - floor_spin)
         if not moving:
             dy[P.WORK] += mass * (ax * floor_vx + ay * floor_vy + torque * floor_spin)
     if moving and not k[P.ON_GROUND]:
@@ -98,7 +98,7 @@ def springs(t: float, y: Floats, system: System, scratch: Floats, dy: Floats) ->
         inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
         force = -stiffness * stretch - damping * stretching
         dy[rate] += force * inverse
-        dy[P.LOST_DRAG] += damping * stretching * stretching
+        dy[P.LOST_DAMPING] += damping * stretching * stretching
         dy[P.WORK] += force * scratch[3 + axis]
 
 
@@ -176,7 +176,7 @@ def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Fl
         slip = contact_velocity(face, y[5], at, p)[1]
         push(at, face, -force, -friction * force, p, k, dy)
         if k[P.STATE_SIZE] > 6:
-            dy[P.LOST_FRICTION] += friction * force * slip
+            dy[P.LOST_TANGENT] += friction * force * slip
     scratch[PUSH], scratch[RUB], scratch[SLIP] = min(first, second), 0.0, slip
     scratch[NEED] = walls[0] if first > second else walls[1]  # the wall that holds longer
 
@@ -213,7 +213,7 @@ def _derivatives(
         force_n = -bias_n / (k_nn + side * friction * k_nt)
         force_t = side * friction * force_n
         if k[P.STATE_SIZE] > 6:
-            dy[P.LOST_FRICTION] -= force_t * slip
+            dy[P.LOST_TANGENT] -= force_t * slip
     push(at, face, force_n, force_t, p, k, dy)
     scratch[PUSH], scratch[RUB], scratch[NEED], scratch[SLIP] = -force_n, force_t, need, slip
 

@@ -26,11 +26,14 @@ class System(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Instants to sample (n,), their rows (n, 12), and how many are written (1,)."""
+    """Instants to sample (n,), their rows (n, 12), how many are written (1,), and the engine's states there with
+    their energies (n, 19; no rows: not wanted).
+    """
 
     times: Floats
     rows: Floats
     written: Ints
+    states: Floats
 
 
 class Contact(NamedTuple):

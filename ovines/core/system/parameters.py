@@ -25,10 +25,13 @@ N_INTS = 12
 FIXED, FREE, DRIVEN, SPRUNG = range(4)  # host kinds
 FLIGHT, SLIDE, ROLL, CORNER = range(4)  # modes of motion; CORNER rests on two walls at once
 
-# state vector: NES (x, y, vx, vy, angle, spin) of its centre of mass, three energies, Host (same six)
-LOST_FRICTION, WORK, LOST_DRAG = 6, 7, 8  # J: rubbed away, done by driver or ground, drag and dampers
-HOST = 9
-N_STATE = 15
+# state vector: NES (x, y, vx, vy, angle, spin) of its centre of mass, seven energies, Host (same six)
+ENERGIES = 6
+# J: lost along the wall's normal (restitution) and tangent (friction), on the floor by sliding and by spinning, to drag
+# and to dampers; done by driver or ground
+(LOST_NORMAL, LOST_TANGENT, LOST_SLIDING, LOST_SPINNING, LOST_DRAG, LOST_DAMPING, WORK) = range(6, 13)
+HOST = 13
+N_STATE = 19
 
 # rows of the work array: twelve stages of a step, then what functions leave for the next one
 TRIAL, SCRATCH, PLACE, SPARE = 12, 13, 14, 15
@@ -40,5 +43,5 @@ PAIR = 1000  # two walls in one number: first + PAIR * second
 
 # columns of the impact record
 (TIME, AZIMUTH, NORMAL_BEFORE, NORMAL_AFTER, TANGENTIAL_BEFORE, TANGENTIAL_AFTER, SPIN_BEFORE, SPIN_AFTER,
- STUCK, WALL, LOST) = range(11)  # fmt: skip
-N_IMPACT = 11
+ STUCK, WALL, LOST, LOST_ALONG, WORKED) = range(13)  # fmt: skip
+N_IMPACT = 13

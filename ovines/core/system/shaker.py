@@ -6,8 +6,14 @@ ERRATA: the thesis' (125) has two sides that differ by 0.8, and its 4.536 cm tak
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from ovines.core.system.model import require_range
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.core.system.model import require, require_range
+
+Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # m/s^2, as the thesis
 
@@ -23,6 +29,13 @@ def clearance(host_radius_m: float, nes_radius_m: float) -> float:
     """L_g = 2 R_H - 2 R_N (m)."""
     require_range("nes_radius_m", nes_radius_m, 0.0, host_radius_m, above=True)
     return 2.0 * (host_radius_m - nes_radius_m)
+
+
+def acceleration_of(amplitude_m: float, frequency_hz: float) -> float:
+    """Peak acceleration (g) of a harmonic with this amplitude: the inverse of :func:`amplitude_of`."""
+    require_range("amplitude_m", amplitude_m, 0.0, math.inf)
+    require_range("frequency_hz", frequency_hz, 0.0, math.inf, above=True)
+    return amplitude_m * (2.0 * math.pi * frequency_hz) ** 2 / STANDARD_GRAVITY
 
 
 def best_amplitude(host_radius_m: float, nes_radius_m: float) -> float:
@@ -41,8 +54,38 @@ def host_radius_for(amplitude_m: float, radius_ratio: float = 0.2, share: float 
     return math.pi * amplitude_m / (2.0 * share * (1.0 - radius_ratio))
 
 
+@dataclass(frozen=True)
+class ShakerLimits:
+    """What a shaker can do, all peak values: travel (m, from the middle), velocity (m/s), acceleration (g).
+
+    ``inf`` where there is no limit.
+    """
+
+    travel_m: float = math.inf
+    velocity_m_per_s: float = math.inf
+    acceleration_g: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name in ("travel_m", "velocity_m_per_s", "acceleration_g"):
+            value = getattr(self, name)
+            require(value > 0.0, f"{name} = {value}", "a number above 0", f"correct {name}")
+
+    def accelerations_g(self, frequency_hz: Array) -> dict[str, Array]:
+        """Largest acceleration (g) that each limit leaves at each frequency (n,); Fig. 36 shows the three curves."""
+        omega = 2.0 * math.pi * np.asarray(frequency_hz, dtype=float)
+        return {
+            "travel": self.travel_m * omega**2 / STANDARD_GRAVITY,
+            "velocity": self.velocity_m_per_s * omega / STANDARD_GRAVITY,
+            "acceleration": np.full_like(omega, self.acceleration_g),
+        }
+
+    def narrowest(self, frequency_hz: float) -> tuple[str, float]:
+        """The limit that binds at a frequency, and the acceleration (g) that it leaves."""
+        each = {name: float(curve[0]) for name, curve in self.accelerations_g(np.array([frequency_hz])).items()}
+        return min(each.items(), key=lambda one: one[1])
+
+
 def within_shaker(acceleration_g: float, frequency_hz: float, limits: tuple[float, float, float]) -> bool:
     """Whether a harmonic is below a shaker's limits: peak displacement (m), velocity (m/s), acceleration (g)."""
-    omega = 2.0 * math.pi * frequency_hz
-    amplitude = amplitude_of(acceleration_g, frequency_hz)
-    return amplitude <= limits[0] and amplitude * omega <= limits[1] and acceleration_g <= limits[2]
+    amplitude_of(acceleration_g, frequency_hz)  # refuses what is no harmonic
+    return acceleration_g <= ShakerLimits(*limits).narrowest(frequency_hz)[1]

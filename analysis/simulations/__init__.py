@@ -1,0 +1,1 @@
+"""Figures of simulations: one run, a sweep, the shaker's limits."""

@@ -1,0 +1,1 @@
+"""Simulations as the commands run them: their cost, many at once, results as tables."""
