@@ -17,6 +17,7 @@ import pandas as pd
 
 from ovines.camera import Camera
 from ovines.errors import InputError
+from ovines.plausibility.calibration import refuse_camera_count
 from ovines.recording import Recording
 from vision.frames.dropped import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.frames.dropped_by_both import as_dropped, find_common_gaps
@@ -74,11 +75,12 @@ def track(
     Ground markers without a layout are named clockwise as the cameras see them (from above), beginning left (-x).
     """
     by_name = {camera.name: camera for camera in cameras}
+    refuse_camera_count(recording)
     strangers = [camera.name for camera in recording.cameras if camera.name not in by_name]
-    if strangers or len(recording.cameras) != 2:
+    if strangers:
         raise InputError(
-            f"cameras {[c.name for c in recording.cameras]} with a calibration of {sorted(by_name)}",
-            "two cameras, both calibrated",
+            f"no camera {', '.join(strangers)} in a calibration of {', '.join(sorted(by_name))}",
+            "every camera of the recording",
             "give recording.toml and calibration.json the same names",
         )
     if names is not None:

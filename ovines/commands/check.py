@@ -22,7 +22,7 @@ from ovines.pipeline.stages import (
     state_of,
     written_from,
 )
-from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files, sizes
 from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
 from ovines.recording import FILE, Recording, read_recording, series_folders
@@ -240,6 +240,11 @@ def _effects(recording: Recording) -> None:
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
     """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
+    if one.name == "track":
+        try:
+            refuse_camera_count(recording)
+        except InputError as error:
+            return "cannot run", error
     if earlier is not None and any(artifact in _made_after(earlier) for artifact in (*one.reads, *one.may_read)):
         return f"would run after {earlier}", None
     try:

@@ -11,7 +11,7 @@ from typing import Any
 from ovines.errors import InputError
 from ovines.pipeline.context import StageContext
 from ovines.pipeline.stages import CALIBRATION_PAGE
-from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files
 from ovines.plausibility.motion import gaps, refuse_unseen, track_notes
 from ovines.plausibility.names import read_names
@@ -42,6 +42,7 @@ def track(context: StageContext) -> dict[str, Any]:
     from vision.calibration_check import refuse_mistaken
     from vision.track import track as track_markers
 
+    refuse_camera_count(context.recording)
     refuse_strange_files(context.recording)
     context.notes.extend(file_notes(context.recording))
     if "trigger.csv" in context.inputs:
