@@ -13,6 +13,7 @@ from ovines.io.toml_input import line_of
 from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
 from ovines.pipeline.series import is_recording
 from ovines.pipeline.stages import (
+    MOTION_OR_IMPACTS,
     STAGES,
     Stage,
     inputs_of,
@@ -208,6 +209,10 @@ def _table(recording: Recording) -> None:
         for doubt in doubts(recording):
             print(f"  doubt: {doubt}")
         return
+    if entry == "impacts":
+        impacts = read_table(recording.folder / "impacts.parquet", "given_impacts")
+        print(f"  impacts.parquet: {len(impacts)} impacts")
+        return
     table = read_table(recording.folder / f"{entry}.parquet", entry)
     refuse_contradictions(recording, table)
     print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
@@ -259,4 +264,5 @@ def _made_after(name: str) -> set[str]:
     """Artifacts that ``name`` and the stages after it write."""
     later = STAGES[STAGES.index(stage(name)) :]
     made = {artifact for one in later for artifact in one.writes}
-    return made | {"points.parquet or motion.parquet"} if "points.parquet" in made else made
+    made |= {"points.parquet or motion.parquet"} if "points.parquet" in made else set()
+    return made | {MOTION_OR_IMPACTS} if made & {"motion.parquet", "impacts.parquet"} else made

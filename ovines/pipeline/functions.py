@@ -10,7 +10,7 @@ from typing import Any
 
 from ovines.errors import InputError
 from ovines.pipeline.context import StageContext
-from ovines.pipeline.stages import CALIBRATION_PAGE
+from ovines.pipeline.stages import CALIBRATION_PAGE, MOTION_OR_IMPACTS
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files
 from ovines.plausibility.motion import gaps, refuse_unseen, track_notes
@@ -124,9 +124,15 @@ def analyse(context: StageContext) -> dict[str, Any]:
 def identify(context: StageContext) -> dict[str, Any]:
     """Motion to impacts, flights, parameters, and the checks that say whether to use them."""
     from analysis.checks.recording import check_run
+    from analysis.identification.given_impacts import identify_impacts
     from analysis.identify import identify as identify_parameters
 
-    motion = read_table(context.path("motion.parquet"), "motion")
+    path = context.path(MOTION_OR_IMPACTS)
+    if context.recording.entry() == "impacts":
+        alone = identify_impacts([read_table(path, "given_impacts")], [context.recording])
+        context.notes.extend(alone.notes)
+        return {"identification.parquet": alone.identification, "impacts.parquet": alone.impacts[0]}
+    motion = read_table(path, "motion")
     found = identify_parameters(motion, context.recording)
     context.notes.extend(found.notes)
     peaks = (
