@@ -61,8 +61,9 @@ def with_slip(data: LawData) -> LawData:
 
 def part_of(data: LawData, chosen: NDArray[np.bool_]) -> LawData:
     """Some of the impacts (K,)."""
-    values = {one.name: getattr(data, one.name) for one in fields(LawData)}
-    return LawData(**{name: v[chosen] if isinstance(v, np.ndarray) else v for name, v in values.items()})
+    whole: dict[str, Any] = {one.name: getattr(data, one.name) for one in fields(LawData)}
+    part: dict[str, Any] = {name: v[chosen] if isinstance(v, np.ndarray) else v for name, v in whole.items()}
+    return LawData(**part)
 
 
 def _of_one(table: pd.DataFrame, nes: Nes, run: int, first: int) -> LawData:

@@ -13,7 +13,7 @@ from ovines.pipeline.context import StageContext
 from ovines.pipeline.stages import CALIBRATION_PAGE, MOTION_OR_IMPACTS
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files
-from ovines.plausibility.motion import gaps, refuse_unseen, track_notes
+from ovines.plausibility.motion import gaps, host_at_rest, refuse_unseen, track_notes
 from ovines.plausibility.names import read_names
 from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
 from ovines.recording import Recording, read_trigger
@@ -116,6 +116,7 @@ def analyse(context: StageContext) -> dict[str, Any]:
     refuse_unseen(motion, context.recording)
     context.notes.extend(gaps(motion, context.recording))
     context.notes.extend(doubts(context.recording, motion) + drive_doubts(motion, context.recording))
+    motion = host_at_rest(motion)
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)
     return results
