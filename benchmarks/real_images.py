@@ -6,7 +6,7 @@ All points go through the same solver, OpenCV's calibrateCamera with five lens t
 
     views, points   in which the board was found, and how many points all methods share
     held out        RMS, px, on every second view, whose pose alone is fitted, with the lens of the others
-    board freed     RMS, px, where the board's own points are unknowns too (calibrateCameraRO): print errors taken out
+    board freed     of a printed board: RMS, px, where its own points are unknowns too (calibrateCameraRO)
     claimed         RMS of our points' own standard deviations, px, which the freed residual should equal
     board off       RMS, um, of the freed board from the stated grid after the best similarity: known lengths
 """
@@ -106,8 +106,14 @@ def charuco(board: Board) -> Callable[[Image, View], Found]:
     return find
 
 
-def compare(name: str, board: Board, images: list[Image], others: dict[str, Callable[[Image, View], Found]]) -> None:
-    """A row per method, on the points that all methods have in a view."""
+def compare(
+    name: str,
+    board: Board,
+    images: list[Image],
+    others: dict[str, Callable[[Image, View], Found]],
+    printed: bool = True,
+) -> None:
+    """A row per method, on the points that all methods have in a view; `printed`: a board with errors of its own."""
     seen = [detect(image, board) for image in images]
     every = {"ours": [dict(zip(map(int, v.points), v.uv_px, strict=True)) for v in seen]}
     every |= {what: [find(image, v) for image, v in zip(images, seen, strict=True)] for what, find in others.items()}
@@ -119,13 +125,13 @@ def compare(name: str, board: Board, images: list[Image], others: dict[str, Call
     print(f"\n{name}: {len(images)} pictures, {len(kept)} views with {sum(len(both[k]) for k in kept)} shared points")
     for what, found in every.items():
         held = held_out(board, [found[k] for k in kept], [both[k] for k in kept], images[0].shape[::-1])
-        freed = board_freed(board, [found[k] for k in kept], whole, images[0].shape[::-1])
+        freed = ""
+        if printed and len(whole) >= FEWEST:
+            noise, off_m = board_freed(board, [found[k] for k in kept], whole, images[0].shape[::-1])
+            freed = f"; board freed {noise:.4f} px, off {1e6 * off_m:.1f} um"
         counts = f"{len(usual[what]):3d} views, {sum(map(len, usual[what])):5d} points"
-        print(
-            f"  {what:22s} {counts}; held out {held:.4f} px; board freed {freed[0]:.4f} px, off {1e6 * freed[1]:.1f} um"
-            + (f"; claimed {np.sqrt(np.nanmean(sd**2)):.4f} px" if what == "ours" else ""),
-            flush=True,
-        )
+        claimed = f"; claimed {np.sqrt(np.nanmean(sd**2)):.4f} px" if what == "ours" else ""
+        print(f"  {what:22s} {counts}; held out {held:.4f} px{freed}{claimed}", flush=True)
 
 
 def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: tuple[int, ...]) -> float:
@@ -151,8 +157,6 @@ def board_freed(board: Board, found: list[Found], whole: list[int], size: tuple[
     whole = whole[:: max(1, len(whole) // FREED)]  # its time grows with the cube of their number
     points = board.points_m().astype(np.float32)[whole]
     views = [np.array([one[k] for k in whole], np.float32) for one in found]
-    if len(whole) < FEWEST:
-        return float("nan"), float("nan")
     # The solver holds three points, the first, the fixed one and the last: a row's end and the last make the frame.
     fixed = int(np.argmax(points[:, 0] - points[:, 1]))
     rms, _, _, _, _, placed = cv2.calibrateCameraRO(
@@ -186,7 +190,13 @@ if __name__ == "__main__":
     grid = Board("dots", (14, 10), 0.007, kind="dots", rings=((2, 7), (11, 7), (2, 2)))
     plain = {"SimpleBlobDetector": blobs, "ellipse of the outline": ellipses, "grey centroid": centroids}
     for camera in "01":
-        compare(f"dot grid, camera {camera}", grid, read(real / "stereo_dots", f"*_{camera}.jpeg"), dict(plain))
+        compare(
+            f"dot grid, camera {camera}",
+            grid,
+            read(real / "stereo_dots", f"*_{camera}.jpeg"),
+            dict(plain),
+            printed=False,
+        )
     webcams = Board("webcams", (4, 5), 0.054, 0.75 * 0.054, "DICT_4X4_1000", inverted=True)
     for camera in "01":
         film = real / "charuco_two_webcams" / "calibration" / "extrinsic" / f"cam_{camera}.mp4"

@@ -31,6 +31,7 @@ from vision.tracking.camera_tracker import CameraTracker
 from vision.tracking.disc_sizes import LARGEST_PX, SMALLEST_PX, size_notes
 from vision.tracking.duplicate_assignments import unshared
 from vision.tracking.exposure import arc_shift, spins
+from vision.tracking.jumps import jump_notes
 from vision.tracking.manual_names import check_names
 from vision.tracking.state import BODY_ANGLE, BODY_X, DISC, DISC_SD, FRAME, HEIGHT, MARKER
 from vision.tracking.tracker import Tracker
@@ -212,6 +213,7 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
         own = unshared(frames, marker, uv, radius_px(discs), tracker.body_of)
         tables[-1] = tables[-1][own]
         notes.extend(size_notes(camera.name, tracker.layout, marker, radius_px(discs)))
+        notes.extend(jump_notes(camera.name, tracker.layout, frames[own], marker[own], uv[own]))
         for name in markers[np.bincount(marker[own], minlength=len(markers)) == 0]:
             notes.append(f"{camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)
