@@ -46,7 +46,7 @@ def jump_notes(
 
 def jumps(place: Array) -> NDArray[np.int64]:
     """Frames into which a body jumps: ``place`` (frames, markers, 2) [px], NaN where not seen."""
-    seen = np.isfinite(place).all(-1)
+    seen = np.asarray(np.isfinite(place).all(-1), bool)
     # The same markers in all four frames: of others the middle lies elsewhere in a body that turns.
     common = seen[:-3] & seen[1:-2] & seen[2:-1] & seen[3:]
     at = np.flatnonzero(common.sum(1) >= min(FEWEST, place.shape[1]))
