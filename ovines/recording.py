@@ -132,15 +132,18 @@ class Recording:
         return [Path(name) for name in sorted(filter(os.path.isfile, found), key=_natural)]
 
     def entry(self) -> str:
-        """Where the recording enters the chain: "motion", "points", "tracks" or "frames"."""
+        """Where the recording enters the chain: "motion", "points", "tracks", "frames", or "impacts" alone."""
         for name in ENTRY_TABLES:
             if (self.folder / f"{name}.parquet").is_file():
                 return name
         if any(camera.frames for camera in self.cameras):
             return "frames"
+        if (self.folder / "impacts.parquet").is_file():
+            return "impacts"
         raise InputError(
             f"{self.folder}: no frames in [[cameras]] and no table",
-            "frames of each camera, or tracks.parquet, points.parquet or motion.parquet beside recording.toml",
+            "frames of each camera, or tracks.parquet, points.parquet, motion.parquet or impacts.parquet beside "
+            "recording.toml",
             "add 'frames' to each [[cameras]], or put the table there",
         )
 

@@ -17,6 +17,7 @@ import pandas as pd
 
 from ovines.camera import Camera
 from ovines.errors import InputError
+from ovines.plausibility.calibration import refuse_camera_count
 from ovines.recording import Recording
 from vision.frames.dropped import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.frames.dropped_by_both import as_dropped, find_common_gaps
@@ -30,6 +31,7 @@ from vision.tracking.camera_tracker import CameraTracker
 from vision.tracking.disc_sizes import LARGEST_PX, SMALLEST_PX, size_notes
 from vision.tracking.duplicate_assignments import unshared
 from vision.tracking.exposure import arc_shift, spins
+from vision.tracking.jumps import jump_notes
 from vision.tracking.manual_names import check_names
 from vision.tracking.state import BODY_ANGLE, BODY_X, DISC, DISC_SD, FRAME, HEIGHT, MARKER
 from vision.tracking.tracker import Tracker
@@ -74,11 +76,12 @@ def track(
     Ground markers without a layout are named clockwise as the cameras see them (from above), beginning left (-x).
     """
     by_name = {camera.name: camera for camera in cameras}
+    refuse_camera_count(recording)
     strangers = [camera.name for camera in recording.cameras if camera.name not in by_name]
-    if strangers or len(recording.cameras) != 2:
+    if strangers:
         raise InputError(
-            f"cameras {[c.name for c in recording.cameras]} with a calibration of {sorted(by_name)}",
-            "two cameras, both calibrated",
+            f"no camera {', '.join(strangers)} in a calibration of {', '.join(sorted(by_name))}",
+            "every camera of the recording",
             "give recording.toml and calibration.json the same names",
         )
     if names is not None:
@@ -211,6 +214,7 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
         own = unshared(frames, marker, uv, radius_px(discs), tracker.body_of)
         tables[-1] = tables[-1][own]
         notes.extend(size_notes(camera.name, tracker.layout, marker, radius_px(discs)))
+        notes.extend(jump_notes(camera.name, tracker.layout, frames[own], marker[own], uv[own]))
         for name in markers[np.bincount(marker[own], minlength=len(markers)) == 0]:
             notes.append(f"{camera.name} never saw marker {name}")
     tracks = pd.concat(tables, ignore_index=True)

@@ -59,6 +59,8 @@ class LawData:
     ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
     ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``outliers``: share of the
     impacts that need not follow the restitution, at most (of a handful none need, see :func:`outlier_share`).
+    ``levers`` (K, 2): of a body that is no disk, the contact point from the centre of mass along the outward normal and
+    the tangent, over the radius of gyration.
     """
 
     before: Array
@@ -80,9 +82,22 @@ class LawData:
     index: NDArray[np.int64]
     inertia_factor: float
     outliers: float = OUTLIER_SHARE
+    levers: Array | None = None
 
     def __len__(self) -> int:
         return len(self.before)
+
+    @property
+    def mobility(self) -> Array:
+        """Tangential speed of the contact point that a tangential impulse per mass gives (K,): 1 + 1/q of a disk."""
+        if self.levers is None:
+            return np.full(len(self), 1 + 1 / self.inertia_factor)
+        return np.asarray(1 + self.levers[:, 0] ** 2, float)
+
+    @property
+    def coupling(self) -> Array:
+        """Tangential speed that a normal impulse per mass gives (K,): none to a disk, hit straight below its centre."""
+        return np.zeros(len(self)) if self.levers is None else np.prod(self.levers, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,15 +207,20 @@ def follows(data: LawData, law: Law, limit_sd: float) -> NDArray[np.bool_]:
 
 def predicted_tangential(data: LawData, wall_friction: Array | float, tangential_restitution: Array | float) -> Array:
     """Tangential impulse per mass (K,) of Luding's law with the measured normal impulse."""
-    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
     slide = wall_friction * data.normal_impulse
-    return -np.sign(data.slip) * np.minimum(stick, slide)
+    stick = stick_impulse(data, tangential_restitution)
+    return np.asarray(np.sign(stick) * np.minimum(np.abs(stick), slide), float)
+
+
+def stick_impulse(data: LawData, tangential_restitution: Array | float) -> Array:
+    """Tangential impulse per mass (K,) after which the contact point leaves with -beta_0 times its slip speed."""
+    wanted = (1 + tangential_restitution) * data.slip + data.coupling * data.normal_impulse
+    return np.asarray(-wanted / data.mobility, float)
 
 
 def sticks(data: LawData, wall_friction: float, tangential_restitution: float) -> NDArray[np.bool_]:
     """Which impacts stick (inform tangential restitution); the others slide (inform wall friction)."""
-    stick = (1 + tangential_restitution) * np.abs(data.slip) / (1 + 1 / data.inertia_factor)
-    return stick <= wall_friction * data.normal_impulse
+    return np.abs(stick_impulse(data, tangential_restitution)) <= wall_friction * data.normal_impulse
 
 
 def fit_restitution(

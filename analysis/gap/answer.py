@@ -6,13 +6,12 @@ import json
 import math
 from typing import Any
 
-from analysis.contact.law import fit_restitution
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
-from analysis.gap.diagnose import Diagnosis
 from analysis.gap.ladder import Ladder
-from analysis.gap.selection.impact_candidates import restitution_design
+from analysis.gap.selection.impact_candidates import scenario_restitution
 from ovines.core.effects import EFFECTS
+from ovines.recording_schema import Nominal
 
 
 def plain(value: Any) -> Any:
@@ -28,11 +27,10 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def model_section(diagnosis: Diagnosis) -> str:
+def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[str, float]) -> str:
     """The improved nominal model as the ``[model]`` section of recording.toml: known effects and the ones found, with
-    their sizes, and the parameters refitted beside them.
+    their sizes, and the parameters' ``values`` beside them (:func:`model_values`).
     """
-    summary, model = diagnosis.summary, diagnosis.ladder.series.recordings[0].model
     known = list(model.effects) if model else ["floor_friction", "spin_coupling"]
     added = [name for name in summary["effects"] if name not in known]
     if "floor_friction" in added and "spin_coupling" not in known:
@@ -41,7 +39,7 @@ def model_section(diagnosis: Diagnosis) -> str:
         "[model]",
         "# " + summary["verdict"] + (": " + ", ".join(summary["effects"]) if summary["effects"] else ""),
         f"effects = {json.dumps(known + added)}",
-        *(f"{name} = {value:.6g}" for name, value in model_values(diagnosis.ladder).items()),
+        *(f"{name} = {value:.6g}" for name, value in values.items()),
     ]
     sizes = {name: dict(one) for name, one in (model.effect_parameters if model else {}).items()}
     sizes |= {
@@ -62,8 +60,7 @@ def model_values(ladder: Ladder) -> dict[str, float]:
     if ladder.impacts.fitted is not None:
         law, data = ladder.impacts.fitted.law, ladder.impacts.fitted.data
         terms = ladder.impacts.restitution_terms
-        coefficients = fit_restitution(data, restitution_design(data, terms))[0]
-        values["restitution"] = float(sum(coefficients[: 1 + ("speed_dependent_restitution" in terms)]))
+        values["restitution"] = scenario_restitution(data, terms)
         values["wall_friction"], values["tangential_restitution"] = law.wall_friction, law.tangential_restitution
     fitted = ladder.flights.fitted.model
     drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}

@@ -116,7 +116,14 @@ def _best_scatter(residual: Array, variance: Array, size: Array, share: float) -
 
 @compiled
 def _tangential(
-    slip: Array, normal_impulse: Array, impulse: Array, variance: Array, share: float, mu: float, beta: float
+    slip: Array,
+    normal_impulse: Array,
+    impulse: Array,
+    variance: Array,
+    mobility: Array,
+    coupling: Array,
+    mu: float,
+    beta: float,
 ) -> float:
     """-2 log L of the tangential impulses; those that slide scatter with the wall friction, those that stick with the
     tangential restitution.
@@ -128,10 +135,11 @@ def _tangential(
     residual, size = np.empty(n), np.empty(n)
     slides = np.zeros(n, np.bool_)
     for i in range(n):
-        stick, slide = (1 + beta) * abs(slip[i]) / share, mu * normal_impulse[i]
-        slides[i] = slide < stick
-        residual[i] = impulse[i] + np.sign(slip[i]) * min(stick, slide)
-        size[i] = normal_impulse[i] if slides[i] else abs(slip[i]) / share
+        stick = -((1 + beta) * slip[i] + coupling[i] * normal_impulse[i]) / mobility[i]
+        slide = mu * normal_impulse[i]
+        slides[i] = slide < abs(stick)
+        residual[i] = impulse[i] - np.sign(stick) * min(abs(stick), slide)
+        size[i] = normal_impulse[i] if slides[i] else abs(slip[i]) / mobility[i]
     total = 0.0
     for regime in range(2):
         at = slides == (regime == 0)
@@ -150,10 +158,8 @@ def restitution_deviance(data: LawData) -> Callable[[float], float]:
 
 def tangential_deviance(data: LawData) -> Callable[[float, float], float]:
     """-2 log L of (wall friction, tangential restitution), the scatters of both chosen best."""
-    share, variance = 1 + 1 / data.inertia_factor, data.tangential_sd**2
-    return lambda mu, beta: float(
-        _tangential(data.slip, data.normal_impulse, data.tangential_impulse, variance, share, float(mu), float(beta))
-    )
+    known = data.slip, data.normal_impulse, data.tangential_impulse, data.tangential_sd**2, data.mobility, data.coupling
+    return lambda mu, beta: float(_tangential(*known, float(mu), float(beta)))
 
 
 def best_tangential(data: LawData, friction: float, beta: float) -> tuple[float, float, float]:
@@ -272,7 +278,7 @@ def _tangential_threshold(data: LawData, friction: float, beta: float, sliding: 
     if not np.any(own):
         return float(NORMAL_90**2)
     residual = (data.tangential_impulse - predicted_tangential(data, friction, beta))[own]
-    size = data.normal_impulse[own] if sliding else np.abs(data.slip[own]) / (1 + 1 / data.inertia_factor)
+    size = data.normal_impulse[own] if sliding else np.abs(data.slip[own]) / data.mobility[own]
     variance, outliers = data.tangential_sd[own] ** 2, outlier_share(len(residual))
     scatters = np.concatenate([[0.0], np.geomspace(LEAST_SCATTER, MOST_SCATTER, 40)])
     scatter = scatters[int(np.argmin([_deviance(float(s), residual, variance, size, outliers) for s in scatters]))]
@@ -291,8 +297,8 @@ def tangential_intervals(data: LawData, friction: float, beta: float) -> tuple[I
     least = cost(friction, beta)
     level, level_beta = (least + _tangential_threshold(data, friction, beta, sliding) for sliding in (True, False))
     width = 0.6 * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.normal_impulse**2), 1e-9)) + 2e-4
-    share = 1 + 1 / data.inertia_factor
-    width_beta = 0.6 * share * np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.slip**2), 1e-9)) + 5e-4
+    noise = np.sqrt(np.median(data.tangential_sd**2 + 1e-8) / max(np.sum(data.slip**2), 1e-9))
+    width_beta = 0.6 * float(np.median(data.mobility)) * noise + 5e-4
 
     def over_beta(mu: float) -> float:
         near = minimum(

@@ -18,7 +18,9 @@ from ovines.tables import read_table
 def recording_in_words(out: Path) -> list[str]:
     """The answer of the recording whose results lie in ``out``; nothing where nothing was identified."""
     checks, identification = _table(out, "checks"), _table(out, "identification")
-    return [] if checks is None else _answer(checks, identification)
+    if checks is None:  # impacts by themselves: there is no motion to check
+        return [] if identification is None else parameters_in_words(identification)
+    return _answer(checks, identification)
 
 
 def series_in_words(out: Path, names: Collection[str]) -> list[str]:

@@ -48,7 +48,7 @@ def seen_share(results: Results) -> float:
 def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
     actions: list[str] = [f"Write {name}.parquet again: {why}." for name, why in results.unreadable.items()]
     motion, impacts, identification = (results.get(name) for name in ("motion", "impacts", "identification"))
-    if motion is None:
+    if motion is None and impacts is None:
         return (
             "bad",
             "No motion",
@@ -56,7 +56,7 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
             [*actions, "Run `ovines run` on the recording; it says what stops it."],
         )
     share = seen_share(results)
-    details = [f"NES located in {percent(share)} of the frames."]
+    details = [f"NES located in {percent(share)} of the frames."] if motion is not None else []
     status: Status = "good"
     if share < 0.8:
         status = "caution"

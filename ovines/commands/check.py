@@ -13,6 +13,7 @@ from ovines.io.toml_input import line_of
 from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
 from ovines.pipeline.series import is_recording
 from ovines.pipeline.stages import (
+    MOTION_OR_IMPACTS,
     STAGES,
     Stage,
     inputs_of,
@@ -22,7 +23,7 @@ from ovines.pipeline.stages import (
     state_of,
     written_from,
 )
-from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files, sizes
 from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
 from ovines.recording import FILE, Recording, read_recording, series_folders
@@ -208,6 +209,10 @@ def _table(recording: Recording) -> None:
         for doubt in doubts(recording):
             print(f"  doubt: {doubt}")
         return
+    if entry == "impacts":
+        impacts = read_table(recording.folder / "impacts.parquet", "given_impacts")
+        print(f"  impacts.parquet: {len(impacts)} impacts")
+        return
     table = read_table(recording.folder / f"{entry}.parquet", entry)
     refuse_contradictions(recording, table)
     print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
@@ -240,6 +245,11 @@ def _effects(recording: Recording) -> None:
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
     """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
+    if one.name == "track":
+        try:
+            refuse_camera_count(recording)
+        except InputError as error:
+            return "cannot run", error
     if earlier is not None and any(artifact in _made_after(earlier) for artifact in (*one.reads, *one.may_read)):
         return f"would run after {earlier}", None
     try:
@@ -254,4 +264,5 @@ def _made_after(name: str) -> set[str]:
     """Artifacts that ``name`` and the stages after it write."""
     later = STAGES[STAGES.index(stage(name)) :]
     made = {artifact for one in later for artifact in one.writes}
-    return made | {"points.parquet or motion.parquet"} if "points.parquet" in made else made
+    made |= {"points.parquet or motion.parquet"} if "points.parquet" in made else set()
+    return made | {MOTION_OR_IMPACTS} if made & {"motion.parquet", "impacts.parquet"} else made

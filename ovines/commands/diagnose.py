@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
 from ovines.io.provenance import program, provenance, sha256_of
 from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.diagnosis import load_impacts, load_series
 from ovines.pipeline.ownership import (
     SOURCE,
     refuse_folder,
@@ -27,7 +28,7 @@ from ovines.pipeline.ownership import (
 )
 from ovines.pipeline.series import is_recording, refuse_large
 from ovines.recording import read_series
-from ovines.tables import write_table
+from ovines.tables import TABLES, write_table
 from ovines.workers.budget import add_yes, interruptibly
 
 NAME = "diagnose"
@@ -67,10 +68,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json, predictions.parquet and gap.html, say the verdict."""
     import numpy as np
+    import pandas as pd
 
-    from analysis.gap.answer import answer_in_words, model_section, plain
+    from analysis.gap.answer import answer_in_words, model_section, model_values, plain
     from analysis.gap.diagnose import diagnose
+    from analysis.gap.impacts_alone import diagnose_impacts
     from analysis.gap.page.gap_page import gap_page
+    from analysis.gap.page.impacts_page import impacts_page
     from analysis.report.page import pages_beside, source_of
 
     out = results_folder(args.series, args.out)
@@ -88,31 +92,43 @@ def run(args: argparse.Namespace) -> int:
         if not (out / SOURCE).is_file():
             write_source(out, owner, "recording" if single else "series")
         LOGGER.info("diagnose %s: %d recordings, by %s", owner.resolve(), len(recordings), program())
-        series, sources = load_series(recordings, out)
+        withheld, name = known_effects(args.withhold), args.series.resolve().name
+        if all(recording.entry() == "impacts" for recording in recordings):
+            brought, sources = load_impacts(recordings)
+            bar.update()
+            rng = np.random.default_rng(args.seed)
+            summary = interruptibly(lambda: diagnose_impacts(brought, recordings, rng, withheld))
+            predictions = pd.DataFrame({name: [] for name in TABLES["predictions"].names})
+            draw = partial(impacts_page, summary, name, len(recordings))
+            values = {n: one["with_effect"] for n, one in summary["nominal"].items() if np.isfinite(one["with_effect"])}
+        else:
+            series, sources = load_series(recordings, out)
+            bar.update()
+            bar.set_postfix_str("flights, impacts, candidates")
+            diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
+            summary, predictions = diagnosis.summary, diagnosis.predictions
+            draw = partial(gap_page, diagnosis, name)
+            values = model_values(diagnosis.ladder)
         for path in sources.values():
             LOGGER.info("reads %s", path)
         bar.update()
-        bar.set_postfix_str("flights, impacts, candidates")
-        withheld = known_effects(args.withhold)
-        diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
-        bar.update()
         bar.set_postfix_str("report")
         made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
-        write_table(diagnosis.predictions, "predictions", out / WRITES[0], made)
+        write_table(predictions, "predictions", out / WRITES[0], made)
         # The answer first: the page is drawn from it.
         write_text_whole(
-            json.dumps(plain({**diagnosis.summary, "provenance": made}), indent=1, allow_nan=False) + "\n",
+            json.dumps(plain({**summary, "provenance": made}), indent=1, allow_nan=False) + "\n",
             out / WRITES[1],
         )
-        page = gap_page(diagnosis, args.series.resolve().name)
+        page = draw()
         page.source = source_of(owner, out)
         page.links = pages_beside(out, ("report.html",))
         write_text_whole(page.render(), out / WRITES[2])
         bar.update()
         if args.write_model is not None:
-            write_text_whole(model_section(diagnosis), args.write_model)
+            write_text_whole(model_section(summary, recordings[0].model, values), args.write_model)
         bar.update()
-        lines = [answer_in_words(diagnosis.summary), *details(diagnosis.summary)]
+        lines = [answer_in_words(summary), *details(summary)]
         for line in lines:
             LOGGER.info("%s", line)
     print("\n  ".join([*lines, f"page: {out / WRITES[2]}"]))

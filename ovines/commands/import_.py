@@ -50,12 +50,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="the cameras' trigger as sampled: CSV of time_s and the signal, to trigger.csv",
     )
+    what.add_argument(
+        "--impacts", type=Path, metavar="FILE", help="impacts by themselves: CSV with the columns of impacts.parquet"
+    )
+    what.add_argument("--motion", type=Path, metavar="FILE", help="the disk's path by itself: CSV, see --columns")
     said = parser.add_argument_group("what the files do not say")
     said.add_argument(
         "--pulse",
         choices=("middle", "rise"),
         default="middle",
         help="where a frame's time is: middle of a pulse as long as the exposure (default), or its rise",
+    )
+    said.add_argument(
+        "--columns",
+        metavar="NAME=COLUMN,...",
+        help="which columns the motion stands in: x=...,y=...,t=...,angle=...,frame=..., and host_x=... and on where "
+        "the Host moves; x and y are needed",
     )
     said.add_argument("--unit", choices=("m", "cm", "mm", "um", "in"), help="unit of length of points and calibration")
     said.add_argument(
@@ -89,18 +99,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read everything before anything is written; then tracks.parquet, points.parquet, calibration.json."""
-    from ovines.importers import convert
+    from ovines.importers import convert, impacts_csv, motion_csv
     from ovines.importers.opencv_cameras import read_cameras
     from ovines.recording import read_recording
 
+    files = args.tracks or args.points or args.calibration or args.impacts or args.motion
     if args.trigger_signal is not None:
         write_trigger(args, read_recording(args.recording).folder if args.out is None else args.out)
-        if not (args.tracks or args.points or args.calibration):
+        if not files:
             return 0
-    if not (args.tracks or args.points or args.calibration):
+    if not files:
         raise InputError(
             "nothing to import",
-            "--tracks, --points, --calibration or --trigger-signal",
+            "--tracks, --points, --motion, --impacts, --calibration or --trigger-signal",
             "name the files; see ovines import --help",
         )
     recording = read_recording(args.recording)
@@ -119,6 +130,12 @@ def run(args: argparse.Namespace) -> int:
         notes += said
     if args.points:
         tables["points"], said = convert.points_table(args.points, recording, markers, args.unit, args.axes, args.zeros)
+        notes += said
+    if args.motion:
+        tables["motion"], said = motion_csv.read_motion(args.motion, args.columns, args.unit, recording)
+        notes += said
+    if args.impacts:
+        tables["given_impacts"], said = impacts_csv.read_impacts(args.impacts)
         notes += said
     out = args.out or recording.folder
     _write(tables, cameras, out, args)
@@ -189,7 +206,7 @@ def _write(tables: Mapping[str, pd.DataFrame], cameras: Sequence[Camera], out: P
     from ovines.io.provenance import provenance, sha256_of
     from ovines.tables import checked, write_table
 
-    wanted = [f"{name}.parquet" for name in tables] + (["calibration.json"] if cameras else [])
+    wanted = [_file(name) for name in tables] + (["calibration.json"] if cameras else [])
     present = [out / name for name in wanted if (out / name).exists()]
     if present and not args.force:
         raise InputError(
@@ -203,23 +220,30 @@ def _write(tables: Mapping[str, pd.DataFrame], cameras: Sequence[Camera], out: P
         Path(part.partition("#")[0])
         for spec in (args.tracks or []) + (args.calibration or [])
         for part in spec.rpartition("=")[2].split(",")
-    ] + [path for path in (args.points, args.world) if path]
+    ] + [path for path in (args.points, args.motion, args.impacts, args.world) if path]
     said = {
         key: value
-        for key in ("unit", "axes", "markers", "images", "calibrated_on", "zeros")
+        for key in ("unit", "axes", "markers", "images", "calibrated_on", "zeros", "columns")
         if (value := getattr(args, key)) is not None
     }
     origin = provenance("import", said, {f"{i}: {path.name}": sha256_of(path) for i, path in enumerate(sources)})
-    whole = {name: checked(table, name, f"{name}.parquet") for name, table in tables.items()}
+    whole = {name: checked(table, name, _file(name)) for name, table in tables.items()}
     for name, table in whole.items():
-        path = out / f"{name}.parquet"
+        path = out / _file(name)
         write_table(table, name, path, origin)
+        if "marker" not in table:
+            print(f"{path}: {len(table)} rows")
+            continue
         frames, markers = table["frame"].nunique(), table["marker"].nunique()
         full = frames * markers * (table["camera"].nunique() if "camera" in table else 1)
         print(f"{path}: {frames} frames, {markers} markers, {len(table)} rows; {full - len(table)} not seen")
     if cameras:
         write_calibration(cameras, out / "calibration.json", provenance=origin)
         print(f"{out / 'calibration.json'}: {', '.join(camera.name for camera in cameras)}")
+
+
+def _file(table: str) -> str:
+    return "impacts.parquet" if table == "given_impacts" else f"{table}.parquet"
 
 
 def _what_next(tables: Sequence[str], calibrated: bool, recording: Recording, out: Path) -> list[str]:
@@ -231,10 +255,13 @@ def _what_next(tables: Sequence[str], calibrated: bool, recording: Recording, ou
             f"recording.toml names {'no calibration' if known is None else known}: set [calibration] file = "
             f'"calibration.json"'
         )
-    order = ("motion", "points", "tracks")
+    order = ("motion", "points", "tracks", "impacts")
     first = next((name for name in order if (out / f"{name}.parquet").is_file()), None)
-    entry = next((name for name in order if name in tables), None)
-    if entry is not None and first != entry:
+    brought = ["impacts" if name == "given_impacts" else name for name in tables]
+    entry = next((name for name in order if name in brought), None)
+    if entry == "impacts" and any(camera.frames for camera in recording.cameras):
+        notes.append("the recording enters at its frames; leave them out of recording.toml to enter at impacts.parquet")
+    elif entry is not None and first != entry:
         notes.append(
             f"the recording enters the chain at {first}.parquet, which is there too; remove it to enter at "
             f"{entry}.parquet"

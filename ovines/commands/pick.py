@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ovines.camera import Camera, read_calibration
+from ovines.camera import Camera
 from ovines.commands.stage_command import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.pipeline.ownership import refuse_to_replace
 from ovines.pipeline.runner import run_stages
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.names import HEADER, read_names
 from ovines.recording import Recording, read_recording
 
@@ -111,16 +112,11 @@ def wanted_markers(recording: Recording, every: bool) -> list[str]:
 
 def _cameras(recording: Recording, out: Path) -> list[Camera]:
     """The recording's cameras; solved now where the recording brings board images and no calibration."""
+    refuse_camera_count(recording)
     path = recording.calibration_file or out / "calibration.json"
     if recording.calibration_file is None:
         run_stages(recording, out, "calibrate")
-    by_name = {camera.name: camera for camera in read_calibration(path)}
-    strangers = [one.name for one in recording.cameras if one.name not in by_name]
-    if strangers or len(recording.cameras) != 2:
-        raise InputError(
-            f"cameras {[one.name for one in recording.cameras]} with a calibration of {sorted(by_name)}",
-            "two cameras, both calibrated", "give recording.toml and calibration.json the same names",
-        )  # fmt: skip
+    by_name = {camera.name: camera for camera in calibrated(path, recording)}
     return [by_name[one.name] for one in recording.cameras]
 
 

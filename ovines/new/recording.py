@@ -41,6 +41,7 @@ VIDEOS = ("avi", "mp4", "mov", "mkv")
 def recording_text(rig: Rig, name: str) -> str:
     """TOML text; every string is quoted as JSON, which TOML reads alike."""
     ending = rig.images.lstrip(".*")
+    filmed = ending.lower() in VIDEOS
     lines = [
         "# A recording of ovines. SI units; paths start at this file's folder. docs/how-to/record.md explains each "
         "line.",
@@ -53,7 +54,7 @@ def recording_text(rig: Rig, name: str) -> str:
         "",
     ]
     for camera in rig.cameras:
-        frames = f"{camera}.{ending}" if ending.lower() in VIDEOS else f"{camera}/*.{ending}"
+        frames = f"{camera}.{ending}" if filmed else f"{camera}/*.{ending}"
         lines += [
             "[[cameras]]",
             f"name = {_quoted(camera)}",
@@ -68,10 +69,14 @@ def recording_text(rig: Rig, name: str) -> str:
     if rig.calibration is not None:
         lines += [f"file = {_quoted(rig.calibration)}"]
     else:
+        intrinsic, extrinsic = (
+            _quoted(f"calibration/{{camera}}/{stem}.{ending}")
+            for stem in (("intrinsic" if filmed else "intrinsic/*"), "extrinsic")
+        )
         lines += [
             f"board = {_quoted(rig.board)}             # <- a name of calibration_boards/, or a board's TOML file",
-            'intrinsic = "calibration/{camera}/intrinsic/*.png"   # the board tilted and turned, 10 views or more',
-            'extrinsic = "calibration/{camera}/extrinsic.png"     # one view of the board in the world position',
+            f"intrinsic = {intrinsic}   # the board tilted and turned, 10 views or more",
+            f"extrinsic = {extrinsic}     # one view of the board in the world position",
             '# file = "../calibration.json"         # instead of the three: a calibration that is solved',
         ]
     ground = [

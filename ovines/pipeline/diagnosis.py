@@ -13,7 +13,7 @@ from ovines.errors import InputError
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
 from ovines.plausibility.calibration import calibrated
-from ovines.plausibility.motion import refuse_uninformative
+from ovines.plausibility.motion import host_at_rest, refuse_uninformative
 from ovines.plausibility.recording import refuse_contradictions
 from ovines.recording import Recording
 from ovines.tables import read_table
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 ORDER = ("frames", "tracks", "points", "motion")
 
 
+def load_impacts(recordings: Sequence[Recording]) -> tuple[list[pd.DataFrame], dict[str, Path]]:
+    """Tables ``given_impacts`` of recordings that bring nothing else, and the files they were read from by name."""
+    paths = [recording.folder / "impacts.parquet" for recording in recordings]
+    sources = {f"{path.parent.resolve().name}/{path.name}": path for path in paths}
+    return [read_table(path, "given_impacts") for path in paths], sources
+
+
 def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dict[str, Path]]:
     """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their
     entries.
@@ -32,6 +39,12 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
     from analysis.motion.bodies import motion_from_points
 
     entries = [recording.entry() for recording in recordings]
+    if "impacts" in entries:
+        raise InputError(
+            f"{recordings[entries.index('impacts')].folder} brings impacts alone, others of the series bring motion",
+            "recordings of one kind",
+            "diagnose them apart",
+        )
     entry = max(entries, key=ORDER.index)
     cameras: list[Camera] | None = None
     tracks: list[pd.DataFrame] = []
@@ -53,7 +66,7 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
             tracks.append(table)
             table = triangulate_again(table, cameras, recording, (0.0, 0.0))
             kind = "points"
-        points.append(table) if kind == "points" else motions.append(table)
+        points.append(table) if kind == "points" else motions.append(host_at_rest(table))
         if kind == "points" and entry == "motion":
             motions.append(motion_from_points(table, recording))
     if entry == "motion":

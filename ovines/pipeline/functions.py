@@ -10,10 +10,10 @@ from typing import Any
 
 from ovines.errors import InputError
 from ovines.pipeline.context import StageContext
-from ovines.pipeline.stages import CALIBRATION_PAGE
-from ovines.plausibility.calibration import calibrated
+from ovines.pipeline.stages import CALIBRATION_PAGE, MOTION_OR_IMPACTS
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files
-from ovines.plausibility.motion import gaps, refuse_unseen, track_notes
+from ovines.plausibility.motion import gaps, host_at_rest, refuse_unseen, track_notes
 from ovines.plausibility.names import read_names
 from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
 from ovines.recording import Recording, read_trigger
@@ -42,6 +42,7 @@ def track(context: StageContext) -> dict[str, Any]:
     from vision.calibration_check import refuse_mistaken
     from vision.track import track as track_markers
 
+    refuse_camera_count(context.recording)
     refuse_strange_files(context.recording)
     context.notes.extend(file_notes(context.recording))
     if "trigger.csv" in context.inputs:
@@ -115,6 +116,7 @@ def analyse(context: StageContext) -> dict[str, Any]:
     refuse_unseen(motion, context.recording)
     context.notes.extend(gaps(motion, context.recording))
     context.notes.extend(doubts(context.recording, motion) + drive_doubts(motion, context.recording))
+    motion = host_at_rest(motion)
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)
     return results
@@ -123,9 +125,15 @@ def analyse(context: StageContext) -> dict[str, Any]:
 def identify(context: StageContext) -> dict[str, Any]:
     """Motion to impacts, flights, parameters, and the checks that say whether to use them."""
     from analysis.checks.recording import check_run
+    from analysis.identification.given_impacts import identify_impacts
     from analysis.identify import identify as identify_parameters
 
-    motion = read_table(context.path("motion.parquet"), "motion")
+    path = context.path(MOTION_OR_IMPACTS)
+    if context.recording.entry() == "impacts":
+        alone = identify_impacts([read_table(path, "given_impacts")], [context.recording])
+        context.notes.extend(alone.notes)
+        return {"identification.parquet": alone.identification, "impacts.parquet": alone.impacts[0]}
+    motion = read_table(path, "motion")
     found = identify_parameters(motion, context.recording)
     context.notes.extend(found.notes)
     peaks = (

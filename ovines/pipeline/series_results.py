@@ -51,7 +51,12 @@ def write_series_results(
 def _identify_together(out: Path, recordings: Sequence[Recording], force: bool) -> tuple[str, list[str]]:
     """The joint table, where its runs are of one rig; a reason in the notes, and no table, where they are not."""
     path = out / JOINT
-    motions = {one.folder.name: out / one.folder.name / "motion.parquet" for one in recordings}
+    alone = {one.entry() == "impacts" for one in recordings}
+    table = "impacts" if alone == {True} else "motion"
+    motions = {one.folder.name: out / one.folder.name / f"{table}.parquet" for one in recordings}
+    if len(alone) > 1:
+        path.unlink(missing_ok=True)
+        return "not possible", ["no joint identification: some recordings bring impacts alone, others motion"]
     state = _state(motions, recordings)
     old = stored_state(path) if path.is_file() else None
     if not force and old is not None and old.get("key") == state["key"]:
@@ -61,13 +66,19 @@ def _identify_together(out: Path, recordings: Sequence[Recording], force: bool) 
     strange = _not_one_rig(recordings)
     if strange:
         return "not possible", [f"no joint identification: {strange}"]
+    from analysis.identification.given_impacts import identify_impacts
     from analysis.identify import identify_series
 
+    tables = [read_table(one, table) for one in motions.values()]
     try:
-        joint, runs = identify_series([read_table(one, "motion") for one in motions.values()], recordings)
+        if table == "impacts":
+            found = identify_impacts(tables, recordings)
+            joint, notes = found.identification, list(found.notes)
+        else:
+            joint, runs = identify_series(tables, recordings)
+            notes = list(runs[0].notes) if runs else []
     except InputError as error:
         return "not possible", [f"no joint identification: {error.found}"]
-    notes = list(runs[0].notes) if runs else []
     notes += wider_than_one(joint, {one.folder.name: out / one.folder.name / JOINT for one in recordings})
     write_table(joint, "identification", path, {**state, "notes": notes})
     return "run", notes

@@ -19,7 +19,14 @@ from ovines.pipeline.code import code_digest
 from ovines.recording import Recording
 from ovines.tables import read_provenance
 
-ENTRY_STAGE = {"frames": "track", "tracks": "triangulate", "points": "analyse", "motion": "analyse"}
+ENTRY_STAGE = {
+    "frames": "track",
+    "tracks": "triangulate",
+    "points": "analyse",
+    "motion": "analyse",
+    "impacts": "identify",
+}
+MOTION_OR_IMPACTS = "motion.parquet or impacts.parquet"
 CALIBRATION_PAGE = "calibration.html"  # beside the stage's own files, made from them
 HTML_MARK = "<!-- ovines "
 
@@ -87,8 +94,8 @@ STAGES: tuple[Stage, ...] = (
     ),
     Stage(
         "identify",
-        "motion -> impacts with their parameters, and the parameters of the rig",
-        reads=("motion.parquet",),
+        "motion (or impacts by themselves) -> impacts with their parameters, and the parameters of the rig",
+        reads=(MOTION_OR_IMPACTS,),
         may_read=("points.parquet", "thesis_impacts.parquet"),
         writes=("identification.parquet", "impacts.parquet", "flights.parquet", "checks.parquet"),
         sections=("time", "cameras", "bodies", "excitation", "model"),
@@ -96,7 +103,7 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "report",
         "everything above -> one self-contained page",
-        reads=("motion.parquet",),
+        reads=(MOTION_OR_IMPACTS,),
         may_read=(
             "calibration.json",
             "calibration_views.parquet",
@@ -146,6 +153,8 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
         artifact = "motion.parquet" if recording.entry() == "motion" else "points.parquet"
         if recording.entry() == "motion":
             return [recording.folder / artifact]
+    if artifact == MOTION_OR_IMPACTS:
+        artifact = "impacts.parquet" if recording.entry() == "impacts" else "motion.parquet"
     match artifact:
         case "frames":
             return [path for one in recording.cameras for path in _matching(recording, one.name, one.frames)]

@@ -31,6 +31,18 @@ def calibrated(path: Path, recording: Recording) -> list[Camera]:
     return cameras
 
 
+def refuse_camera_count(recording: Recording) -> None:
+    """`InputError` where a recording enters at its frames with another number of cameras than tracking follows."""
+    if recording.entry() == "frames" and len(recording.cameras) != TRACKED:
+        names = ", ".join(camera.name for camera in recording.cameras)
+        raise InputError(
+            f"{len(recording.cameras)} camera{'s'[: len(recording.cameras) != 1]} in {recording.folder} ({names})",
+            "two: markers are tracked in two cameras at once",
+            "leave the others' [[cameras]] out; a rig of one camera, or of more, is calibrated by `ovines calibrate`, "
+            "and tracks of another program enter by `ovines import --tracks`",
+        )
+
+
 def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
     """Two cameras at one place see no depth, and neither may lie in the plane that it looks at."""
     for i, first in enumerate(cameras):
@@ -46,4 +58,5 @@ def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
                 )
 
 
+TRACKED = 2  # cameras: a body's pose and names come from both at once
 CLOSEST = 1e-3  # of their distance: nearer ones see depth a thousand times worse than the picture's directions

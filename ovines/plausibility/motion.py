@@ -46,6 +46,13 @@ def refuse_unseen(motion: pd.DataFrame, recording: Recording) -> None:
         )
 
 
+def host_at_rest(motion: pd.DataFrame) -> pd.DataFrame:
+    """A motion without any place of the Host with one that stands still at the origin, unturned; others as they are."""
+    if seen_frames(motion, "host").any():
+        return motion
+    return motion.assign(host_x_m=0.0, host_y_m=0.0, host_z_m=0.0, host_angle_rad=0.0)
+
+
 def gaps(motion: pd.DataFrame, recording: Recording) -> list[str]:
     """What a reader must know of a motion before its numbers: bodies hidden, a disk at rest or outside its ring."""
     notes = []

@@ -5,10 +5,13 @@ To add a column, add a line; its unit is the end of its name.  FORMATS' columns 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ovines.tables.column import Column, Table, flag, integer, maybe, number, optional, text
 
 FRAME = integer("frame", "number of the frame, from 0")
 TIME = number("time_s", "middle of the exposure")
+NORMAL_SPEEDS = ("normal_speed_before_m_per_s", "normal_speed_after_m_per_s")
 BODIES = {"nes": "NES", "host": "Host"}
 
 
@@ -35,7 +38,7 @@ def _impact_columns() -> tuple[Column, ...]:
     spins = [maybe(f"spin_{when}_rad_per_s", f"spin of the NES {when}") for when in ("before", "after")]
     return (
         integer("impact", "number of the impact, from 0"),
-        number("time_s", "instant of the contact"),
+        maybe("time_s", "instant of the contact; null where impacts are all that is known"),
         maybe("time_sd_s", "standard deviation of time_s"),
         maybe("azimuth_rad", "direction of the contact seen from the Host's centre, world frame"),
         optional("normal_rad", "direction of the wall's outward normal at the contact, world frame"),
@@ -47,6 +50,8 @@ def _impact_columns() -> tuple[Column, ...]:
         ),
         *speeds,
         *spins,
+        optional("lever_normal_m", "contact from the centre of mass along the outward normal; else the radius"),
+        optional("lever_tangential_m", "contact from the centre of mass along the tangent, a quarter turn on; else 0"),
         maybe("restitution", "normal speed after / before"),
         maybe("restitution_sd", "standard deviation of restitution"),
         maybe("tangential_restitution", "informed by a sticking impact only"),
@@ -135,6 +140,13 @@ def _sweep_columns() -> tuple[Column, ...]:
         number("work_w", f"mean power: {DRIVE}"),
     )
 
+
+GIVEN = tuple(  # the same as they may be brought: of everything but the normal speeds what is known
+    column
+    if column.name == "impact"
+    else replace(column, nullable=column.name not in NORMAL_SPEEDS, required=column.name in NORMAL_SPEEDS)
+    for column in IMPACTS
+)
 
 TABLES: dict[str, Table] = {
     table.name: table
@@ -281,6 +293,7 @@ TABLES: dict[str, Table] = {
             key=("run",),
         ),
         Table("sweep", "point of a sweep", _sweep_columns(), key=("value", "other_value")),
+        Table("given_impacts", "impact that a recording brings (its impacts.parquet)", GIVEN, key=("impact",)),
         Table("contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))),
         Table(
             "identification",

@@ -30,7 +30,7 @@ ovines.scenario vision.track vision.calibration_check vision.rendering analysis.
 ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.selection
 analysis.checks analysis.gap.ladder analysis.simulations
 analysis.report analysis.gap.prediction analysis.gap.next_test
-analysis.view analysis.gap.diagnose ovines.exporters
+analysis.view analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations
 ovines.commands ovines.notebook

@@ -1,5 +1,6 @@
 """`ovines new` writes a file that is valid; `ovines check` draws the chain and says which line to change."""
 
+import json
 import os
 import pty
 import re
@@ -172,6 +173,31 @@ def test_an_existing_recording_is_kept(tmp_path):
     assert (tmp_path / "r" / "recording.toml").read_text() == before
     assert main(["new", str(tmp_path / "r"), "--rate-hz", "500", "--force"]) == 0
     assert read_recording(tmp_path / "r").frame_rate_hz == 500
+
+
+def test_the_ending_of_the_images_is_that_of_the_calibration_too(tmp_path):
+    for ending, intrinsic in (("jpg", "intrinsic/*.jpg"), ("mp4", "intrinsic.mp4")):
+        assert main(["new", str(tmp_path / ending), "--images", ending, "--usual"]) == 0
+        calibration = read_recording(tmp_path / ending).settings.calibration
+        assert calibration.intrinsic == f"calibration/{{camera}}/{intrinsic}"
+        assert calibration.extrinsic == f"calibration/{{camera}}/extrinsic.{ending}"
+
+
+@pytest.mark.parametrize("cameras", [["a"], ["a", "b", "c", "d"]])
+def test_check_and_run_say_alike_that_two_cameras_are_tracked(tmp_path, cameras, capsys):
+    """`check` said that every stage would run, and `track` asked for equal names in files that had them."""
+    assert main(["new", str(tmp_path), "--usual", "--cameras", *cameras, "--calibration", "calibration.json"]) == 0
+    for name in cameras:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "1.png").touch()
+    written = [{"name": name, "sensor_size_px": [4096, 3072], "matrix": [[9000, 0, 2047], [0, 9000, 1535], [0, 0, 1]],
+                "distortion": [0] * 5, "rotation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+                "translation_m": [0.1 * k, 0, 1], "rms_px": 0.1} for k, name in enumerate(cameras)]  # fmt: skip
+    (tmp_path / "calibration.json").write_text(json.dumps({"format": 1, "world": "board", "cameras": written}))
+    for command in ("check", "track"):
+        assert main([command, str(tmp_path)]) == 2
+        both = "".join(capsys.readouterr())
+        assert f"{len(cameras)} camera" in both and "two: markers are tracked in two cameras at once" in both
 
 
 def test_the_drawing():

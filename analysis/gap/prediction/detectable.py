@@ -20,6 +20,7 @@ from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
+from analysis.gap.selection.impact_steps import HasLaw
 from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring
@@ -58,7 +59,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             out |= _of_flight(gain, left.get(gain.term.name, gain), steps)
     if steps.impacts.fitted is not None:
         impacts_left = {g.name: g for g in steps.impacts.left}
-        out |= _of_impacts(steps.impacts.fitted, impacts_left)
+        out |= of_impacts(steps.impacts.fitted, impacts_left)
         out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
     for offset in steps.centres:
         parameter, (_, sd) = next(iter(offset.parameters.items()))
@@ -121,7 +122,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
     return {name: _entry(parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
 
 
-def _of_impacts(impacts: ImpactFit, left: dict[str, ImpactGain]) -> dict[str, Entry]:
+def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]:
     """Restitution's effects.  An amplitude a of a cosine over K impacts has sd scatter sqrt(2/K); its rms is
     a/sqrt 2.
     """

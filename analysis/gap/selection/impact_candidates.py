@@ -175,6 +175,13 @@ def restitution_design(data: LawData, names: Sequence[str]) -> Array:
     return restitution_columns(data.before, data.azimuth_rad, names, scale)
 
 
+def scenario_restitution(data: LawData, names: Sequence[str]) -> float:
+    """The restitution to which the effects ``names`` are added in a scenario: that of the slowest impacts where it falls
+    with the speed, the mean over directions."""
+    coefficients = fit_restitution(data, restitution_design(data, names))[0]
+    return float(sum(coefficients[: 1 + ("speed_dependent_restitution" in names)]))
+
+
 def restitution_columns(before: Array, azimuth: Array, names: Sequence[str], scale: float) -> Array:
     """As :func:`restitution_design`, at given approach speeds (K,), azimuths (K,) and speed scale (m/s)."""
     columns = [np.ones(len(before))]

@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import fit_restitution
+from analysis.contact.law import Law, LawData, fit_restitution
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
@@ -89,7 +90,9 @@ def select_impact_effects(
         flight, nominal, ellipse, finite, withheld, lens_residual_found
     )
     null_distribution = impact_null_distribution(fitted.data, terms, rng)
-    laws, terms, law_gains, law_left, probes, structure = _laws(fitted, terms, finite, withheld, null_distribution)
+    laws, terms, law_gains, law_left, probes, structure = select_laws(
+        fitted, terms, finite, withheld, null_distribution
+    )
     distance_probes = [
         g for g in impact_candidates.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named
     ]
@@ -167,8 +170,20 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
-def _laws(
-    base: ImpactFit, held: Sequence[str], finite: bool, withheld: frozenset[str], null_distribution: Array
+class HasLaw(Protocol):
+    """Impacts and the nominal law fitted to them, wherever they come from."""
+
+    @property
+    def data(self) -> LawData:
+        """The impacts."""
+
+    @property
+    def law(self) -> Law:
+        """The law."""
+
+
+def select_laws(
+    base: HasLaw, held: Sequence[str], finite: bool, withheld: frozenset[str], null_distribution: Array
 ) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
     """Restitution's terms, named or not, by forward selection with a look back; then probes in tangential and angular
     law.
@@ -235,7 +250,7 @@ def _columns(structure: Sequence[ImpactGain]) -> Array | None:
     return np.column_stack(columns) if columns else None
 
 
-def _kept(base: ImpactFit, names: Sequence[str], name: str, structure: Sequence[ImpactGain]) -> ImpactGain:
+def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[ImpactGain]) -> ImpactGain:
     return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
 
 
@@ -248,9 +263,7 @@ def _law_accepted(gain: ImpactGain, least: float) -> bool:
     )
 
 
-def _restitution_cause(
-    gain: ImpactGain, base: ImpactFit, names: Sequence[str], structure: Sequence[ImpactGain]
-) -> Cause:
+def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain]) -> Cause:
     data, beside = base.data, _columns(structure)
     design = impact_candidates.restitution_design(data, names)
     k = design.shape[1]
