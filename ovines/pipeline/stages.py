@@ -19,9 +19,10 @@ from ovines.pipeline.code import code_digest
 from ovines.recording import Recording
 from ovines.tables import read_provenance
 
-ENTRY_STAGE = {"frames": "track", "tracks": "triangulate", "points": "analyse", "motion": "analyse"}
+ENTRY_STAGE = {"frames": "track", "tracks": "lens", "points": "analyse", "motion": "analyse"}
 CALIBRATION_PAGE = "calibration.html"  # beside the stage's own files, made from them
 HTML_MARK = "<!-- ovines "
+SERIES_LENS = "lens of the series"  # the command in the provenance of a field that all runs of a series share
 
 
 @dataclass(frozen=True)
@@ -71,10 +72,18 @@ STAGES: tuple[Stage, ...] = (
         sections=("time", "cameras", "bodies"),
     ),
     Stage(
+        "lens",
+        "markers of rigid bodies in both views -> what the lens models leave over",
+        reads=("tracks.parquet", "calibration.json"),
+        may_read=("calibration_covariance.parquet", "lens of the series"),
+        writes=("lens_terms.parquet", "lens_field.parquet"),
+        sections=("cameras", "bodies"),
+    ),
+    Stage(
         "triangulate",
         "markers of two cameras -> points in metres",
         reads=("tracks.parquet", "calibration.json"),
-        may_read=("calibration_covariance.parquet",),
+        may_read=("calibration_covariance.parquet", "lens_field.parquet"),
         writes=("points.parquet",),
         sections=("cameras",),
     ),
@@ -104,6 +113,8 @@ STAGES: tuple[Stage, ...] = (
             "first frames",
             "tracks.parquet",
             "walls.parquet",
+            "lens_terms.parquet",
+            "lens_field.parquet",
             "points.parquet",
             "host_circle.parquet",
             "rotation.parquet",
@@ -165,6 +176,10 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
             return [recording.calibration_file]
         case "calibration_covariance.parquet" if recording.calibration_file is not None:
             candidates = [recording.calibration_file.parent / artifact]
+        case "lens of the series":
+            shared = [out.parent / name for name in stage("lens").writes]
+            joint = (read_provenance(shared[0]) or {}).get("command") == SERIES_LENS
+            return [path for path in shared if path.is_file()] if joint else []
         case "names.csv":
             candidates = [out / artifact, recording.folder / artifact]
         case _:
