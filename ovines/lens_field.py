@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -18,12 +19,14 @@ class LensField:
     """Where a camera sees a point, less where its lens model puts it.
 
     ``u_px`` (U,), ``v_px`` (V,) nodes of a grid, full-sensor pixels; ``shift_px`` (U, V, 2) at them.  Between them a
-    bicubic spline, beyond them the value at the border.
+    bicubic spline, beyond them the value at the border.  ``open_sd``: standard deviations of what rigid bodies leave
+    open of the fields of both cameras, by the names of table ``lens_terms``.
     """
 
     u_px: Array
     v_px: Array
     shift_px: Array
+    open_sd: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, uv_px: ArrayLike) -> Array:
         """The field [px] at full-sensor pixels (..., 2)."""
@@ -41,12 +44,14 @@ class LensField:
         return first, second
 
 
-def lens_fields(table: pd.DataFrame) -> dict[str, LensField]:
-    """The field of each camera of a table ``lens_field``, by the camera's name."""
+def lens_fields(table: pd.DataFrame, terms: pd.DataFrame) -> dict[str, LensField]:
+    """The field of each camera of tables ``lens_field`` and ``lens_terms``, by the camera's name."""
     fields = {}
+    known = terms[terms["sd"].notna()]
+    open_sd = dict(zip(known["term"], known["sd"].astype(float), strict=True))
     for name, rows in table.groupby("camera"):
         ordered = rows.sort_values(["u_px", "v_px"])
         u, v = np.unique(ordered["u_px"]), np.unique(ordered["v_px"])
         shift = ordered[["du_px", "dv_px"]].to_numpy(float).reshape(len(u), len(v), 2)
-        fields[str(name)] = LensField(u, v, shift)
+        fields[str(name)] = LensField(u, v, shift, open_sd)
     return fields

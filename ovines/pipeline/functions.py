@@ -90,7 +90,8 @@ def triangulate(context: StageContext) -> dict[str, Any]:
         context.notes.extend(sd_doubts(tracks, context.recording))
     cameras = calibrated(context.path("calibration.json"), context.recording)
     if "lens_field.parquet" in context.inputs:
-        cameras = with_fields(cameras, lens_fields(read_table(context.path("lens_field.parquet"), "lens_field")))
+        tables = [read_table(context.path(f"{name}.parquet"), name) for name in ("lens_field", "lens_terms")]
+        cameras = with_fields(cameras, lens_fields(*tables))
     points = triangulate_tracks(tracks, cameras, context.recording.window_offset_px)
     refuse_foreign_tracks(tracks, points, cameras, context.recording.window_offset_px)
     context.notes.extend(track_notes(tracks, points, context.recording))

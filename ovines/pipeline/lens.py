@@ -84,7 +84,7 @@ def shared_lens_fields(
 ) -> dict[str, LensField]:
     """The joint fields of a series by the camera's name; none where there is nothing to learn from."""
     found = learn_together(tracks, recordings, cameras, covariance)
-    return {} if found is None or found.field is None else lens_fields(found.field)
+    return {} if found is None or found.field is None else lens_fields(found.field, found.terms)
 
 
 def learn_together(

@@ -83,7 +83,7 @@ STAGES: tuple[Stage, ...] = (
         "triangulate",
         "markers of two cameras -> points in metres",
         reads=("tracks.parquet", "calibration.json"),
-        may_read=("calibration_covariance.parquet", "lens_field.parquet"),
+        may_read=("calibration_covariance.parquet", "lens_terms.parquet", "lens_field.parquet"),
         writes=("points.parquet",),
         sections=("cameras",),
     ),

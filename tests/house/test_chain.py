@@ -211,6 +211,7 @@ def test_a_file_is_no_folder(small_recording, tmp_path):
 def test_stages_by_entry(small_recording):
     folder = small_recording.folder
     assert [one.name for one in stages_of(read_recording(folder))] == [
+        "lens",
         "triangulate",
         "analyse",
         "identify",
@@ -226,7 +227,7 @@ def test_stages_by_entry(small_recording):
     images = 'board = "b"\nintrinsic = "{camera}/*.png"\nextrinsic = "{camera}.png"'
     (folder / "recording.toml").write_text(text.replace('file = "../calibration.json"', images))
     (folder / "points.parquet").unlink()
-    assert [one.name for one in stages_of(read_recording(folder))][:2] == ["calibrate", "triangulate"]
+    assert [one.name for one in stages_of(read_recording(folder))][:2] == ["calibrate", "lens"]
 
 
 def test_images_of_one_camera_that_are_missing_are_named(small_recording, tmp_path):
@@ -257,6 +258,7 @@ def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
         "names.csv",
         "trigger.csv",
         "points.parquet or motion.parquet",
+        "lens of the series",
     }
     made: set[str] = set()
     for one in STAGES:

@@ -4,29 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cache, reduce
 from operator import add
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.linalg import block_diag, eigh
 
 from ovines.camera import Camera
 from ovines.recording import Recording
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import OPEN_TERMS, open_terms
-from vision.lens.prior import AMPLITUDES_PX, LENGTHS_PX, calibration_part, smooth_covariance
-from vision.lens.residuals import N_SHARED, NormalEquations, Sightings, accumulate, linear_parts, sightings_of
+from vision.lens.prior import AMPLITUDES_PX, FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_covariance
+from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, sightings_of
 
 Array = NDArray[np.float64]
 
 FEWEST_FRAMES = 200  # with Host and NES in both views, over all runs
 SURE_SD = 5.0  # a field that predicts the other halves of the runs by less than this is not used
-# Prior sds of what is free beside the fields: a marker's place along its body's x, y, z [m], ...
-_MARKER_SD_M = (1e-3, 1e-3, 1e-4)
-# ... and a tilted plane (x, y) [rad], a late camera [s], a window elsewhere (u, v) [px].
-_SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
-_SEEN = 1e-6  # smallest eigenvalue of scaled normal equations over the largest that still counts
+# Fields that the noise is looked for in: any that are smooth and larger than what may be there.
+_NOISE_AMPLITUDE_PX, _NOISE_LENGTH_PX, _NOISE_WAYS = 0.5, 200.0, 80
+_SEEN = 1e-6  # smallest eigenvalue of their normal equations over the largest that still counts
+_LEAST_WEIGHT = 1e-3  # of an amplitude and length, over the likeliest
+_LEAST_NOISE = 1e-6  # of an exact film: weights stay finite
 _NODES_PER_SITE = 2  # of the table, so that a cubic spline through its values is the field
 
 
@@ -86,7 +87,7 @@ def learn_lens_field(
     pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
     lattices = [lattice_over(pixels[:, c]) for c in range(2)]
     halves = [_half(runs, pair, lattices, late) for late in (False, True)]
-    noise = _noise_variance([one for half in halves for one in half])
+    noise = _noise_variance([one for half in halves for one in half], lattices)
     blocks = [_fields_only(reduce(add, half), noise) for half in halves]
     height_m = float(np.nanmedian(runs[0].points_m[:, runs[0].body >= 0, 2]))
     calibration = calibration_part(lattices, pair, covariance, height_m)
@@ -123,23 +124,28 @@ def _half(
     return out
 
 
-def _noise_variance(parts: Sequence[NormalEquations]) -> float:
+def _noise_variance(parts: Sequence[NormalEquations], lattices: Sequence[Lattice]) -> float:
     """Variance of whitened residuals as the parts' disagreement shows it: that of a frame, times what its correlation
     from frame to frame makes of a mean.
 
-    Each part fitted by itself leaves less than all parts together, by the noise in each number that it fits.
+    What one joint solution leaves in a part is fitted by smooth fields once more: noise alone gives each of their
+    numbers the variance that is looked for.
     """
-    gains, ranks = zip(*(_explained(one) for one in parts), strict=True)
-    gain, rank = _explained(reduce(add, parts))
-    return max((sum(gains) - gain) / max(sum(ranks) - rank, 1), 1e-6)
+    whole = reduce(add, parts)
+    smooth = smooth_covariance(lattices, _NOISE_LENGTH_PX)
+    prior = block_diag(np.linalg.inv(_NOISE_AMPLITUDE_PX**2 * smooth), np.diag(whole.prior))
+    joint = np.linalg.solve(whole.matrix + prior, whole.right)
+    ways = np.zeros((len(joint), _NOISE_WAYS))
+    ways[: whole.n_field] = eigh(smooth, subset_by_index=(whole.n_field - _NOISE_WAYS, whole.n_field - 1))[1]
+    gains, ranks = zip(*(_explained(one, joint, ways) for one in parts), strict=True)
+    return max(sum(gains) / max(sum(ranks) - _NOISE_WAYS, 1), _LEAST_NOISE)
 
 
-def _explained(part: NormalEquations) -> tuple[float, int]:
-    """What a free fit takes off the squares, and by how many numbers."""
-    size = np.sqrt(np.maximum(np.diag(part.matrix), 1e-300))
-    values, vectors = np.linalg.eigh(part.matrix / np.outer(size, size))
+def _explained(part: NormalEquations, joint: Array, ways: Array) -> tuple[float, int]:
+    """What a fit of ``ways`` (P, W) takes off the squares that ``joint`` (P,) leaves, and by how many numbers."""
+    values, vectors = np.linalg.eigh(ways.T @ part.matrix @ ways)
     seen = values > _SEEN * values[-1]
-    along = vectors[:, seen].T @ (part.right / size)
+    along = vectors[:, seen].T @ (ways.T @ (part.right - part.matrix @ joint))
     return float(np.sum(along**2 / values[seen])), int(seen.sum())
 
 
@@ -147,11 +153,10 @@ def _fields_only(part: NormalEquations, noise: float) -> tuple[Array, Array]:
     """Information (P, P) and right side (P,) of the fields alone, all else integrated out, in units of the noise."""
     n_field = part.n_field
     others = slice(n_field, None)
-    markers = (len(part.right) - n_field - N_SHARED) // 3
-    prior = np.concatenate([np.tile(_MARKER_SD_M, markers), _SHARED_SD]) ** -2.0
     matrix, right = part.matrix / noise, part.right / noise
     solved = np.linalg.solve(
-        matrix[others, others] + np.diag(prior), np.column_stack([matrix[others, :n_field], right[others]])
+        matrix[others, others] + np.diag(part.prior),
+        np.column_stack([matrix[others, :n_field], right[others]]),
     )
     information = matrix[:n_field, :n_field] - matrix[:n_field, others] @ solved[:, :-1]
     return 0.5 * (information + information.T), right[:n_field] - matrix[:n_field, others] @ solved[:, -1]
@@ -159,20 +164,31 @@ def _fields_only(part: NormalEquations, noise: float) -> tuple[Array, Array]:
 
 def _posterior(data: tuple[Array, Array], lattices: Sequence[Lattice], calibration: Array) -> Posterior:
     information, right = data
-    found = []
-    for length in LENGTHS_PX:
-        smooth = smooth_covariance(lattices, length)
-        for amplitude in AMPLITUDES_PX:
-            prior = amplitude**2 * smooth + calibration
-            evidence, covariance = _solve(information, right, prior)
-            found.append((evidence, amplitude, length, covariance))
-    best = max(found, key=lambda one: one[0])
-    weights = np.exp([one[0] - best[0] for one in found])
-    likely = [(w, one[3], one[3] @ right) for w, one in zip(weights / weights.sum(), found, strict=True) if w > 1e-3]
-    mean = np.sum([w * m for w, _, m in likely], 0)
-    covariance = np.sum([w * (c + np.outer(m - mean, m - mean)) for w, c, m in likely], 0)
-    prior = best[1] ** 2 * smooth_covariance(lattices, best[2]) + calibration
-    return Posterior(mean, covariance, best[1], best[2], prior)
+    smooth = cache(lambda length: smooth_covariance(lattices, length))
+    tried: dict[tuple[int, int], tuple[float, Array]] = {}
+
+    def look(at: tuple[int, int]) -> float:
+        if not (0 <= at[0] < len(AMPLITUDES_PX) and 0 <= at[1] < len(LENGTHS_PX)):
+            return -np.inf
+        if at not in tried:
+            tried[at] = _solve(information, right, AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTHS_PX[at[1]]) + calibration)
+        return tried[at][0]
+
+    best = FIRST_GUESS  # uphill from there, to the likeliest amplitude and length and all beside it
+    while True:
+        around = [(best[0] + i, best[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        higher = max(around, key=look)
+        if higher == best:
+            break
+        best = higher
+    weights = {at: np.exp(evidence - tried[best][0]) for at, (evidence, _) in tried.items()}
+    likely = [(w / sum(weights.values()), tried[at][1]) for at, w in weights.items() if w > _LEAST_WEIGHT]
+    means = [covariance @ right for _, covariance in likely]
+    mean = np.sum([w * m for (w, _), m in zip(likely, means, strict=True)], 0)
+    spread = [w * (c + np.outer(m - mean, m - mean)) for (w, c), m in zip(likely, means, strict=True)]
+    amplitude, length = AMPLITUDES_PX[best[0]], LENGTHS_PX[best[1]]
+    prior = amplitude**2 * smooth(length) + calibration
+    return Posterior(mean, np.sum(spread, 0), amplitude, length, prior)
 
 
 def _solve(information: Array, right: Array, prior: Array) -> tuple[float, Array]:

@@ -9,17 +9,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Knots: a spline so wide follows a sine of 1,200 px to a hundredth of its height.
+# Knots: splines 150 px apart follow waves of 1,000 px to a thousandth of their height, 250 px apart to a hundredth.
 SPACING_PX = 150.0
+MOST_SPLINES = 200  # over a larger part of a sensor they stand further apart
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """Sites (i, j) SPACING_PX for ``first_u`` <= i < ``first_u`` + ``n_u`` and alike along v; sensor pixels.
+    """Sites (i, j) ``spacing_px`` for ``first_u`` <= i < ``first_u`` + ``n_u`` and alike along v; sensor pixels.
 
     Sites lie at multiples of the spacing on the sensor, wherever the window is.
     """
 
+    spacing_px: float
     first_u: int
     first_v: int
     n_u: int
@@ -33,8 +35,8 @@ class Lattice:
     @property
     def sites_px(self) -> Array:
         """Where the splines stand, (size, 2), u slower than v."""
-        u = SPACING_PX * (self.first_u + np.arange(self.n_u))
-        v = SPACING_PX * (self.first_v + np.arange(self.n_v))
+        u = self.spacing_px * (self.first_u + np.arange(self.n_u))
+        v = self.spacing_px * (self.first_v + np.arange(self.n_v))
         return np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
 
     def nodes_px(self, per_site: int) -> Array:
@@ -42,24 +44,28 @@ class Lattice:
         last.
         """
         axes = [
-            SPACING_PX * (first + np.linspace(1, n - 2, per_site * (n - 3) + 1))
+            self.spacing_px * (first + np.linspace(1, n - 2, per_site * (n - 3) + 1))
             for first, n in ((self.first_u, self.n_u), (self.first_v, self.n_v))
         ]
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
 
     def basis(self, uv_px: Array) -> Array:
         """Value of every spline at pixels (n, 2): (n, size).  Pixels beyond the lattice see its edge."""
-        along_u = _splines(uv_px[:, 0] / SPACING_PX - self.first_u, self.n_u)
-        along_v = _splines(uv_px[:, 1] / SPACING_PX - self.first_v, self.n_v)
+        along_u = _splines(uv_px[:, 0] / self.spacing_px - self.first_u, self.n_u)
+        along_v = _splines(uv_px[:, 1] / self.spacing_px - self.first_v, self.n_v)
         return (along_u[:, :, None] * along_v[:, None, :]).reshape(len(uv_px), self.size)
 
 
 def lattice_over(uv_px: Array) -> Lattice:
-    """The lattice whose splines cover all pixels (n, 2); NaN is left out."""
-    low = np.floor(np.nanmin(uv_px, 0) / SPACING_PX).astype(int) - 1
-    high = np.floor(np.nanmax(uv_px, 0) / SPACING_PX).astype(int) + 2
-    n_u, n_v = high - low + 1
-    return Lattice(int(low[0]), int(low[1]), int(n_u), int(n_v))
+    """The finest lattice whose splines cover all pixels (n, 2); NaN is left out."""
+    low, high = np.nanmin(uv_px, 0), np.nanmax(uv_px, 0)
+    spacing = SPACING_PX
+    while True:
+        first = np.floor(low / spacing).astype(int) - 1
+        n_u, n_v = np.floor(high / spacing).astype(int) + 3 - first
+        if n_u * n_v <= MOST_SPLINES:
+            return Lattice(spacing, int(first[0]), int(first[1]), int(n_u), int(n_v))
+        spacing *= 1.1
 
 
 def _splines(at: Array, n: int) -> Array:

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 # A field's sd [px] and correlation length [px]: what recordings choose from.
 AMPLITUDES_PX = (0.01, 0.02, 0.04, 0.07, 0.1, 0.14, 0.2, 0.3, 0.45, 0.7)
 LENGTHS_PX = (150.0, 200.0, 270.0, 360.0, 480.0, 700.0)
+FIRST_GUESS = 4, 2  # of them, by number
 ROUGH_SHARE = 0.01  # of the amplitude, free from site to site: no lens is as smooth as the kernel
 
 

@@ -31,6 +31,10 @@ _FRAMES_AT_ONCE = 400
 # Columns beside the fields: three of each marker (along its body's x, y, z), then these.
 PLANE_X, PLANE_Y, LATE, WINDOW_U, WINDOW_V = range(5)
 N_SHARED = 5
+# Their prior sds: a marker's place along its body's x, y, z [m]; that of one that stands still, which no design tells;
+MARKER_SD_M, STILL_SD_M = (1e-3, 1e-3, 1e-4), (1e-2, 1e-2, 1e-2)
+# a tilted plane (x, y) [rad], a late camera [s], a window elsewhere (u, v) [px].
+SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,27 +72,30 @@ class Linear:
     """Whitened residuals of a stretch of frames, the poses projected out.
 
     ``basis`` per camera (F, M, K), times the weight; ``others`` (F, M, 2, 2, Q); ``residual`` (F, M, 2, 2);
-    ``poses`` (F, M, 2, 2, N_POSE) orthonormal columns.
+    ``poses`` (F, M, 2, 2, N_POSE) orthonormal columns; ``prior`` (Q,) weights (1/sd^2) of the other columns' numbers.
     """
 
     basis: tuple[Array, Array]
     others: Array
     residual: Array
     poses: Array
+    prior: Array
 
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
     """``matrix`` (P, P), ``right`` (P,) over [u and v splines of the first camera, of the second, other columns];
-    the first ``n_field`` are splines.
+    the first ``n_field`` are splines.  ``prior`` (P - n_field,) weights (1/sd^2) of the other columns' numbers, not in
+    the matrix.
     """
 
     matrix: Array
     right: Array
     n_field: int
+    prior: Array
 
     def __add__(self, other: NormalEquations) -> NormalEquations:
-        return NormalEquations(self.matrix + other.matrix, self.right + other.right, self.n_field)
+        return NormalEquations(self.matrix + other.matrix, self.right + other.right, self.n_field, self.prior)
 
 
 def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> Sightings | None:
@@ -226,8 +233,9 @@ def _linear(
     for m in np.flatnonzero(run.body < 0):
         others[:, m, ..., 3 * m : 3 * m + 3] = by_point[:, m]
     shared = others[..., 3 * markers :]
-    shared[..., PLANE_X] = by_point[..., 2] * x[:, :, None, None, 0]
-    shared[..., PLANE_Y] = by_point[..., 2] * x[:, :, None, None, 1]
+    on_plane = by_point[..., 2] * (run.body >= 0)[:, None, None]  # what stands still is where it was seen
+    shared[..., PLANE_X] = on_plane * x[:, :, None, None, 0]
+    shared[..., PLANE_Y] = on_plane * x[:, :, None, None, 1]
     shared[:, :, 1, :, LATE] = speed[part] * weight[:, :, 1, None]
     shared[:, :, 1, 0, WINDOW_U] = shared[:, :, 1, 1, WINDOW_V] = weight[:, :, 1]
     values = np.where(use[..., None, None], residual[part], 0.0) * weight[..., None]
@@ -237,7 +245,8 @@ def _linear(
         lattice.basis(modelled_px[c][part].reshape(-1, 2)).reshape(frames, markers, -1) * weight[:, :, c, None]
         for c, lattice in enumerate(lattices)
     )
-    return Linear((basis[0], basis[1]), others, values, q)
+    sds = [STILL_SD_M if body < 0 else MARKER_SD_M for body in run.body]
+    return Linear((basis[0], basis[1]), others, values, q, np.concatenate([*sds, SHARED_SD]) ** -2.0)
 
 
 def accumulate(part: Linear) -> NormalEquations:
@@ -272,4 +281,4 @@ def accumulate(part: Linear) -> NormalEquations:
     flat = on_poses.reshape(-1, total)
     matrix -= flat.T @ flat
     right -= flat.T @ along.reshape(-1)
-    return NormalEquations(matrix, right, n_field)
+    return NormalEquations(matrix, right, n_field, part.prior)

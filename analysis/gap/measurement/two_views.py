@@ -81,6 +81,10 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
     height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
     lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
     lens = lens_px * height_per_px / (2 * lever)
+    learnt = series.cameras[0].field
+    if learnt is not None:  # a field that recordings have taught says itself what it leaves open
+        lens = max(lens, learnt.open_sd["plane_x"], learnt.open_sd["plane_y"])
+        lens_px = max(lens_px, learnt.open_sd["window_v_px"])
     moving = a[np.flatnonzero(a[:, 3] != 0), 2]
     speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
