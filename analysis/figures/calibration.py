@@ -39,7 +39,7 @@ def lens_field(field: pd.DataFrame, tracks: pd.DataFrame | None, windows: Mappin
     each camera's window on its sensor [px], for the markers of ``tracks`` that taught it.
     """
     cameras = sorted(field["camera"].unique())
-    figure, axes = new_figure(1, len(cameras), height_in=3.4, gap_in=(0.9, 0.6))
+    figure, axes = new_figure(1, len(cameras), height_in=2.5)
     size = np.hypot(field["du_px"], field["dv_px"]).to_numpy(float)
     sd = np.hypot(field["du_sd_px"], field["dv_sd_px"]).to_numpy(float) / np.sqrt(2)
     known = float(np.quantile(sd, 0.9))
@@ -71,9 +71,9 @@ def lens_field(field: pd.DataFrame, tracks: pd.DataFrame | None, windows: Mappin
         ax.set(xlim=(u[0], u[-1]), ylim=(v[-1], v[0]), aspect="equal")
         ax.locator_params(nbins=4)
         label(ax, "u on the sensor (px)", "v (px)" if ax is axes[0, 0] else "", camera, math=False)
-        bar = figure.colorbar(drawn, cax=ax.inset_axes((1.04, 0.0, 0.05, 1.0)))
-        bar.ax.tick_params(labelsize=7)
-        bar.outline.set_visible(False)
+    bar = figure.colorbar(drawn, cax=axes[0, -1].inset_axes((1.04, 0.0, 0.05, 1.0)))  # one scale for all
+    bar.ax.tick_params(labelsize=7)
+    bar.outline.set_visible(False)
     return figure
 
 

@@ -82,13 +82,15 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
     lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
     lens = lens_px * height_per_px / (2 * lever)
     learnt = series.cameras[0].field
+    lens_x = lens_y = lens
     if learnt is not None:  # a field that recordings have taught says itself what it leaves open
-        lens = max(lens, learnt.open_sd["plane_x"], learnt.open_sd["plane_y"])
+        lens_x, lens_y = max(lens, learnt.open_sd["plane_x"]), max(lens, learnt.open_sd["plane_y"])
         lens_px = max(lens_px, learnt.open_sd["window_v_px"])
     moving = a[np.flatnonzero(a[:, 3] != 0), 2]
     speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
     window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
+    by_lens = float(np.hypot(slope_x / max(lens_x, 1e-9), slope_y / max(lens_y, 1e-9)))
     alike = _rivals(a * weight[:, None], b * weight, float(inflation))
     found = [
         judge(
@@ -108,9 +110,9 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
         # z = a x + b y is the world turned by b about x and by -a about y.
         judge(
             "plane_tilt",
-            {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))},
+            {"x_rad": (slope_y, np.hypot(sy, lens_y)), "y_rad": (-slope_x, np.hypot(sx, lens_x))},
             tilt,
-            min(tilt / max(sx, sy), tilt / max(LENS_TILTS * lens, 1e-9) * SIGNIFICANCE),
+            min(tilt / max(sx, sy), by_lens / LENS_TILTS * SIGNIFICANCE),
         ),
     ]
     return [replace(f, rivals=alike[f.effect]) for f in found], seen
