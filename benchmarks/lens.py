@@ -7,7 +7,7 @@ Three questions, each answered as a ratio to its goal (1 or below is reached).
 shape: series of the blind plant with a residual of 0.25 px amplitude (structure of 500 px) in both cameras, noise of
 0.05, 0.11 and 0.3 px, white and correlated (0.6 from frame to frame): RMS of residual less field where markers went, as
 it is, and without what poses and calibration absorb (shift, turn, scale, plane, window); goal 0.03 px.
-restitution: its sd with the residual and the field, over that without a residual; goal 1.2.  Also with the residual alone.
+restitution: its sd with the residual and the field, over that without a residual; goal 1.2; also without the field.
 tilt: series without an effect and with a plane tilted by 4 mrad, both with residuals as the blind plant draws them:
 false alarms and tilts found by the measurement tests.
 """

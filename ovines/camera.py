@@ -205,6 +205,15 @@ def triangulate_points(
     )
 
 
+def baseline(cameras: Sequence[Camera]) -> Array:
+    """Direction (2,) in the plane z = 0 from the first of two cameras to the second; x where one stands over the
+    other.
+    """
+    apart = (cameras[1].centre_m - cameras[0].centre_m)[:2]
+    length = float(np.hypot(*apart))
+    return apart / length if length > 0 else np.array([1.0, 0.0])
+
+
 def with_fields(cameras: Sequence[Camera], fields: Mapping[str, LensField]) -> list[Camera]:
     """The cameras with their fields by name (:func:`ovines.lens_field.lens_fields`); one without stays as it is."""
     return [replace(camera, field=fields.get(camera.name, camera.field)) for camera in cameras]

@@ -26,8 +26,8 @@ UNITS = {
 # Of table lens_terms: name, title, factor, unit shown.
 OPEN_TERMS = (
     ("scale", "length scale", 1e3, "1e-3"),
-    ("plane_x", "tilt of the plane along x", 1e3, "mrad"),
-    ("plane_y", "tilt of the plane along y", 1e3, "mrad"),
+    ("plane_along", "tilt of the plane along the cameras' line", 1e3, "mrad"),
+    ("plane_across", "tilt of the plane across it", 1e3, "mrad"),
     ("turn_rad", "turn about z", 1e3, "mrad"),
     ("window_v_px", "window of the second camera, v", 1.0, "px"),
 )

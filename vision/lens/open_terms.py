@@ -7,22 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.camera import Camera
+from ovines.camera import Camera, baseline
 from vision.lens.lattice import Lattice
 from vision.lens.residuals import Sightings
 
 Array = NDArray[np.float64]
 
-# What a field does to points: a shift and a turn of all of them, a scale, a tilt of the plane (height per x, per y);
-# and what it does to the second camera alone, like a window that lies elsewhere.
+# What a field does to points: a shift and a turn of all of them, a scale, a tilt of the plane (height per length), all
+# along the line between the cameras and across it, whatever the world's axes; and what it does to the second camera
+# alone, like a window that lies elsewhere.
 OPEN_TERMS = (
-    "shift_x_m",
-    "shift_y_m",
-    "shift_z_m",
+    "shift_along_m",
+    "shift_across_m",
+    "shift_up_m",
     "turn_rad",
     "scale",
-    "plane_x",
-    "plane_y",
+    "plane_along",
+    "plane_across",
     "window_u_px",
     "window_v_px",
 )
@@ -55,9 +56,10 @@ def term_pixels(points_m: Array, cameras: Sequence[Camera]) -> Array:
     """Pixels (n, 4, 9) of both cameras, u and v, that a unit of each term moves points (n, 3) by."""
     jacobian = np.concatenate([camera.project_with_jacobian(points_m)[1] for camera in cameras], 1)
     x, y = (points_m[:, :2] - points_m[:, :2].mean(0)).T
+    c, s = baseline(cameras)
     zero, one = 0 * x, 1 + 0 * x
-    moved = [(one, zero, zero), (zero, one, zero), (zero, zero, one), (-y, x, zero), (x, y, zero)]
-    moved += [(zero, zero, x), (zero, zero, y)]
+    moved = [(c * one, s * one, zero), (-s * one, c * one, zero), (zero, zero, one), (-y, x, zero), (x, y, zero)]
+    moved += [(zero, zero, c * x + s * y), (zero, zero, c * y - s * x)]
     by_world = jacobian @ np.stack([np.stack(each, -1) for each in moved], -1)
     window = np.zeros((len(x), 4, 2))
     window[:, 2, 0] = window[:, 3, 1] = 1.0
