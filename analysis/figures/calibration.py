@@ -39,7 +39,7 @@ def lens_field(field: pd.DataFrame, tracks: pd.DataFrame | None, windows: Mappin
     each camera's window on its sensor [px], for the markers of ``tracks`` that taught it.
     """
     cameras = sorted(field["camera"].unique())
-    figure, axes = new_figure(1, len(cameras), height_in=2.5)
+    figure, axes = new_figure(1, len(cameras), height_in=2.4, margins_in=(0.62, 0.62, 0.46, 0.32))
     size = np.hypot(field["du_px"], field["dv_px"]).to_numpy(float)
     sd = np.hypot(field["du_sd_px"], field["dv_sd_px"]).to_numpy(float) / np.sqrt(2)
     known = float(np.quantile(sd, 0.9))

@@ -59,10 +59,11 @@ def write_series_lens(out: Path, recordings: Sequence[Recording], force: bool) -
         few = len(read) < FEWEST_RUNS
         return "each by itself", [] if few else ["no joint lens field: the runs were not filmed with the same cameras"]
     written = {"lens_terms": found.terms} | ({} if found.field is None else {"lens_field": found.field})
-    marked = {**state, "key": key, "notes": [found.note], "outputs": [f"{name}.parquet" for name in written]}
+    notes = [] if found.field is None else [found.note]  # that there is none stands in the table
+    marked = {**state, "key": key, "notes": notes, "outputs": [f"{name}.parquet" for name in written]}
     for name in reversed(written):  # the first one last: it is the one that vouches for the other
         write_table(written[name], name, out / f"{name}.parquet", marked)
-    return "run", [found.note]
+    return "run", notes
 
 
 def _readable(recording: Recording, inputs: dict[str, Path]) -> tuple[pd.DataFrame, Recording, Sequence[Camera]] | None:
