@@ -92,9 +92,12 @@ def _after_lens(
     with_tracks = [one for one, _ in tasks if kinds[one] in ("frames", "tracks") and one not in failed]
     notes: list[str] = []
     if with_tracks:
-        with suppress(InputError, OSError), locked(out), logged(out):  # which are said where the recordings are run
-            write_source(out, folder, "series")
-            _, notes = write_series_lens(out, [read_recording(one) for one in with_tracks], force)
+        with suppress(InputError, OSError):  # which are said where the recordings are run
+            for _, target in tasks:
+                refuse_folder(target)
+            with locked(out), logged(out):
+                write_source(out, folder, "series")
+                _, notes = write_series_lens(out, [read_recording(one) for one in with_tracks], force)
     rest = [task for task in tasks if task[0] not in failed]
     outcomes = {one.folder: one for one in run_all(rest, only, force)} if rest else {}
     for one, outcome in outcomes.items():
