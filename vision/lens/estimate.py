@@ -84,9 +84,20 @@ def learn_lens_field(
     frames = sum(len(one.frame) for one in runs)
     if frames < FEWEST_FRAMES:
         return _nothing(frames, f"{frames} frames with both bodies in both views")
+    try:
+        return _estimate(runs, pair, covariance, frames)
+    except np.linalg.LinAlgError:  # markers that lie on one spot, or never move
+        return _nothing(frames, "the bodies leave the equations singular")
+
+
+def _estimate(
+    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, frames: int
+) -> LensEstimate:
     pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
     lattices = [lattice_over(pixels[:, c]) for c in range(2)]
     halves = [_half(runs, pair, lattices, late) for late in (False, True)]
+    if not all(np.isfinite(one.matrix).all() and np.isfinite(one.right).all() for half in halves for one in half):
+        return _nothing(frames, "pixels that no camera can see")
     noise = _noise_variance([one for half in halves for one in half], lattices)
     blocks = [_fields_only(reduce(add, half), noise) for half in halves]
     height_m = float(np.nanmedian(runs[0].points_m[:, runs[0].body >= 0, 2]))
@@ -135,10 +146,11 @@ def _noise_variance(parts: Sequence[NormalEquations], lattices: Sequence[Lattice
     smooth = smooth_covariance(lattices, _NOISE_LENGTH_PX)
     prior = block_diag(np.linalg.inv(_NOISE_AMPLITUDE_PX**2 * smooth), np.diag(whole.prior))
     joint = np.linalg.solve(whole.matrix + prior, whole.right)
-    ways = np.zeros((len(joint), _NOISE_WAYS))
-    ways[: whole.n_field] = eigh(smooth, subset_by_index=(whole.n_field - _NOISE_WAYS, whole.n_field - 1))[1]
+    n_ways = min(_NOISE_WAYS, whole.n_field)
+    ways = np.zeros((len(joint), n_ways))
+    ways[: whole.n_field] = eigh(smooth, subset_by_index=(whole.n_field - n_ways, whole.n_field - 1))[1]
     gains, ranks = zip(*(_explained(one, joint, ways) for one in parts), strict=True)
-    return max(sum(gains) / max(sum(ranks) - _NOISE_WAYS, 1), _LEAST_NOISE)
+    return max(sum(gains) / max(sum(ranks) - n_ways, 1), _LEAST_NOISE)
 
 
 def _explained(part: NormalEquations, joint: Array, ways: Array) -> tuple[float, int]:

@@ -108,6 +108,8 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     still = list(bodies["ground"].markers) if "ground" in bodies else []
     markers = [*still, *(marker for name in MOVING for marker in bodies[name].markers)]
     known = tracks["marker"].isin(markers).to_numpy() & tracks["camera"].isin([one.name for one in cameras]).to_numpy()
+    if not known.any():
+        return None
     frames, at = np.unique(tracks["frame"].to_numpy()[known], return_inverse=True)
     shape = (len(frames), len(markers))
     time_s, uv, sd = np.full(len(frames), np.nan), np.full((*shape, 2, 2), np.nan), np.full((*shape, 2), np.nan)
