@@ -28,6 +28,7 @@ _NOISE_AMPLITUDE_PX, _NOISE_LENGTH_PX, _NOISE_WAYS = 0.5, 200.0, 80
 _SEEN = 1e-6  # smallest eigenvalue of their normal equations over the largest that still counts
 _LEAST_WEIGHT = 1e-3  # of an amplitude and length, over the likeliest
 _LEAST_NOISE = 1e-6  # of an exact film: weights stay finite
+_FEWEST_SITES = 5  # along u and v: a cubic spline needs four nodes
 _NODES_PER_SITE = 2  # of the table, so that a cubic spline through its values is the field
 
 
@@ -95,6 +96,8 @@ def _estimate(
 ) -> LensEstimate:
     pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
     lattices = [lattice_over(pixels[:, c]) for c in range(2)]
+    if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
+        return _nothing(frames, "all markers within one spacing of the splines")
     halves = [_half(runs, pair, lattices, late) for late in (False, True)]
     if not all(np.isfinite(one.matrix).all() and np.isfinite(one.right).all() for half in halves for one in half):
         return _nothing(frames, "pixels that no camera can see")
