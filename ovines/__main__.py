@@ -31,6 +31,7 @@ ORDER = (
     "check",
     "calibrate",
     "track",
+    "lens",
     "triangulate",
     "analyse",
     "identify",

@@ -8,8 +8,8 @@ written here, so that every part of the application speaks of the same camera.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
+from ovines.lens_field import LensField
 
 Array = NDArray[np.float64]
 MOST_SIDE_PX = 1_000_000  # as recording.toml allows
@@ -37,6 +38,7 @@ class Camera:
         prism) after them
     rotation : (3, 3), translation_m : (3,)   ``X_camera = rotation @ X_world + translation_m``
     rms_px : float, reprojection RMS of the calibration (NaN where unknown)
+    field : what the lens model leaves over, where recordings have taught it; no part of calibration.json
     """
 
     name: str
@@ -46,6 +48,7 @@ class Camera:
     rotation: Array
     translation_m: Array
     rms_px: float = float("nan")
+    field: LensField | None = None
 
     @property
     def centre_m(self) -> Array:
@@ -64,6 +67,8 @@ class Camera:
         xd, yd, jd = _distort(x, y, self.distortion)
         focal = self.matrix[:2, :2]
         uv = np.stack([xd, yd], -1) @ focal.T + self.matrix[:2, 2]
+        if self.field is not None:  # a thousandth from pixel to pixel: no part of the derivative
+            uv = uv + self.field.at(uv + self.field.at(uv))
         inverse, zero = 1.0 / z, np.zeros_like(z)
         jn = np.stack([np.stack([inverse, zero, -x * inverse], -1), np.stack([zero, inverse, -y * inverse], -1)], -2)
         return uv, focal @ jd @ jn @ self.rotation
@@ -74,7 +79,7 @@ class Camera:
         Newton's iteration on the distortion polynomial; NaN where it does not converge
         (a pixel outside the range in which the polynomial can be inverted).
         """
-        uv = np.asarray(uv_px, float)
+        uv = self.without_field(uv_px)
         target = (uv - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T
         guess = target.copy()
         for _ in range(12):
@@ -95,6 +100,11 @@ class Camera:
         xd, yd, _ = _distort(guess[..., 0], guess[..., 1], self.distortion)
         missed = np.hypot(xd - target[..., 0], yd - target[..., 1]) > 1e-9
         return np.where(missed[..., None], np.nan, guess)
+
+    def without_field(self, uv_px: ArrayLike) -> Array:
+        """Full-sensor pixels (..., 2) where the lens model alone would have seen the same points."""
+        uv = np.asarray(uv_px, float)
+        return uv if self.field is None else uv - self.field.at(uv)
 
     def rays(self, uv_px: ArrayLike) -> Array:
         """Unit directions in the world (..., 3) in which full-sensor pixels (..., 2) look."""
@@ -171,9 +181,10 @@ def triangulate_points(
         raise InputError(
             f"{len(cameras)} cameras to triangulate with", "two cameras", "give two [[cameras]] in recording.toml"
         )
-    pixels = [np.asarray(uv, float) for uv in uv_px]
+    pixels = [camera.without_field(uv) for camera, uv in zip(cameras, uv_px, strict=True)]
+    cameras = [replace(camera, field=None) for camera in cameras]
     weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
-    points = _midpoints(cameras, pixels)
+    points = midpoints(cameras, pixels)
     for _ in range(4):
         residual, jacobian = _stacked(cameras, pixels, weights, points)
         normal = np.swapaxes(jacobian, -1, -2) @ jacobian
@@ -192,6 +203,20 @@ def triangulate_points(
     return Triangulated(
         points, covariance, np.einsum("ni,ni->n", null, residual) * scale, np.sqrt(np.mean(pixel_residual**2, -1))
     )
+
+
+def baseline(cameras: Sequence[Camera]) -> Array:
+    """Direction (2,) in the plane z = 0 from the first of two cameras to the second; x where one stands over the
+    other.
+    """
+    apart = (cameras[1].centre_m - cameras[0].centre_m)[:2]
+    length = float(np.hypot(*apart))
+    return apart / length if length > 0 else np.array([1.0, 0.0])
+
+
+def with_fields(cameras: Sequence[Camera], fields: Mapping[str, LensField]) -> list[Camera]:
+    """The cameras with their fields by name (:func:`ovines.lens_field.lens_fields`); one without stays as it is."""
+    return [replace(camera, field=fields.get(camera.name, camera.field)) for camera in cameras]
 
 
 def epipolar_residual_px(cameras: Sequence[Camera], first_xy: ArrayLike, second_xy: ArrayLike) -> Array:
@@ -213,7 +238,8 @@ def epipolar_residual_px(cameras: Sequence[Camera], first_xy: ArrayLike, second_
     )
 
 
-def _midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
+def midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
+    """Points (N, 3) half-way between the rays of two cameras' full-sensor pixels, two (N, 2): quick, nearly as good."""
     first, second = (camera.rays(uv) for camera, uv in zip(cameras, pixels, strict=True))
     base = cameras[1].centre_m - cameras[0].centre_m
     cosine = np.sum(first * second, -1)

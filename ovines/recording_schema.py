@@ -260,55 +260,13 @@ class Nominal(Section):
 
     @model_validator(mode="after")
     def _sizes_of_effects(self) -> Nominal:
-        if not self.effect_parameters:
-            return self
-        from ovines.core.effects import EFFECTS
-        from ovines.core.system.model import ScenarioError
-
-        for name, sizes in self.effect_parameters.items():
-            key = f"effect_parameters.{name}"
-            if name not in EFFECTS:
-                raise ValueError(f"no effect {name!r} | one of {', '.join(EFFECTS)} | {key}")
+        for name in self.effect_parameters:
             if name not in self.effects:
-                raise ValueError(f"sizes of {name}, which [model] effects does not name | {name} in effects | {key}")
-            try:
-                EFFECTS[name].complete(sizes)
-            except ScenarioError as error:
-                raise ValueError(f"{error.found} | {error.expected} | {key}") from None
+                raise ValueError(
+                    f"sizes of {name}, which [model] effects does not name | {name} in effects"
+                    f" | effect_parameters.{name}"
+                )
         return self
-
-    @property
-    def fitted_effects(self) -> tuple[str, ...]:
-        """Effects that are named without sizes."""
-        return tuple(name for name in self.effects if name not in self.effect_parameters)
-
-
-class LogSheet(Section):
-    """``[log]``: what the test's log sheet says; shown on pages, used by no computation."""
-
-    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")] | None = None
-    """Day of the test. Example: `"2026-05-18"`."""
-    prototype: Name | None = None
-    """The Host's design. Example: `"OVINES3"`."""
-    nes_type: Name | None = None
-    """What serves as the NES. Example: `"steel washer"`."""
-    temperature_deg_c: Annotated[float, Field(gt=-273.15, lt=1000)] | None = None
-    """Temperature of the Host or the room. Example: `23.5`."""
-    remarks: Annotated[str, Field(max_length=1000)] | None = None
-    """Anything else. Example: `"no accelerometer data"`."""
-
-    @property
-    def pairs(self) -> list[tuple[str, str]]:
-        """What was written, as title and text."""
-        temperature = None if self.temperature_deg_c is None else f"{self.temperature_deg_c:g} °C"
-        titled = {
-            "Date": self.date,
-            "Prototype": self.prototype,
-            "NES": self.nes_type,
-            "Temperature": temperature,
-            "Remarks": self.remarks,
-        }
-        return [(title, text) for title, text in titled.items() if text]
 
 
 class RecordingFile(Section):

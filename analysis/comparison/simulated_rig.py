@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.flights.stated_terms import stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
 from analysis.walls.wall import Ring, Sides, Wall, identified_wall
@@ -50,7 +51,7 @@ def nominal_scenario(
         )
     )
     effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
-    stated = recording.model.effect_parameters if recording.model is not None else {}
+    stated = stated_sizes(recording.model)
     floor = _value("floor_friction", identification, recording)
     friction = (
         None
@@ -72,7 +73,7 @@ def nominal_scenario(
         max(duration_s, 1e-3),
         friction,
         sample_rate_hz=0.0,
-        effects={name: sizes for name, sizes in stated.items() if name in EFFECTS and name not in HERE_ALREADY},
+        effects={name: sizes for name, sizes in stated.items() if name not in HERE_ALREADY},
     )
 
 

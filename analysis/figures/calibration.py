@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.figures.style import BLUE, CYCLE, GREY, RED, label, legend, new_figure, robust_limits
 
+Window = tuple[float, float]
+MAP = "Blues"
+MOST_DOTS = 1500
+ARROW_STEPS = 1.2  # length of an arrow at the 90th percentile, in steps of the grid
 SMALL_PX = 0.05  # below, ticks in px would be so long that they meet the axis' label
 
 
@@ -25,6 +31,49 @@ def view_errors(views: pd.DataFrame) -> Figure:
             ax.bar(np.flatnonzero(~used), rms[~used], fill=False, edgecolor=RED, hatch="//", label="dropped")
         label(ax, "view", f"RMS error ({unit})" if ax is axes[0, 0] else "", camera, math=False)
         legend(ax)
+    return figure
+
+
+def lens_field(field: pd.DataFrame, tracks: pd.DataFrame | None, windows: Mapping[str, Window]) -> Figure:
+    """What each lens model leaves over, as arrows much longer than they are, on its sd; ``windows``: left and top of
+    each camera's window on its sensor [px], for the markers of ``tracks`` that taught it.
+    """
+    cameras = sorted(field["camera"].unique())
+    figure, axes = new_figure(1, len(cameras), height_in=2.4, margins_in=(0.62, 0.62, 0.46, 0.32))
+    size = np.hypot(field["du_px"], field["dv_px"]).to_numpy(float)
+    sd = np.hypot(field["du_sd_px"], field["dv_sd_px"]).to_numpy(float) / np.sqrt(2)
+    known = float(np.quantile(sd, 0.9))
+    for ax, camera in zip(axes[0], cameras, strict=True):
+        own = field[field["camera"] == camera]
+        u, v = np.unique(own["u_px"]), np.unique(own["v_px"])
+        rows = own.sort_values(["v_px", "u_px"])
+        grid = np.hypot(rows["du_sd_px"], rows["dv_sd_px"]).to_numpy(float).reshape(len(v), len(u)) / np.sqrt(2)
+        drawn = ax.pcolormesh(u, v, grid, cmap=MAP, vmin=0, vmax=known, shading="gouraud", rasterized=True)
+        if tracks is not None:
+            seen = tracks[tracks["camera"] == camera]
+            seen = seen.iloc[:: max(1, len(seen) // MOST_DOTS)]
+            left, top = windows.get(camera, (0.0, 0.0))
+            ax.plot(seen["u_px"] + left, seen["v_px"] + top, ".", color="white", ms=1.5, alpha=0.6, rasterized=True)
+        step = float(np.diff(u).min()) if len(u) > 1 else 1.0
+        longer = ARROW_STEPS * step / max(float(np.quantile(size, 0.9)), 1e-12)
+        ax.quiver(
+            own["u_px"],
+            own["v_px"],
+            longer * own["du_px"],
+            longer * own["dv_px"],
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            width=0.004,
+            color=RED,
+            zorder=3,
+        )
+        ax.set(xlim=(u[0], u[-1]), ylim=(v[-1], v[0]), aspect="equal")
+        ax.locator_params(nbins=4)
+        label(ax, "u on the sensor (px)", "v (px)" if ax is axes[0, 0] else "", camera, math=False)
+    bar = figure.colorbar(drawn, cax=axes[0, -1].inset_axes((1.04, 0.0, 0.05, 1.0)))  # one scale for all
+    bar.ax.tick_params(labelsize=7)
+    bar.outline.set_visible(False)
     return figure
 
 

@@ -8,6 +8,9 @@ import numpy as np
 
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
+from ovines.core.effects import EFFECTS
+from ovines.core.system.model import ScenarioError
+from ovines.errors import InputError
 from ovines.recording_schema import Nominal
 
 #: relative change of friction from run to run: a term of the series, no parameter of a flight
@@ -16,30 +19,45 @@ DRIFT_OF_RUN = "drift_run"
 STATED_IN_FLIGHT = ("spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion", "friction_drift")
 
 
+def stated_sizes(model: Nominal | None) -> dict[str, dict[str, float]]:
+    """Sizes of effects in ``[model.effect_parameters]``, with defaults; `InputError` for what the library does not
+    know."""
+    sizes = {}
+    for name, given in (model.effect_parameters if model is not None else {}).items():
+        where = f"[model.effect_parameters.{name}]"
+        if name not in EFFECTS:
+            raise InputError(where, "one of " + ", ".join(EFFECTS), "correct recording.toml")
+        try:
+            sizes[name] = EFFECTS[name].complete(given)
+        except ScenarioError as error:
+            raise InputError(f"{where}: {error.found}", error.expected, "correct recording.toml") from None
+    return sizes
+
+
 def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[float]) -> dict[str, float]:
     """Terms of the flight model, by their names in :data:`analysis.flights.parameters.PARAMETERS` (and
     :data:`DRIFT_OF_RUN`), of the effects to which ``[model.effect_parameters]`` gives sizes.
 
     ``starts_s``: times of the runs' first frames in the rig's frame, which counts from their middles."""
-    sizes: Mapping[str, Mapping[str, float]] = model.effect_parameters if model is not None else {}
+    sizes = stated_sizes(model)
     per_s, per_m, acceleration = (frame.factor(f"x_{unit}") for unit in ("per_s", "per_m", "m_per_s2"))
     terms: dict[str, float] = {}
     if "spin_coupling" in sizes:
-        terms["coupling"] = sizes["spin_coupling"].get("coupling", 1.0)
+        terms["coupling"] = sizes["spin_coupling"]["coupling"]
     if "viscous_drag" in sizes:
         terms["viscous"] = sizes["viscous_drag"]["rate_per_s"] / per_s
     if "air_drag" in sizes:
         terms["air"] = sizes["air_drag"]["rate_per_m"] / per_m
     if "table_tilt" in sizes:
         pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / acceleration
-        direction = sizes["table_tilt"].get("direction_rad", 0.0) - frame.turn_rad
+        direction = sizes["table_tilt"]["direction_rad"] - frame.turn_rad
         terms |= {"tilt_x": pull * float(np.cos(direction)), "tilt_y": pull * float(np.sin(direction))}
     if "vertical_motion" in sizes:
         terms["load"] = 1.0  # of the Host's measured z'', whose amplitude is that of the motion itself
     if "friction_drift" in sizes:
         # Told about the run's start and the first run, fitted about their middles.
-        a = sizes["friction_drift"].get("relative_per_s", 0.0) / per_s
-        b = sizes["friction_drift"].get("relative_per_run", 0.0)
+        a = sizes["friction_drift"]["relative_per_s"] / per_s
+        b = sizes["friction_drift"]["relative_per_run"]
         middle_s, later = _middle(starts_s)
         terms |= {"drift": a / (1 + a * middle_s), DRIFT_OF_RUN: b / (1 + b * later)}
     return terms

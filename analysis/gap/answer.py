@@ -47,8 +47,8 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
         for effect, parameters in summary["parameters"].items()
         if effect in EFFECTS
     }
-    for effect, values in sizes.items():
-        inside = {p.name: values[p.name] for p in EFFECTS[effect].parameters if p.name in values}
+    for effect, given in sizes.items():
+        inside = {p.name: given[p.name] for p in EFFECTS[effect].parameters if p.name in given}
         lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
     return "\n".join(lines) + "\n"
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.stated_terms import STATED_IN_FLIGHT
+from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
@@ -108,7 +108,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
     # What [model] names is no cause, but a flight's effect of another size than it states is.
-    resized = set(STATED_IN_FLIGHT) & set(model.effect_parameters if model else ())
+    resized = set(STATED_IN_FLIGHT) & set(stated_sizes(model))
     known = withheld.union(effects) - resized
     causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)

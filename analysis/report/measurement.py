@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from analysis.figures.calibration import reprojection, view_errors
+from analysis.figures.calibration import lens_field, reprojection, view_errors
 from analysis.figures.markers import (
     circle_centres,
     coordinates,
@@ -23,6 +23,14 @@ UNITS = {
     "fx": "px", "fy": "px", "cx": "px", "cy": "px", "k1": "", "k2": "", "k3": "", "p1": "", "p2": "",
     "tx_m": "m", "ty_m": "m", "tz_m": "m", "rms_px": "px",
 }  # fmt: skip
+# Of table lens_terms: name, title, factor, unit shown.
+OPEN_TERMS = (
+    ("scale", "length scale", 1e3, "1e-3"),
+    ("plane_along", "tilt of the plane along the cameras' line", 1e3, "mrad"),
+    ("plane_across", "tilt of the plane across it", 1e3, "mrad"),
+    ("turn_rad", "turn about z", 1e3, "mrad"),
+    ("window_v_px", "window of the second camera, v", 1.0, "px"),
+)
 CROSS_VALIDATION = ("field_p", "field_px", "halves_p")  # have a section of their own
 
 
@@ -95,6 +103,7 @@ def add_calibration(page: Page, results: Results) -> None:
             section.add_list(
                 [f"{row['camera']}, {row['view']}: dropped, {row['reason']}" for _, row in dropped.iterrows()]
             )
+    _add_lens_field(section, results)
     if points is not None and points["reprojection_px"].notna().any():
         section.add_figure(
             "reprojection",
@@ -104,6 +113,33 @@ def add_calibration(page: Page, results: Results) -> None:
             "one marker standing out was tracked badly.",
             "Reprojection error over time and by marker.",
         )
+
+
+def _add_lens_field(section: Section, results: Results) -> None:
+    """What the lens models leave over, where recordings have taught it, and what stays open of it."""
+    field, table = results.get("lens_field"), results.get("lens_terms")
+    if field is None or table is None:
+        return
+    terms = table.set_index("term")
+    section.add_figure(
+        "lens_field",
+        lens_field(field, results.get("tracks"), results.recording.window_offset_px),
+        "What the lens models leave over (arrows: where a point is seen, less where the model puts it; RMS "
+        f"{with_unit(float(np.sqrt((field[['du_px', 'dv_px']] ** 2).to_numpy().mean())), 'px', 2)}), learnt from "
+        "rigid bodies in both views and taken off every pixel. Colour: its sd (px); dots: markers. It predicts halves "
+        f"of the runs that it was not learnt from by {with_unit(float(terms.loc['held_out_sds', 'value']), digits=3)} "
+        "sd.",
+        "Arrows of the lens field of each camera over its standard deviation.",
+    )
+    rows = [
+        (title, value_with_sd(unit * terms.loc[name, "value"], unit * terms.loc[name, "sd"], shown))
+        for name, title, unit, shown in OPEN_TERMS
+    ]
+    section.add_table(
+        ("open term", "in the field"),
+        rows,
+        "What poses and calibration absorb: bodies cannot tell it, the field's smoothness alone does.",
+    )
 
 
 def add_tracks(page: Page, results: Results) -> None:

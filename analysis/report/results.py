@@ -38,6 +38,8 @@ TABLES = (
     "checks",
     "thesis_impacts",
     "calibration_views",
+    "lens_field",
+    "lens_terms",
     "calibration_parameters",
     "calibration_lens",
     "calibration_corners",

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from ovines.camera import Camera
+from ovines.camera import Camera, with_fields
 from ovines.errors import InputError
+from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
 from ovines.plausibility.calibration import calibrated
@@ -46,10 +47,8 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
             "diagnose them apart",
         )
     entry = max(entries, key=ORDER.index)
-    cameras: list[Camera] | None = None
-    tracks: list[pd.DataFrame] = []
-    points: list[pd.DataFrame] = []
-    motions: list[pd.DataFrame] = []
+    tables: list[pd.DataFrame] = []
+    seen_by: list[list[Camera] | None] = []
     sources: dict[str, Path] = {}
     for recording, kind in zip(recordings, entries, strict=True):
         folder = out / "recordings" / recording.folder.resolve().name
@@ -60,9 +59,22 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
         sources[f"{recording.folder.resolve().name}/{path.name}"] = path
         table = read_table(path, path.stem)
         refuse_contradictions(recording, table)
-        if kind in ("frames", "tracks"):
-            (found,) = location("calibration.json", recording, folder)[:1] or (_no_calibration(recording),)
-            cameras = calibrated(found, recording)
+        tables.append(table)
+        seen_by.append(_cameras_of(recording, folder) if kind in ("frames", "tracks") else None)
+    filmed = [number for number, cameras in enumerate(seen_by) if cameras is not None]
+    fields = shared_lens_fields(
+        [tables[k] for k in filmed],
+        [recordings[k] for k in filmed],
+        [seen_by[k] or [] for k in filmed],
+        location("calibration_covariance.parquet", recordings[0], out / "recordings" / recordings[0].folder.name),
+    )
+    cameras: list[Camera] | None = None
+    tracks: list[pd.DataFrame] = []
+    points: list[pd.DataFrame] = []
+    motions: list[pd.DataFrame] = []
+    for recording, kind, table, seen in zip(recordings, entries, tables, seen_by, strict=True):
+        if seen is not None:
+            cameras = with_fields(seen, fields)
             tracks.append(table)
             table = triangulate_again(table, cameras, recording, (0.0, 0.0))
             kind = "points"
@@ -93,6 +105,12 @@ def triangulate_again(
     if second in offsets:
         offsets[second] = [offsets[second][0] + shift_px[0], offsets[second][1] + shift_px[1]]
     return triangulate(tracks, cameras, offsets)
+
+
+def _cameras_of(recording: Recording, folder: Path) -> list[Camera]:
+    """The recording's cameras, from the calibration that it brings or that was solved into ``folder``."""
+    (found,) = location("calibration.json", recording, folder)[:1] or (_no_calibration(recording),)
+    return calibrated(found, recording)
 
 
 def _no_calibration(recording: Recording) -> Path:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ovines.camera import with_fields
 from ovines.errors import InputError
+from ovines.lens_field import lens_fields
 from ovines.pipeline.context import StageContext
 from ovines.pipeline.stages import CALIBRATION_PAGE, MOTION_OR_IMPACTS
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
@@ -58,6 +60,26 @@ def track(context: StageContext) -> dict[str, Any]:
     return results
 
 
+def lens(context: StageContext) -> dict[str, Any]:
+    """What the lens models leave over: as all runs of a series tell it, or this recording alone."""
+    from vision.lens.estimate import learn_lens_field
+
+    tracks = read_table(context.path("tracks.parquet"), "tracks")
+    refuse_contradictions(context.recording, tracks)
+    cameras = calibrated(context.path("calibration.json"), context.recording)
+    if "lens of the series" in context.inputs:
+        return {path.name: read_table(path, path.stem) for path in context.inputs["lens of the series"]}
+    covariance = (
+        read_table(context.path("calibration_covariance.parquet"), "calibration_covariance")
+        if "calibration_covariance.parquet" in context.inputs
+        else None
+    )
+    found = learn_lens_field([tracks], [context.recording], cameras, covariance)
+    if found.field is not None:  # that there is none stands in the table
+        context.notes.append(found.note)
+    return {"lens_terms.parquet": found.terms} | ({} if found.field is None else {"lens_field.parquet": found.field})
+
+
 def triangulate(context: StageContext) -> dict[str, Any]:
     """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
     from vision.calibration.uncertainty import with_calibration_sd
@@ -69,6 +91,9 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     if context.recording.entry() == "tracks":
         context.notes.extend(sd_doubts(tracks, context.recording))
     cameras = calibrated(context.path("calibration.json"), context.recording)
+    if "lens_field.parquet" in context.inputs:
+        tables = [read_table(context.path(f"{name}.parquet"), name) for name in ("lens_field", "lens_terms")]
+        cameras = with_fields(cameras, lens_fields(*tables))
     points = triangulate_tracks(tracks, cameras, context.recording.window_offset_px)
     refuse_foreign_tracks(tracks, points, cameras, context.recording.window_offset_px)
     context.notes.extend(track_notes(tracks, points, context.recording))

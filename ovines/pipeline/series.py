@@ -17,9 +17,11 @@ from ovines.io.lock import locked
 from ovines.io.provenance import program
 from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
 from ovines.pipeline.cluster import run_on_cluster
+from ovines.pipeline.lens import write_series_lens
 from ovines.pipeline.one_recording import Outcome, no_room, run_one
 from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_theirs, write_source
 from ovines.pipeline.series_results import JOINT, PAGE, write_series_results
+from ovines.pipeline.stages import stage
 from ovines.recording import ENTRY_TABLES, read_recording, series_folders
 from ovines.tables import table_rows
 from ovines.workers.budget import refuse_cost
@@ -50,18 +52,68 @@ def run_series(
     if not single:
         refuse_folder(out)
         refuse_other_source(out, folder)
-        refuse_theirs(out, [JOINT, PAGE, LOG], figures)  # before hours of work, not after
+        refuse_theirs(out, [JOINT, PAGE, LOG, *stage("lens").writes], figures)  # before hours of work, not after
     for one in folders:
         refuse_large(one, yes)
-    if cluster is not None:
-        outcomes = run_on_cluster(tasks, only, force, figures, cluster, bars)
-    elif jobs == 1 or len(tasks) == 1:
-        outcomes = [run_one(one, target, only, force, bars, figures, not single) for one, target in tasks]
+
+    def run_all(some: list[tuple[Path, Path]], last: str | None, again: bool) -> list[Outcome]:
+        if cluster is not None:
+            return run_on_cluster(some, last, again, figures, cluster, bars)
+        if jobs == 1 or len(some) == 1:
+            return [run_one(one, target, last, again, bars, figures, not single) for one, target in some]
+        return _in_processes(some, last, again, jobs, bars, figures)
+
+    if single or only not in (None, *WITH_LENS):
+        outcomes = run_all(tasks, only, force)
     else:
-        outcomes = _in_processes(tasks, only, force, jobs, bars, figures)
+        outcomes = _after_lens(folder, out, tasks, only, force, run_all)
     if not single and only in (None, "identify", "report"):
         outcomes += _together(folder, out, outcomes, only, force, figures)
     return outcomes
+
+
+# Stages that a lens field comes before: it is learnt from the tracks of all runs.
+WITH_LENS = ("lens", "triangulate", "analyse", "identify")
+
+
+def _after_lens(
+    folder: Path,
+    out: Path,
+    tasks: list[tuple[Path, Path]],
+    only: str | None,
+    force: bool,
+    run_all: Callable[[list[tuple[Path, Path]], str | None, bool], list[Outcome]],
+) -> list[Outcome]:
+    """All recordings, those that are filmed tracked first, so that one lens field is learnt from the whole series."""
+    kinds = {one: _entry(one) for one, _ in tasks}
+    filmed = [task for task in tasks if kinds[task[0]] == "frames"]
+    tracked = {one.folder: one for one in run_all(filmed, "track", False)} if filmed else {}
+    failed = {one for one, outcome in tracked.items() if outcome.status != "done"}
+    with_tracks = [one for one, _ in tasks if kinds[one] in ("frames", "tracks") and one not in failed]
+    notes: list[str] = []
+    if with_tracks:
+        with suppress(InputError, OSError):  # which are said where the recordings are run
+            for _, target in tasks:
+                refuse_folder(target)
+            with locked(out), logged(out):
+                write_source(out, folder, "series")
+                _, notes = write_series_lens(out, [read_recording(one) for one in with_tracks], force)
+    rest = [task for task in tasks if task[0] not in failed]
+    outcomes = {one.folder: one for one in run_all(rest, only, force)} if rest else {}
+    for one, outcome in outcomes.items():
+        before = tracked.get(one)
+        if before is not None:
+            stages = outcome.stages | {name: "run" for name, what in before.stages.items() if what == "run"}
+            outcomes[one] = replace(outcome, stages=stages, notes=before.notes + outcome.notes)
+    done = [outcomes.get(one) or tracked[one] for one, _ in tasks]
+    return [replace(done[0], notes=notes + done[0].notes), *done[1:]] if notes and done else done
+
+
+def _entry(folder: Path) -> str | None:
+    try:
+        return read_recording(folder).entry()
+    except InputError:
+        return None  # said where it is run
 
 
 BYTES_PER_ROW = 600.0  # measured: 1.4 GB for a tracks.parquet of 2.4 million rows

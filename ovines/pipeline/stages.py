@@ -21,7 +21,7 @@ from ovines.tables import read_provenance
 
 ENTRY_STAGE = {
     "frames": "track",
-    "tracks": "triangulate",
+    "tracks": "lens",
     "points": "analyse",
     "motion": "analyse",
     "impacts": "identify",
@@ -29,6 +29,7 @@ ENTRY_STAGE = {
 MOTION_OR_IMPACTS = "motion.parquet or impacts.parquet"
 CALIBRATION_PAGE = "calibration.html"  # beside the stage's own files, made from them
 HTML_MARK = "<!-- ovines "
+SERIES_LENS = "lens of the series"  # the command in the provenance of a field that all runs of a series share
 
 
 @dataclass(frozen=True)
@@ -78,10 +79,18 @@ STAGES: tuple[Stage, ...] = (
         sections=("time", "cameras", "bodies"),
     ),
     Stage(
+        "lens",
+        "markers of rigid bodies in both views -> what the lens models leave over",
+        reads=("tracks.parquet", "calibration.json"),
+        may_read=("calibration_covariance.parquet", "lens of the series"),
+        writes=("lens_terms.parquet", "lens_field.parquet"),
+        sections=("cameras", "bodies"),
+    ),
+    Stage(
         "triangulate",
         "markers of two cameras -> points in metres",
         reads=("tracks.parquet", "calibration.json"),
-        may_read=("calibration_covariance.parquet",),
+        may_read=("calibration_covariance.parquet", "lens_terms.parquet", "lens_field.parquet"),
         writes=("points.parquet",),
         sections=("cameras",),
     ),
@@ -111,6 +120,8 @@ STAGES: tuple[Stage, ...] = (
             "first frames",
             "tracks.parquet",
             "walls.parquet",
+            "lens_terms.parquet",
+            "lens_field.parquet",
             "points.parquet",
             "host_circle.parquet",
             "rotation.parquet",
@@ -174,6 +185,10 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
             return [recording.calibration_file]
         case "calibration_covariance.parquet" if recording.calibration_file is not None:
             candidates = [recording.calibration_file.parent / artifact]
+        case "lens of the series":
+            shared = [out.parent / name for name in stage("lens").writes]
+            joint = (read_provenance(shared[0]) or {}).get("command") == SERIES_LENS
+            return [path for path in shared if path.is_file()] if joint else []
         case "names.csv":
             candidates = [out / artifact, recording.folder / artifact]
         case _:

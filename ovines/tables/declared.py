@@ -496,6 +496,30 @@ TABLES: dict[str, Table] = {
             key=("quantity",),
         ),
         Table(
+            "lens_field",
+            "camera, node of a grid on its sensor",
+            (
+                text("camera", "name of the camera"),
+                number("u_px", "to the right, on the whole sensor"),
+                number("v_px", "downwards, on the whole sensor"),
+                number("du_px", "where the camera sees a point less where its lens model puts it, to the right"),
+                number("dv_px", "the same, downwards"),
+                number("du_sd_px", "standard deviation of du_px, open terms included"),
+                number("dv_sd_px", "standard deviation of dv_px, open terms included"),
+            ),
+            key=("camera", "u_px", "v_px"),
+        ),
+        Table(
+            "lens_terms",
+            "number that tells what a lens field is worth",
+            (
+                text("term", "its name; _before: before the recordings, from the field's size and smoothness alone"),
+                number("value", "what it is: of an open term, how much of it the field holds"),
+                maybe("sd", "standard deviation of an open term, which no recording of rigid bodies narrows directly"),
+            ),
+            key=("term",),
+        ),
+        Table(
             "calibration_next",
             "camera, view that would help",
             (

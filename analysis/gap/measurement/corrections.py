@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
 from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
 from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
-from ovines.core.effects import EFFECTS
 from ovines.recording_schema import Nominal
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
@@ -47,10 +47,9 @@ def correct(
 
 def without_stated(series: Series) -> Series:
     """``series`` without what ``[model.effect_parameters]`` says of its measurement."""
-    model = series.recordings[0].model
-    for effect, sizes in (model.effect_parameters if model else {}).items():
+    for effect, sizes in stated_sizes(series.recordings[0].model).items():
         if effect in CORRECTIONS:
-            stated = {name: (value, 0.0) for name, value in EFFECTS[effect].complete(sizes).items()}
+            stated = {name: (value, 0.0) for name, value in sizes.items()}
             series = CORRECTIONS[effect](
                 series, Finding(effect, series.frame.rig_parameters(effect, stated), 0, 0, True)
             )
@@ -59,13 +58,13 @@ def without_stated(series: Series) -> Series:
 
 def beyond_stated(findings: Sequence[Finding], model: Nominal | None) -> list[Finding]:
     """Those of the ``findings`` that ``[model]`` does not name, or names with another size."""
-    sizes = model.effect_parameters if model else {}
+    sizes = stated_sizes(model)
     named = set(model.effects if model else ())
 
     def known(finding: Finding) -> bool:
         if finding.effect not in sizes:
             return finding.effect in named
-        stated = EFFECTS[finding.effect].complete(sizes[finding.effect])
+        stated = sizes[finding.effect]
         return finding.effect in KEPT and all(
             abs(value - stated[name]) < max(SIGNIFICANCE * sd, NEGLIGIBLE[finding.effect])
             for name, (value, sd) in finding.parameters.items()

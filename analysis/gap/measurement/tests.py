@@ -27,12 +27,13 @@ JITTER_SHARE = 0.02
 @dataclass(frozen=True, eq=False)
 class MeasurementTests:
     """``lens_residual_found``: the cameras' epipolar lines show a residual of the lens (or there are no two views
-    to tell).
+    to tell).  ``lens_learnt``: points were triangulated with a field that the recordings have taught.
     """
 
     findings: dict[str, Finding]
     notes: list[str] = field(default_factory=list)
     lens_residual_found: bool = True
+    lens_learnt: bool = False
 
 
 def measurement_tests(series: Series) -> MeasurementTests:
@@ -43,7 +44,8 @@ def measurement_tests(series: Series) -> MeasurementTests:
     for finding in (_frame_rate(series), _length_scale(series), _jitter(series), *views):
         if finding is not None:
             findings[finding.effect] = finding
-    return MeasurementTests(findings, notes, lens_residual_found)
+    learnt = series.cameras is not None and series.cameras[0].field is not None
+    return MeasurementTests(findings, notes, lens_residual_found, learnt)
 
 
 def _frame_rate(series: Series) -> Finding | None:

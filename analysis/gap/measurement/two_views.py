@@ -24,7 +24,7 @@ from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, SIGNIFICANCE
 from analysis.motion.bodies import VELOCITY_REACH
 from analysis.statistics.robust import least_squares
-from ovines.camera import Camera, triangulate_points
+from ovines.camera import Camera, baseline, triangulate_points
 from ovines.robust import MEDIAN_TO_SD, spread
 
 Array = NDArray[np.float64]
@@ -81,10 +81,19 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
     height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
     lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
     lens = lens_px * height_per_px / (2 * lever)
+    learnt = series.cameras[0].field
+    lens_along = lens_across = max(lens, 1e-9)
+    if learnt is not None:  # a field that recordings have taught says itself what it leaves open
+        lens_along, lens_across = (max(lens, learnt.open_sd[name]) for name in ("plane_along", "plane_across"))
+        lens_px = max(lens_px, learnt.open_sd["window_v_px"])
+    c, s = baseline(series.cameras)
+    lens_x, lens_y = np.hypot(c * lens_along, s * lens_across), np.hypot(s * lens_along, c * lens_across)
     moving = a[np.flatnonzero(a[:, 3] != 0), 2]
     speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
     (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
     window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
+    along, across = c * slope_x + s * slope_y, c * slope_y - s * slope_x
+    by_lens = float(np.hypot(along / lens_along, across / lens_across))
     alike = _rivals(a * weight[:, None], b * weight, float(inflation))
     found = [
         judge(
@@ -104,9 +113,9 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
         # z = a x + b y is the world turned by b about x and by -a about y.
         judge(
             "plane_tilt",
-            {"x_rad": (slope_y, np.hypot(sy, lens)), "y_rad": (-slope_x, np.hypot(sx, lens))},
+            {"x_rad": (slope_y, np.hypot(sy, lens_y)), "y_rad": (-slope_x, np.hypot(sx, lens_x))},
             tilt,
-            min(tilt / max(sx, sy), tilt / max(LENS_TILTS * lens, 1e-9) * SIGNIFICANCE),
+            min(tilt / max(sx, sy), by_lens / LENS_TILTS * SIGNIFICANCE),
         ),
     ]
     return [replace(f, rivals=alike[f.effect]) for f in found], seen

@@ -46,7 +46,8 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
         finding = steps.measurement.findings.get(effect)
         if finding is not None:
             sd = max(s for _, s in finding.parameters.values())
-            by_lens = steps.measurement.lens_residual_found and effect in ("plane_tilt", "sensor_window_offset")
+            lens = steps.measurement.lens_residual_found or steps.measurement.lens_learnt
+            by_lens = lens and effect in ("plane_tilt", "sensor_window_offset")
             out[effect] = _entry(
                 parameter,
                 MEASUREMENT_NEGLIGIBLE[effect],

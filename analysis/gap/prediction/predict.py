@@ -19,7 +19,7 @@ from analysis.contact.law import LawData, fit_restitution, predicted_tangential
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
-from analysis.flights.stated_terms import share_at_start
+from analysis.flights.stated_terms import share_at_start, stated_sizes
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
     FlightModel,
@@ -162,13 +162,13 @@ def predicted_impacts(
 def stated_restitution(data: LawData, model: Nominal, frame: RigFrame) -> Array:
     """Restitution (K,) of each impact as ``[model]`` states it, with the effects on it that have sizes."""
     assert model.restitution is not None
-    each, sizes = np.full(len(data), model.restitution), model.effect_parameters
+    each, sizes = np.full(len(data), model.restitution), stated_sizes(model)
     if "speed_dependent_restitution" in sizes:
         fast = sizes["speed_dependent_restitution"]["restitution_fast"]
-        scale = sizes["speed_dependent_restitution"].get("speed_scale_m_per_s", 1.0) / frame.factor("x_m_per_s")
+        scale = sizes["speed_dependent_restitution"]["speed_scale_m_per_s"] / frame.factor("x_m_per_s")
         each = fast + (each - fast) * np.exp(-data.before / scale)
     if "direction_dependent_restitution" in sizes:
-        direction = sizes["direction_dependent_restitution"].get("direction_rad", 0.0) - frame.turn_rad
+        direction = sizes["direction_dependent_restitution"]["direction_rad"] - frame.turn_rad
         each = each + sizes["direction_dependent_restitution"]["amplitude"] * np.cos(data.azimuth_rad - direction)
     return np.asarray(np.clip(each, 0.0, 1.0), float)
 

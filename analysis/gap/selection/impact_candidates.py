@@ -176,7 +176,7 @@ def restitution_design(data: LawData, names: Sequence[str]) -> Array:
 
 
 def scenario_restitution(data: LawData, names: Sequence[str]) -> float:
-    """The restitution to which the effects ``names`` are added in a scenario: that of the slowest impacts where it falls
+    """The restitution to which the effects ``names`` are added in a scenario: of the slowest impacts where it falls
     with the speed, the mean over directions."""
     coefficients = fit_restitution(data, restitution_design(data, names))[0]
     return float(sum(coefficients[: 1 + ("speed_dependent_restitution" in names)]))

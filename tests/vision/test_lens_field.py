@@ -1,0 +1,208 @@
+"""The lens field learnt from recordings: truth recovered, nothing learnt from nothing, and what must not matter."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.blind.recording.views import GROUND_M, HOST_M, MARKERS, NES_M
+from ovines.camera import with_fields
+from ovines.lens_field import LensField, lens_fields
+from ovines.recording import read_recording
+from tests.conftest import two_cameras, write_small_recording
+from vision.lens.estimate import learn_lens_field
+from vision.lens.open_terms import OPEN_TERMS, term_pixels
+from vision.triangulate import triangulate
+
+FRAMES, RUNS, RATE_HZ = 400, 3, 800.0
+LENGTH_PX = 170.0  # of sin(u / LENGTH): half a wave of 530 px
+CORRELATION = 0.6
+
+
+def residual(camera: int, uv: np.ndarray, size: float) -> np.ndarray:
+    """A smooth residual (n, 2) of amplitude ``size`` px, its own in each camera."""
+    phase = np.array([[0.4, 2.0, 1.1, 0.2], [2.7, 0.9, 3.6, 4.4]])[camera]
+    u, v = uv[:, 0] / LENGTH_PX, uv[:, 1] / LENGTH_PX
+    return size * np.column_stack(
+        [np.sin(u + phase[0]) * np.sin(v + phase[1]), np.sin(u + phase[2]) * np.cos(v + phase[3])]
+    )
+
+
+def turned(layout: np.ndarray, angle: np.ndarray, place: np.ndarray) -> np.ndarray:
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y = layout[:, 0], layout[:, 1]
+    z = np.broadcast_to(layout[:, 2], (len(angle), len(layout)))
+    return np.stack([place[:, :1] + c * x - s * y, place[:, 1:] + s * x + c * y, z], -1)
+
+
+def tracks_of(
+    rng: np.random.Generator, cameras, offsets, size: float, sd_px: float, correlation: float
+) -> pd.DataFrame:
+    """Tracks of a run: the Host shaken along x, the NES wandering and spinning inside it."""
+    t = np.arange(FRAMES) / RATE_HZ
+    host = np.column_stack([0.016 * np.sin(2 * np.pi * 11 * t + rng.uniform(0, 6)), 0 * t])
+    a, b, c, d = rng.uniform(0, 2 * np.pi, 4)
+    nes = 0.024 * np.column_stack(
+        [np.sin(19 * t + a) + 0.4 * np.sin(47 * t + b), np.sin(23 * t + c) + 0.4 * np.cos(41 * t + d)]
+    )
+    still = np.broadcast_to(GROUND_M, (FRAMES, 3, 3))
+    world = np.concatenate([still, turned(HOST_M, 0 * t, host), turned(NES_M, 30 * t + a, nes)], 1)
+    parts = []
+    for k, camera in enumerate(cameras):
+        uv = camera.project(world)
+        uv = uv + residual(k, uv.reshape(-1, 2), size).reshape(uv.shape)
+        noise = rng.normal(0, sd_px, uv.shape)
+        for i in range(1, FRAMES):
+            noise[i] = correlation * noise[i - 1] + np.sqrt(1 - correlation**2) * noise[i]
+        uv = uv + noise - np.asarray(offsets[camera.name])
+        frame, marker = np.indices(uv.shape[:2]).reshape(2, -1)
+        parts.append(
+            pd.DataFrame(
+                {
+                    "camera": camera.name,
+                    "frame": frame,
+                    "time_s": t[frame],
+                    "marker": np.array(MARKERS, object)[marker],
+                    "u_px": uv.reshape(-1, 2)[:, 0],
+                    "v_px": uv.reshape(-1, 2)[:, 1],
+                    "sd_px": sd_px,
+                }
+            )
+        )
+    return pd.concat(parts, ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lens") / "run-01"
+    write_small_recording(folder)
+    return read_recording(folder), list(two_cameras())
+
+
+def filmed(rig, size, sd_px=0.1, correlation=0.0, seed=0):
+    recording, cameras = rig
+    rng = np.random.default_rng(seed)
+    return [tracks_of(rng, cameras, recording.window_offset_px, size, sd_px, correlation) for _ in range(RUNS)]
+
+
+def learnt(rig, tracks):
+    return learn_lens_field(tracks, [rig[0]] * len(tracks), rig[1])
+
+
+def left_px(rig, found, size):
+    """Truth less field where Host and NES went: (RMS, RMS without open terms, open terms of the difference)."""
+    cameras = rig[1]
+    fields = lens_fields(found.field, found.terms)
+    t = np.linspace(0, 2 * np.pi, 9)[:-1]
+    ring = [np.column_stack([r * np.cos(t), r * np.sin(t), 0 * t + 0.01]) for r in (0.01, 0.02, 0.03, 0.04)]
+    points = np.concatenate(ring)
+    uv = [camera.project(points) for camera in cameras]
+    apart = np.concatenate([residual(k, uv[k], size) - fields[c.name].at(uv[k]) for k, c in enumerate(cameras)], 1)
+    moves = term_pixels(points, sorted(cameras, key=lambda c: c.name)).reshape(-1, len(OPEN_TERMS))
+    open_terms = np.linalg.lstsq(moves, apart.reshape(-1), rcond=None)[0]
+    closed = apart.reshape(-1) - moves @ open_terms
+    rms = float(np.sqrt(np.mean(apart**2))), float(np.sqrt(np.mean(closed**2)))
+    return *rms, dict(zip(OPEN_TERMS, open_terms, strict=True))
+
+
+@pytest.mark.parametrize("correlation", [0.0, CORRELATION])
+def test_the_field_is_found_and_open_terms_are_within_their_sds(rig, correlation):
+    found = learnt(rig, filmed(rig, 0.25, correlation=correlation))
+    assert found.field is not None
+    _, closed, open_terms = left_px(rig, found, 0.25)
+    assert closed < 0.03
+    sd = found.terms.set_index("term")["sd"]
+    assert max(abs(open_terms[name]) / sd[name] for name in ("scale", "plane_along", "plane_across")) < 3.5
+
+
+def test_correlated_noise_is_seen_and_makes_the_field_less_sure(rig):
+    white, red = (learnt(rig, filmed(rig, 0.25, correlation=one)).terms.set_index("term") for one in (0.0, CORRELATION))
+    noise = "noise_over_sd"
+    assert white.loc[noise, "value"] == pytest.approx(1.0, abs=0.12)
+    expected = np.sqrt((1 + CORRELATION) / (1 - CORRELATION))  # 2: of a mean over slow motion
+    assert 0.75 * expected < red.loc[noise, "value"] < 1.2 * expected
+
+
+@pytest.mark.parametrize("correlation", [0.0, CORRELATION])
+def test_nothing_is_learnt_where_the_lens_leaves_nothing(rig, correlation):
+    found = learnt(rig, filmed(rig, 0.0, correlation=correlation, seed=3))
+    terms = found.terms.set_index("term")["value"]
+    assert found.field is None and terms["used"] == 0 and terms["held_out_sds"] < 5
+
+
+def test_few_frames_one_body_or_one_camera_change_nothing(rig):
+    recording, cameras = rig
+    tracks = filmed(rig, 0.25)[0]
+    few = tracks[tracks["frame"] < 100]
+    one_body = tracks[~tracks["marker"].str.startswith("N")]
+    one_camera = tracks[tracks["camera"] == cameras[0].name]
+    for poor in (few, one_body, one_camera, tracks.iloc[:0]):
+        found = learn_lens_field([poor], [recording], cameras)
+        assert found.field is None and found.terms.set_index("term").loc["used", "value"] == 0
+    assert learn_lens_field([], [], cameras).field is None
+
+
+def test_order_of_cameras_runs_and_rows_does_not_matter(rig):
+    recording, cameras = rig
+    tracks = filmed(rig, 0.25)
+    first = learnt(rig, tracks).field
+    mixed = [one.sample(frac=1.0, random_state=4) for one in tracks[::-1]]
+    second = learn_lens_field(mixed, [recording] * RUNS, cameras[::-1]).field
+    for column in ("u_px", "v_px", "du_px", "dv_px", "du_sd_px"):
+        assert np.allclose(first[column], second[column], atol=1e-6)
+
+
+def test_the_worlds_origin_and_turn_do_not_matter(rig):
+    recording, cameras = rig
+    tracks = filmed(rig, 0.25)
+    first = learnt(rig, tracks)
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn, shift = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]), np.array([0.4, -0.9, 0.0])
+    moved = []
+    for camera in cameras:
+        rotation = camera.rotation @ turn.T
+        moved.append(replace(camera, rotation=rotation, translation_m=camera.translation_m - rotation @ shift))
+    second = learn_lens_field(tracks, [recording] * RUNS, moved)
+    assert np.allclose(first.field[["du_px", "dv_px"]], second.field[["du_px", "dv_px"]], atol=1e-3)
+    before, after = (one.terms.set_index("term")["value"] for one in (first, second))
+    for name in ("plane_along", "plane_across", "shift_along_m", "scale"):
+        assert after[name] == pytest.approx(before[name], abs=1e-5)
+
+
+def test_a_tilted_plane_is_left_to_the_diagnosis(rig):
+    """A field that is learnt beside a tilt holds nothing of it."""
+    recording, cameras = rig
+    tilt = 0.004
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    tracks = filmed(rig, 0.25)
+    other = [replace(camera, rotation=camera.rotation @ turn) for camera in cameras]
+    level, tilted = (
+        learn_lens_field(tracks, [recording] * RUNS, some).terms.set_index("term") for some in (cameras, other)
+    )
+    for name in ("plane_along", "plane_across"):
+        assert abs(tilted.loc[name, "value"] - level.loc[name, "value"]) < 0.5 * level.loc[name, "sd"]
+
+
+def test_points_of_a_recording_are_corrected_by_its_field(rig):
+    recording, cameras = rig
+    tracks = filmed(rig, 0.25)
+    found = learnt(rig, tracks)
+    plain = triangulate(tracks[0], cameras, recording.window_offset_px)
+    learnt_points = triangulate(
+        tracks[0], with_fields(cameras, lens_fields(found.field, found.terms)), recording.window_offset_px
+    )
+    assert learnt_points["epipolar_px"].std() < 0.9 * plain["epipolar_px"].std()
+
+
+def test_a_camera_with_a_field_projects_where_it_looks(rig):
+    camera = rig[1][0]
+    rng = np.random.default_rng(1)
+    nodes = np.arange(0.0, 4200.0, 300.0)
+    field = LensField(nodes, nodes, rng.normal(0, 0.2, (len(nodes), len(nodes), 2)))
+    (with_one,) = with_fields([camera], {camera.name: field})
+    points = rng.uniform(-0.05, 0.05, (50, 3)) * [1, 1, 0.2]
+    uv = with_one.project(points)
+    assert np.allclose(uv - field.at(uv), camera.project(points), atol=1e-5)
+    assert np.allclose(with_one.rays(uv), camera.rays(camera.project(points)), atol=1e-8)
+    assert np.isnan(field.at([np.nan, 3.0])).sum() == 0

@@ -1,0 +1,1 @@
+"""What the lens model leaves over, learnt from the recordings themselves: a smooth field per camera."""

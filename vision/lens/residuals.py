@@ -1,0 +1,286 @@
+"""Markers of rigid bodies against where their bodies' poses put them, as normal equations of the lens fields.
+
+Per frame the poses of Host and NES on their plane (x, y, angle) and the height that they share are unknown, and are
+projected out.  What stays open beside them has columns of its own: the markers' places on their bodies, a tilted plane,
+a camera that is late, a window that lies elsewhere.  A field is only what none of them explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ovines.camera import Camera, midpoints
+from ovines.recording import Recording
+from ovines.robust import spread
+from vision.lens.lattice import Lattice
+from vision.triangulate import FIRST_GUESS_SD_PX
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MOVING = ("host", "nes")
+FEWEST_MARKERS = 3  # of a body in a frame: its pose takes three numbers
+CLIP_SD = 6.0  # beyond it a marker is an outlier; the field itself widens the spread
+_N_POSE = 7  # x, y, angle of the two bodies, and their height
+_FRAMES_AT_ONCE = 400
+# Columns beside the fields: three of each marker (along its body's x, y, z), then these.
+PLANE_X, PLANE_Y, LATE, WINDOW_U, WINDOW_V = range(5)
+N_SHARED = 5
+# Their prior sds: a marker's place along its body's x, y, z [m]; that of one that stands still, which no design tells;
+MARKER_SD_M, STILL_SD_M = (1e-3, 1e-3, 1e-4), (1e-2, 1e-2, 1e-2)
+# a tilted plane (x, y) [rad], a late camera [s], a window elsewhere (u, v) [px].
+SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """Markers of one run that both cameras saw, as arrays over F frames, M markers and two cameras.
+
+    ``uv_px`` (F, M, 2, 2) full-sensor pixels by camera, NaN where not seen by both; ``sd_px`` (F, M, 2); ``frame``
+    (F,); ``time_s`` (F,); ``body`` (M,) number of the marker's body, -1 for what stands still; ``layout_m`` (M, 3) its
+    design place on the body, in the world for what stands still; ``points_m`` (F, M, 3) between both rays.
+    """
+
+    frame: NDArray[np.int64]
+    time_s: Array
+    uv_px: Array
+    sd_px: Array
+    body: NDArray[np.int64]
+    layout_m: Array
+    points_m: Array
+
+    def between(self, first: int, last: int) -> Sightings:
+        """The frames from number ``first`` up to ``last``."""
+        part = slice(first, last)
+        return replace(
+            self,
+            frame=self.frame[part],
+            time_s=self.time_s[part],
+            uv_px=self.uv_px[part],
+            sd_px=self.sd_px[part],
+            points_m=self.points_m[part],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """Whitened residuals of a stretch of frames, the poses projected out.
+
+    ``basis`` per camera (F, M, K), times the weight; ``others`` (F, M, 2, 2, Q); ``residual`` (F, M, 2, 2);
+    ``poses`` (F, M, 2, 2, N_POSE) orthonormal columns; ``prior`` (Q,) weights (1/sd^2) of the other columns' numbers.
+    """
+
+    basis: tuple[Array, Array]
+    others: Array
+    residual: Array
+    poses: Array
+    prior: Array
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """``matrix`` (P, P), ``right`` (P,) over [u and v splines of the first camera, of the second, other columns];
+    the first ``n_field`` are splines.  ``prior`` (P - n_field,) weights (1/sd^2) of the other columns' numbers, not in
+    the matrix.
+    """
+
+    matrix: Array
+    right: Array
+    n_field: int
+    prior: Array
+
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        return NormalEquations(self.matrix + other.matrix, self.right + other.right, self.n_field, self.prior)
+
+
+def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> Sightings | None:
+    """Arrays of one run's tracks; None where Host and NES with three markers each and their layouts are not given."""
+    bodies = recording.bodies
+    if any(name not in bodies or bodies[name].layout_m is None for name in MOVING):
+        return None
+    if any(len(bodies[name].markers) < FEWEST_MARKERS for name in MOVING):
+        return None
+    still = list(bodies["ground"].markers) if "ground" in bodies else []
+    markers = [*still, *(marker for name in MOVING for marker in bodies[name].markers)]
+    known = tracks["marker"].isin(markers).to_numpy() & tracks["camera"].isin([one.name for one in cameras]).to_numpy()
+    if not known.any():
+        return None
+    frames, at = np.unique(tracks["frame"].to_numpy()[known], return_inverse=True)
+    shape = (len(frames), len(markers))
+    time_s, uv, sd = np.full(len(frames), np.nan), np.full((*shape, 2, 2), np.nan), np.full((*shape, 2), np.nan)
+    number = pd.Index(markers).get_indexer(tracks["marker"][known])
+    for c in reversed(range(2)):  # times are the first camera's
+        own = tracks["camera"].to_numpy()[known] == cameras[c].name
+        view = tracks[known][own]
+        offset = np.asarray(recording.window_offset_px.get(cameras[c].name, (0, 0)), float)
+        uv[at[own], number[own], c] = view[["u_px", "v_px"]].to_numpy(float) + offset
+        sd[at[own], number[own], c] = view["sd_px"].to_numpy(float)
+        time_s[at[own]] = view["time_s"].to_numpy(float)
+    uv[np.isnan(uv).any((-1, -2))] = np.nan
+    xyz = midpoints(cameras, [uv[:, :, c].reshape(-1, 2) for c in range(2)]).reshape(*shape, 3)
+    uv[np.isnan(xyz[..., 0])] = np.nan
+    sd = np.where(np.isfinite(sd), sd, np.nanmedian(sd) if np.isfinite(sd).any() else FIRST_GUESS_SD_PX)
+    sd = np.maximum(sd, 0.5 * np.nanmedian(sd))  # no marker outweighs the others
+    body = np.array([-1] * len(still) + [k for k, name in enumerate(MOVING) for _ in bodies[name].markers])
+    places = [np.nanmedian(xyz[:, : len(still)], 0)] if still else []
+    layout = np.concatenate([*places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
+    enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
+    keep = np.logical_and.reduce(enough)
+    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, np.nan_to_num(layout), xyz[keep])
+
+
+def poses_of(run: Sightings) -> Array:
+    """x, y, angle of each moving body and its height, (F, 2, 4) [m, m, rad, m]: the rigid fit in the plane."""
+    out = np.empty((len(run.frame), len(MOVING), 4))
+    for k in range(len(MOVING)):
+        own = run.body == k
+        seen = np.isfinite(run.points_m[:, own, 0])
+        count = seen.sum(1)
+        layout = run.layout_m[own]
+        xyz = np.where(seen[..., None], run.points_m[:, own], 0.0)
+        middle = xyz.sum(1) / count[:, None]
+        design = (seen[..., None] * layout).sum(1) / count[:, None]
+        a, b = layout[None, :, :2] - design[:, None, :2], (xyz - middle[:, None])[..., :2] * seen[..., None]
+        angle = np.arctan2(
+            (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]).sum(1),
+            (a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]).sum(1),
+        )
+        turned = np.stack(
+            [
+                np.cos(angle) * design[:, 0] - np.sin(angle) * design[:, 1],
+                np.sin(angle) * design[:, 0] + np.cos(angle) * design[:, 1],
+            ],
+            -1,
+        )
+        out[:, k] = np.column_stack([middle[:, :2] - turned, angle, middle[:, 2] - design[:, 2]])
+    return out
+
+
+def linear_parts(run: Sightings, cameras: Sequence[Camera], lattices: Sequence[Lattice]) -> Iterator[Linear]:
+    """The run as whitened linear equations, some hundred frames at a time."""
+    poses = poses_of(run)
+    model = _modelled(run, poses)
+    uv = [camera.project(model) for camera in cameras]
+    speed = np.gradient(uv[1], run.time_s, axis=0) if len(run.frame) > 2 else np.zeros_like(uv[1])
+    residual = run.uv_px - np.stack(uv, 2)
+    use = _without_outliers(residual)
+    for first in range(0, len(run.frame), _FRAMES_AT_ONCE):
+        part = slice(first, first + _FRAMES_AT_ONCE)
+        yield _linear(run, cameras, lattices, model, uv, poses, residual, use, speed, part)
+
+
+def _modelled(run: Sightings, poses: Array) -> Array:
+    """Where poses put the markers in the world, (F, M, 3), a shared height for both bodies."""
+    out = np.broadcast_to(run.layout_m, (len(run.frame), *run.layout_m.shape)).copy()
+    height = poses[:, :, 3].mean(1)
+    for k in range(len(MOVING)):
+        own = run.body == k
+        c, s = np.cos(poses[:, k, 2])[:, None], np.sin(poses[:, k, 2])[:, None]
+        x, y = run.layout_m[own, 0], run.layout_m[own, 1]
+        out[:, own, 0] = poses[:, k, :1] + c * x - s * y
+        out[:, own, 1] = poses[:, k, 1:2] + s * x + c * y
+        out[:, own, 2] = height[:, None] + run.layout_m[own, 2]
+    return out
+
+
+def _without_outliers(residual: Array) -> Bools:
+    """Markers (F, M) whose residuals are like those of the same marker in the other frames."""
+    use: Bools = np.asarray(np.isfinite(residual).all((-1, -2)))
+    for m in range(residual.shape[1]):
+        own = residual[:, m].reshape(len(residual), -1)
+        if use[:, m].any():
+            middle = np.nanmedian(own, 0)
+            scale = np.array([spread(one) for one in own.T])
+            use[:, m] &= (np.abs(own - middle) < CLIP_SD * scale + 1e-9).all(1)
+    return use
+
+
+def _linear(
+    run: Sightings,
+    cameras: Sequence[Camera],
+    lattices: Sequence[Lattice],
+    model: Array,
+    modelled_px: Sequence[Array],
+    poses: Array,
+    residual: Array,
+    use: Bools,
+    speed: Array,
+    part: slice,
+) -> Linear:
+    x, use = model[part], use[part]
+    frames, markers = use.shape
+    weight = np.where(use[..., None], 1 / run.sd_px[part], 0.0)  # (F, M, 2)
+    by_point = np.stack([camera.project_with_jacobian(x)[1] for camera in cameras], 2) * weight[..., None, None]
+    by_pose = np.zeros((frames, markers, 2, 2, _N_POSE))
+    others = np.zeros((frames, markers, 2, 2, 3 * markers + N_SHARED))
+    for k in range(len(MOVING)):
+        own = np.flatnonzero(run.body == k)
+        arm = x[:, own] - np.concatenate([poses[part, k, :2], np.zeros((frames, 1))], 1)[:, None]
+        by_pose[:, own, ..., 3 * k : 3 * k + 2] = by_point[:, own, ..., :2]
+        turn = np.stack([-arm[..., 1], arm[..., 0]], -1)
+        turned = np.einsum("fmcij,fmj->fmci", by_point[:, own, ..., :2], turn)
+        by_pose[:, own, ..., 3 * k + 2 : 3 * k + 3] = turned[..., None]
+        by_pose[:, own, ..., 6:] = by_point[:, own, ..., 2:]
+        cosine, sine = np.cos(poses[part, k, 2])[:, None, None], np.sin(poses[part, k, 2])[:, None, None]
+        for m in own:
+            along = by_point[:, m]
+            others[:, m, ..., 3 * m] = cosine * along[..., 0] + sine * along[..., 1]
+            others[:, m, ..., 3 * m + 1] = -sine * along[..., 0] + cosine * along[..., 1]
+            others[:, m, ..., 3 * m + 2] = along[..., 2]
+    for m in np.flatnonzero(run.body < 0):
+        others[:, m, ..., 3 * m : 3 * m + 3] = by_point[:, m]
+    shared = others[..., 3 * markers :]
+    on_plane = by_point[..., 2] * (run.body >= 0)[:, None, None]  # what stands still is where it was seen
+    shared[..., PLANE_X] = on_plane * x[:, :, None, None, 0]
+    shared[..., PLANE_Y] = on_plane * x[:, :, None, None, 1]
+    shared[:, :, 1, :, LATE] = speed[part] * weight[:, :, 1, None]
+    shared[:, :, 1, 0, WINDOW_U] = shared[:, :, 1, 1, WINDOW_V] = weight[:, :, 1]
+    values = np.where(use[..., None, None], residual[part], 0.0) * weight[..., None]
+    q = np.linalg.qr(by_pose.reshape(frames, -1, _N_POSE))[0].reshape(by_pose.shape)
+    # At the pixels of the poses: those that were measured would multiply their noise with itself.
+    basis = tuple(
+        lattice.basis(modelled_px[c][part].reshape(-1, 2)).reshape(frames, markers, -1) * weight[:, :, c, None]
+        for c, lattice in enumerate(lattices)
+    )
+    sds = [STILL_SD_M if body < 0 else MARKER_SD_M for body in run.body]
+    return Linear((basis[0], basis[1]), others, values, q, np.concatenate([*sds, SHARED_SD]) ** -2.0)
+
+
+def accumulate(part: Linear) -> NormalEquations:
+    """Normal equations of a stretch of frames, the poses projected out."""
+    frames = len(part.residual)
+    n_other = part.others.shape[-1]
+    sizes = [basis.shape[-1] for basis in part.basis]
+    n_field = 2 * sum(sizes)
+    total = n_field + n_other
+    matrix, right = np.zeros((total, total)), np.zeros(total)
+    others = part.others.reshape(frames, -1, n_other)
+    values = part.residual.reshape(frames, -1)
+    q = part.poses.reshape(frames, -1, _N_POSE)
+    on_poses = np.empty((frames, _N_POSE, total))
+    at = 0
+    for c, basis in enumerate(part.basis):
+        flat = basis.reshape(-1, sizes[c])
+        inner = flat.T @ flat
+        for axis in range(2):
+            block = slice(at, at + sizes[c])
+            matrix[block, block] = inner
+            matrix[block, n_field:] = flat.T @ part.others[:, :, c, axis].reshape(-1, n_other)
+            right[block] = flat.T @ part.residual[:, :, c, axis].reshape(-1)
+            on_poses[:, :, block] = part.poses[:, :, c, axis].transpose(0, 2, 1) @ basis
+            at += sizes[c]
+    flat = others.reshape(-1, n_other)
+    matrix[n_field:, n_field:] = flat.T @ flat
+    matrix[n_field:, :n_field] = matrix[:n_field, n_field:].T
+    right[n_field:] = flat.T @ values.reshape(-1)
+    on_poses[:, :, n_field:] = q.transpose(0, 2, 1) @ others
+    along = np.einsum("frp,fr->fp", q, values)
+    flat = on_poses.reshape(-1, total)
+    matrix -= flat.T @ flat
+    right -= flat.T @ along.reshape(-1)
+    return NormalEquations(matrix, right, n_field, part.prior)
