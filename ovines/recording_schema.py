@@ -269,6 +269,34 @@ class Nominal(Section):
         return self
 
 
+class LogSheet(Section):
+    """``[log]``: what the test's log sheet says; shown on pages, used by no computation."""
+
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")] | None = None
+    """Day of the test. Example: `"2026-05-18"`."""
+    prototype: Name | None = None
+    """The Host's design. Example: `"OVINES3"`."""
+    nes_type: Name | None = None
+    """What serves as the NES. Example: `"steel washer"`."""
+    temperature_deg_c: Annotated[float, Field(gt=-273.15, lt=1000)] | None = None
+    """Temperature of the Host or the room. Example: `23.5`."""
+    remarks: Annotated[str, Field(max_length=1000)] | None = None
+    """Anything else. Example: `"no accelerometer data"`."""
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """What was written, as title and text."""
+        temperature = None if self.temperature_deg_c is None else f"{self.temperature_deg_c:g} °C"
+        titled = {
+            "Date": self.date,
+            "Prototype": self.prototype,
+            "NES": self.nes_type,
+            "Temperature": temperature,
+            "Remarks": self.remarks,
+        }
+        return [(title, text) for title, text in titled.items() if text]
+
+
 class RecordingFile(Section):
     """The whole file (FORMATS ``recording.toml``)."""
 
