@@ -156,7 +156,11 @@ def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path):
         recording.write_text(text[: text.index("[model]")] + model.read_text())
     again = subprocess.run([*command, str(tmp_path / "again")], capture_output=True, text=True, check=False)
     assert again.returncode == 0, again.stderr
-    assert json.loads((tmp_path / "again" / "diagnosis.json").read_text())["verdict"] == "none"
+    then = json.loads((tmp_path / "again" / "diagnosis.json").read_text())
+    assert then["verdict"] == "none"
+    # What was written is the improved model itself: as given it errs as it did with the effect.
+    for quantity, error in summary["gap"]["with_effect"].items():
+        assert then["gap"]["as_given"][quantity] == pytest.approx(error, rel=0.05)
 
 
 @pytest.mark.long
