@@ -34,6 +34,16 @@ def drawn(count: int) -> settings:
     return settings(max_examples=count if settings().derandomize else 20 * count)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Each worker begins with one half of the tests and at the end takes from the other's: what a module's tests share
+    is mostly made once, not once in each worker.
+    """
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log) if config.getoption("dist") == "load" else None
+
+
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}
 HOST_LAYOUT_M = np.array(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats
 from ovines.core.energies import LOSSES
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE, take_sample
@@ -58,43 +58,27 @@ class EnsembleResult:
     energies: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-@compiled
-def run_rows(
-    rows: System,
-    y_rows: Floats,
-    times: Floats,
-    samples: Floats,
-    finals: Floats,
-    counts: Ints,
-    spans: Floats,
-    energies: Floats,
-) -> None:
-    """Run every row of ``rows.p`` and ``rows.drive``; one compiled loop, no Python inside.
-
-    ``energies`` (n, 7), or no rows where none are wanted.
-    """
-    with_energy = energies.shape[0] > 0
-    impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
-    work = np.zeros((P.N_WORK, P.N_STATE))
-    for row in range(y_rows.shape[0]):
-        y = y_rows[row].copy()
-        system = System(rows.p[row], rows.k, rows.drive[row], rows.table, rows.polygon)
-        taken = Samples(times, samples[row], np.zeros(1, np.int64), work[:0])
-        end, n_impacts, n_contacts, held = run(system, y, taken, impacts, contacts, with_energy)
-        counts[row, 0], counts[row, 1] = n_impacts, n_contacts
-        spans[row, 0], spans[row, 1] = held, end
-        take_sample(end, y, system, work, finals[row])
-        if with_energy:
-            energies[row, :] = y[P.ENERGIES : P.HOST]
-
-
 def run_chunk(rows: System, y_rows: Floats, times: Floats, with_energies: bool = False) -> tuple[np.ndarray, ...]:
-    """Run some rows and give (finals, counts, spans, samples, energies); what a worker is sent."""
+    """Run some rows and give (finals, counts, spans, samples, energies); what a worker is sent.
+
+    ``energies`` (n, 7), or no rows where none are wanted.  Row by row through the engine's one entry: a compiled loop
+    around it would hold, and compile, the engine again.
+    """
     n = len(y_rows)
     samples = np.full((n, len(times), N_SAMPLE), np.nan)
     finals, counts, spans = np.zeros((n, N_SAMPLE)), np.zeros((n, 2), dtype=np.int64), np.zeros((n, 2))
     energies = np.zeros((n if with_energies else 0, P.HOST - P.ENERGIES))
-    run_rows(rows, y_rows, times, samples, finals, counts, spans, energies)
+    impacts, contacts = np.zeros((0, P.N_IMPACT)), np.zeros((0, 2))
+    work = np.zeros((P.N_WORK, P.N_STATE))
+    for row in range(n):
+        y = y_rows[row].copy()
+        system = rows._replace(p=rows.p[row], drive=rows.drive[row])
+        taken = Samples(times, samples[row], np.zeros(1, np.int64), work[:0])
+        end, n_impacts, n_contacts, held = run(system, y, taken, impacts, contacts, with_energies)
+        counts[row], spans[row] = (n_impacts, n_contacts), (held, end)
+        take_sample(end, y, system, work, finals[row])
+        if with_energies:
+            energies[row] = y[P.ENERGIES : P.HOST]
     return finals, counts, spans, samples, energies
 
 

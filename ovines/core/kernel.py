@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
-from numba import _dynfunc
+from numba import _dynfunc, types
 from numba.core import sigutils
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
@@ -154,18 +154,23 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         """File that lists what the disk has of this kernel; None where nothing can be kept."""
         return getattr(getattr(self._cache, "_cache_file", None), "_index_path", None)
 
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """How a kernel calls this one: a constant is an argument like any other and makes no version of its own."""
+        plain = {name: types.unliteral(kind) for name, kind in dict(kws).items()}
+        return super().get_call_template(tuple(map(types.unliteral, args)), plain)
+
     def compile(self, sig: Any) -> Any:
         """Compile for the types ``sig`` or load it from the disk; inside another kernel's compilation only lower it."""
         with global_compiler_lock, self._deeper() as outermost:
-            types = tuple(sigutils.normalize_signature(sig)[0])
-            known = self.overloads.get(types)
+            asked = tuple(sigutils.normalize_signature(sig)[0])
+            known = self.overloads.get(asked)
             # Optimised twice, sums that may be reordered would depend on what was compiled before: inside a kernel
             # stands what was lowered in this process, never what came from the disk.
             if known is not None and not (known.library.translated if outermost else _was_lowered(known)):
-                del self.overloads[types]
+                del self.overloads[asked]
             cache: Any = self._cache  # type: ignore[has-type]
             self._cache = cache if outermost else NullCache()
-            fetched = outermost and types not in self.overloads
+            fetched = outermost and asked not in self.overloads
             try:
                 with Kernel.guard.alone(self) if fetched else nullcontext():
                     return super().compile(sig)

@@ -27,6 +27,14 @@ def middle(x):
 @kernel
 def outer(x):
     return helper(x) + middle(x)
+
+@kernel
+def power(x, k):
+    return x ** k
+
+@kernel
+def powers(x, k):
+    return power(x, 2) + power(x, 3) + power(x, k)
 """
 
 
@@ -63,6 +71,12 @@ def test_what_the_disk_has_is_loaded_and_says_the_same(kernels):
     helper, _, outer = kernels()
     assert (outer(X), helper(X)) == said
     assert sum(outer.stats.cache_hits.values()) == 1 and not outer.stats.cache_misses
+
+
+def test_a_constant_makes_no_version_of_its_own(kernels):
+    kernels_of_module = kernels()[2].py_func.__globals__
+    assert kernels_of_module["powers"](2.0, 4) == 28.0
+    assert len(kernels_of_module["power"].overloads) == 1
 
 
 def test_a_helper_from_the_disk_is_lowered_anew_inside_a_kernel(kernels):
