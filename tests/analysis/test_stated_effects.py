@@ -75,7 +75,7 @@ def test_sizes_of_an_effect_that_is_not_named_end_with_2(tmp_path, capsys):
     path.write_text(path.read_text() + "\n[model.effect_parameters.table_tilt]\ntilt_rad = 0.01\n")
     assert main(["check", str(tmp_path / "series" / "run-01")]) == 2
     said = "".join(capsys.readouterr())
-    assert "effect_parameters.table_tilt" in said and "table_tilt in effects" in said
+    assert "sizes of table_tilt" in said and "table_tilt in effects" in said
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_a_stated_size_is_held_and_a_wrong_one_is_told(tilted):
     assert "table_tilt_x_m_per_s2" not in values(held)
     assert values(held)["floor_friction"] == pytest.approx(fitted["floor_friction"], rel=1e-4)
     wrong, one = identify_series(motions, stating(series, tilt_rad=2 * right["tilt_rad"], direction_rad=0.0))
-    assert any("another size of it than [model] states" in note for note in one[0].notes)
+    assert any("another size of table_tilt than [model] states" in note for note in one[0].notes)
     told = values(wrong)
     assert [told["table_tilt_x_m_per_s2"], told["table_tilt_y_m_per_s2"]] == pytest.approx(pull, abs=2e-3)
 
