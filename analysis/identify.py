@@ -66,7 +66,7 @@ def identify_series(
         if not run.flights and not np.isfinite(run.host_table[:, 0]).any()
     ]
     model = recordings[0].model
-    stated = stated_terms(model, frame, [float(run.data.time_s[0]) for run in runs])
+    stated = stated_terms(model, frame, [run.data.start_s for run in runs])
     rig = fit_rig(runs, model.effects if model else None, stated)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)

@@ -122,7 +122,7 @@ def _identification_calls() -> list[Called]:
         (fly_with_derivatives, (line, 1.0, line, line, known, rig, places, blocks)),
         (whiten, (blocks, places, places, places)),
         (_without_states, (blocks, places, places, line, line)),
-        (_tangential, (column, line, line, line, 1.0, 1.0, 1.0)),
+        (_tangential, (column, line, line, line, line, line, 1.0, 1.0)),
         (bounce_residual, (line, line, bounce_frames, bounce_rig, blocks, places, places)),
         (_best_scatter, (line, line, column, 1.0)),
         (_deviance, (1.0, line, line, line, 1.0)),

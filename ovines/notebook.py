@@ -32,6 +32,7 @@ __all__ = [
     "diagnose",
     "diagnose_recordings",
     "identify",
+    "lens",
     "read_calibration",
     "read_recording",
     "read_scenario",
@@ -115,6 +116,44 @@ def track(
     from vision.track import track as track_markers
 
     return track_markers(recording, cameras, names, progress)
+
+
+def lens(
+    tracks: Sequence[pd.DataFrame], recordings: Sequence[Recording], cameras: Sequence[Camera]
+) -> tuple[list[Camera], pd.DataFrame]:
+    """What the lens models of two cameras leave over, from all runs filmed with them.
+
+    Parameters
+    ----------
+    tracks
+        Table ``tracks`` of each run.
+    recordings
+        The runs, with the bodies' layouts.
+    cameras
+        The two cameras of all runs.
+
+    Returns
+    -------
+    list of Camera, pandas.DataFrame
+        The cameras with the residual's field where one is sure, else as they were; and table ``lens_terms``, what stays
+        open.
+
+    Examples
+    --------
+    >>> from ovines.notebook import lens, read_calibration, read_series, read_table
+    >>> recordings = read_series("sample_data/series_tilted")[:2]
+    >>> tracks = [read_table(one.folder / "tracks.parquet", "tracks") for one in recordings]
+    >>> cameras, terms = lens(tracks, recordings, read_calibration(recordings[0].calibration_file))
+    >>> [camera.name for camera in cameras], len(terms) > 0
+    (['VW1', 'VW2'], True)
+    """
+    from ovines.camera import with_fields
+    from ovines.lens_field import lens_fields
+    from vision.lens.estimate import learn_lens_field
+
+    found = learn_lens_field(tracks, recordings, cameras)
+    fields = {} if found.field is None else lens_fields(found.field, found.terms)
+    return list(with_fields(cameras, fields)), found.terms
 
 
 def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> pd.DataFrame:

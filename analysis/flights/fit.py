@@ -90,6 +90,11 @@ class RunData:
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
 
     @property
+    def start_s(self) -> float:
+        """Time of the first frame; 0 without any."""
+        return float(self.time_s[0]) if len(self.time_s) else 0.0
+
+    @property
     def flight_rig(self) -> FlightRig:
         """What a flight knows of this run beside its parameters."""
         return FlightRig(

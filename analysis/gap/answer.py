@@ -64,7 +64,7 @@ def model_values(ladder: Ladder) -> dict[str, float]:
         values["wall_friction"], values["tangential_restitution"] = law.wall_friction, law.tangential_restitution
     fitted = ladder.flights.fitted.model
     drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
-    starts_s = [float(run.data.time_s[0]) for run in ladder.series.runs]
+    starts_s = [run.data.start_s for run in ladder.series.runs]
     values["floor_friction"] = float(fitted.parameters[INDEX["friction"]]) * share_at_start(drift, starts_s)
     return {name: value for name, value in values.items() if math.isfinite(value)}
 

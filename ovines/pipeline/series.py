@@ -17,7 +17,7 @@ from ovines.io.lock import locked
 from ovines.io.provenance import program
 from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
 from ovines.pipeline.cluster import run_on_cluster
-from ovines.pipeline.lens import write_series_lens
+from ovines.pipeline.lens import FEWEST_RUNS, write_series_lens
 from ovines.pipeline.one_recording import Outcome, no_room, run_one
 from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_theirs, write_source
 from ovines.pipeline.series_results import JOINT, PAGE, write_series_results
@@ -91,7 +91,7 @@ def _after_lens(
     failed = {one for one, outcome in tracked.items() if outcome.status != "done"}
     with_tracks = [one for one, _ in tasks if kinds[one] in ("frames", "tracks") and one not in failed]
     notes: list[str] = []
-    if with_tracks:
+    if len(with_tracks) >= FEWEST_RUNS:
         with suppress(InputError, OSError):  # which are said where the recordings are run
             for _, target in tasks:
                 refuse_folder(target)
@@ -112,7 +112,7 @@ def _after_lens(
 def _entry(folder: Path) -> str | None:
     try:
         return read_recording(folder).entry()
-    except InputError:
+    except (InputError, OSError):
         return None  # said where it is run
 
 

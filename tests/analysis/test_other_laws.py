@@ -48,7 +48,7 @@ def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):
         motions = [read_table(one.folder / "motion.parquet", "motion") for one in series]
         frame = rig_frame(motions, 0.04)
         runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], series, frame)
-        floor = fit_floor(runs, ["friction", "tilt_x", "tilt_y"], 1.0)
+        floor = fit_floor(runs, ["friction", "tilt_x", "tilt_y"], {"coupling": 1.0})
         physics = made[0].truth["rig"].physics
         true = np.array([physics.friction, physics.tilt_x_m_per_s2, physics.tilt_y_m_per_s2])
         errors.append((floor.estimate - true) / np.sqrt(np.diag(floor.covariance)))

@@ -347,9 +347,9 @@ PICTURES = [
     ),
     Picture(
         "window offset of one camera forgotten",
-        NO,
-        PRINCIPAL,
-        "miss each other",
+        REFUSED,
+        (),
+        "rays intersect only with",
         replaced(("window_offset_px = [0, 1182]\n", "")),
     ),
     Picture(

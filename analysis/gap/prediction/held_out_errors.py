@@ -30,7 +30,7 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     runs = ladder.series.runs
     model = ladder.series.recordings[0].model
     stated = dict(ladder.flights.nominal.model.stated)
-    starts_s = [run.data.time_s[0] for run in runs]
+    starts_s = [run.data.start_s for run in runs]
     given = predict.given_model(model.effects, model.floor_friction, stated, starts_s) if model else None
     nominal = _paths(runs, ladder.flights.nominal)
     paths: dict[str, list[Array] | None] = {

@@ -89,7 +89,7 @@ def select_flight_effects(
     Probes that explain more than any name stay in the model as structure, so that a cause which nobody listed neither
     hides a listed one nor is hidden by it."""
     runs = series.runs
-    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.time_s[0] for run in runs])
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
     nominal = fit(runs, nominal_model(effects, stated))
     base, causes = _missing_friction(runs, nominal, effects, withheld)
     units = rig_units(base)
