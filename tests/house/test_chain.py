@@ -256,6 +256,7 @@ def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
         "names.csv",
         "trigger.csv",
         "points.parquet or motion.parquet",
+        "motion.parquet or impacts.parquet",
         "lens of the series",
     }
     made: set[str] = set()
