@@ -5,6 +5,7 @@ negligible.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from scipy.stats import norm
 
@@ -49,3 +50,16 @@ class Structure:
     size: float
     unit: str
     p: float
+
+    def entry(self) -> dict[str, Any]:
+        """It in ``left`` of diagnosis.json."""
+        return {
+            "stage": self.stage,
+            "phase": self.phase,
+            "coordinate": self.coordinate,
+            "goes_with": self.goes_with,
+            "p": self.p,
+            "size": self.size,
+            "unit": self.unit,
+            "times_negligible": self.strength,
+        }

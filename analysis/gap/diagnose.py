@@ -61,7 +61,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "effects": [c.effect for c in causes],
         "equivalent": _equivalent(causes),
         "stage": None if strongest is None else strongest.stage,
-        "left": [_left(s) for s in ladder.structure],
+        "left": [s.entry() for s in ladder.structure],
         "laws": [],
         "probabilities": probabilities(ladder, causes, detectable),
         "parameters": {
@@ -84,19 +84,6 @@ def verdict_of(ladder: Ladder) -> str:
     if ladder.structure:
         return "unknown"
     return "effect" if ladder.causes else "none"
-
-
-def _left(structure: Structure) -> dict[str, Any]:
-    return {
-        "stage": structure.stage,
-        "phase": structure.phase,
-        "coordinate": structure.coordinate,
-        "goes_with": structure.goes_with,
-        "p": structure.p,
-        "size": structure.size,
-        "unit": structure.unit,
-        "times_negligible": structure.strength,
-    }
 
 
 def _interval(value_sd: tuple[float, float]) -> dict[str, float]:

@@ -82,7 +82,7 @@ def diagnose_impacts(
         "effects": [cause.effect for cause in sorted(causes, key=lambda one: -one.strength)],
         "equivalent": list(dict.fromkeys(name for cause in causes for name in (cause.effect, *cause.rivals))),
         "stage": "impact" if found else None,
-        "left": [_left(one) for one in sorted(structure, key=lambda one: -one.strength)],
+        "left": [one.entry() for one in sorted(structure, key=lambda one: -one.strength)],
         "laws": [],
         "probabilities": _probabilities(causes, detectable, left_p),
         "parameters": {
@@ -127,19 +127,6 @@ def _scatter(data: LawData, terms: Sequence[str], found: Sequence[Structure]) ->
     chance = chance_of_misfit(len(data) * (scatter / USUAL_SCATTER) ** 2, len(data))
     what = "none of the covariates tested (scatter from impact to impact)"
     return [Structure("impact", "impact", "normal", what, scatter / USUAL_SCATTER, 0.0, scatter, "1", chance)]
-
-
-def _left(one: Structure) -> dict[str, Any]:
-    return {
-        "stage": one.stage,
-        "phase": one.phase,
-        "coordinate": one.coordinate,
-        "goes_with": one.goes_with,
-        "p": one.p,
-        "size": one.size,
-        "unit": one.unit,
-        "times_negligible": one.strength,
-    }
 
 
 def _probabilities(causes: Sequence[Cause], detectable: dict[str, Any], left_p: float) -> dict[str, float]:
