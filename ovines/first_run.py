@@ -2,7 +2,7 @@
 
 The kernels that a run calls are listed here in its order, each with arguments of the types it is called with.  A second
 process compiles the list from its end while the run compiles what it comes to, so that they meet in the middle; a lock
-for each kernel keeps them apart.  Imports stand inside the functions: a run loads only what its stages need.
+for each kernel keeps them apart (:mod:`ovines.core.kernel`).  Imports stand inside the functions: a run loads only what its stages need.
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
+from filelock import Timeout
 from numba import typeof, types
 
-from ovines.core.kernel import Guard, Kernel
+from ovines.core.kernel import Guard, Kernel, lock_of
 from ovines.workers.orphans import die_with
 
 Called = tuple[Any, tuple[Any, ...]]  # the kernel: what is decorated is typed as a function
@@ -133,7 +132,7 @@ class _FirstRun(Guard):
 
     @contextmanager
     def alone(self, kernel: Kernel) -> Iterator[None]:
-        lock, began, self._said = _lock(kernel), time.monotonic(), False
+        lock, began, self._said = lock_of(kernel), time.monotonic(), False
         if lock is None:
             yield
             return
@@ -190,18 +189,11 @@ def _name(kernel: Kernel) -> str:
     return f"{kernel.__module__}.{kernel.__qualname__}"
 
 
-def _lock(kernel: Kernel) -> FileLock | None:
-    if kernel.index is None:
-        return None
-    Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
-    return FileLock(f"{kernel.index}.lock")
-
-
 def compile_beside(parent: int, stages: Sequence[str]) -> None:
     """Compile for the process ``parent``, the last first; print the name of each kernel that is on the disk."""
     die_with(parent)
     for kernel, arguments in reversed(calls(stages)):
-        lock = _lock(kernel)
+        lock = lock_of(kernel)
         if lock is not None:
             with suppress(Timeout), lock.acquire(timeout=0):  # what the other is at, it does itself
                 kernel.compile(signature(kernel, arguments))

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
 from numba import _dynfunc, types
 from numba.core import sigutils
 from numba.core.caching import NullCache
@@ -34,14 +36,35 @@ _OBJECTS_BETWEEN_COLLECTIONS = 200_000
 
 
 class Guard:
-    """Who is asked before a kernel is compiled or loaded; this one lets everything happen."""
+    """Who is asked before a kernel is compiled or loaded; this one lets one process at a time do it, so that what
+    several of them need is compiled once.
+    """
 
-    def alone(self, kernel: Kernel) -> AbstractContextManager[object]:
-        """Entered while the kernel is loaded or compiled: here another process can be waited for."""
-        return nullcontext()
+    @contextmanager
+    def alone(self, kernel: Kernel) -> Iterator[None]:
+        """Entered while the kernel is loaded or compiled: here another process is waited for."""
+        lock = lock_of(kernel)
+        with nullcontext() if lock is None else lock:
+            yield
 
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk: it is compiled now."""
+
+
+def lock_of(kernel: Kernel) -> FileLock | None:
+    """What the process holds that compiles the kernel; None where no file can be locked: each compiles for itself."""
+    if kernel.index is None:
+        return None
+    lock = FileLock(f"{kernel.index}.lock")
+    try:
+        Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
+        lock.acquire(timeout=0)
+        lock.release()
+    except Timeout:
+        pass
+    except (OSError, NotImplementedError):
+        return None
+    return lock
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no types
