@@ -2,7 +2,8 @@
 
 The kernels that a run calls are listed here in its order, each with arguments of the types it is called with.  A second
 process compiles the list from its end while the run compiles what it comes to, so that they meet in the middle; a lock
-for each kernel keeps them apart (:mod:`ovines.core.kernel`).  Imports stand inside the functions: a run loads only what its stages need.
+for each kernel keeps them apart (:mod:`ovines.core.kernel`).  Imports stand inside the functions: a run loads only
+what its stages need.
 """
 
 from __future__ import annotations
