@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, lens_basis, seen_frames, whiten
+from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, seen_frames, whiten
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, PARAMETERS
@@ -200,7 +200,7 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
     rows[:, 0, ANGLE] -= s * ox + c * oy
     rows[:, 1, ANGLE] += c * ox - s * oy
     # Derivatives of x and y with respect to the markers' origin and the lens residual, in the order of ``SHARED``.
-    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    lens = run.lens_terms[index]
     none = np.zeros_like(lens)
     offsets = np.stack([np.column_stack([c, -s, lens, none]), np.column_stack([s, c, none, lens])], 1)
     assert offsets.shape[2] == 2 + 2 * len(LENS_POWERS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -89,12 +90,17 @@ class RunData:
         """From frame to frame (median)."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
 
+    @cached_property
+    def lens_terms(self) -> Array:
+        """:func:`lens_basis` at the places of all frames (N, len(LENS_POWERS))."""
+        return lens_basis(self.xy_m, self.contact_radius_m)
+
     @property
     def start_s(self) -> float:
         """Time of the first frame; 0 without any."""
         return float(self.time_s[0]) if len(self.time_s) else 0.0
 
-    @property
+    @cached_property
     def flight_rig(self) -> FlightRig:
         """What a flight knows of this run beside its parameters."""
         return FlightRig(
@@ -359,7 +365,7 @@ def fit_flights(
 def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
     """x, y less the lens residual of ``shared``, and angle (N, 3) of frames ``index`` (N,)."""
     n = len(LENS_POWERS)
-    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    lens = run.lens_terms[index]
     return np.column_stack(
         [
             run.xy_m[index, 0] - lens @ shared[2 : 2 + n],
