@@ -56,8 +56,9 @@ def _tracking_calls() -> list[Called]:
     state = CameraTracker(camera, (0, 0), layout).state
     progress = Progress(places, np.zeros((2, 2), np.int64), np.zeros((2, 1, 3)), places, known)
     return [
-        *_marker_calls(),
+        # Holds the fits of `_marker_calls`, which the run itself has just lowered: the second process would begin anew.
         (follow, (1, (image,) * INDEPENDENT_FRAMES, known, state, known, progress)),
+        *_marker_calls(),
         (status, (state, 1, 1)),
         (update, (1, state, known, 1, places, 1)),
         (slopes, (image, places, places, 1.0)),
