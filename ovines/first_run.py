@@ -15,13 +15,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from filelock import Timeout
+from filelock import FileLock, Timeout
 from numba import typeof, types
 
-from ovines.core.kernel import Guard, Kernel, lock_of
+from ovines.core.kernel import Guard, Kernel
 from ovines.workers.orphans import die_with
 
 Called = tuple[Any, tuple[Any, ...]]  # the kernel: what is decorated is typed as a function
@@ -84,7 +85,7 @@ def _identification_calls() -> list[Called]:
     bounce_rig = _filled(BounceRig, flight=rig, parameters=line, surfaces=places)
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [
-        (surfaces_seen, (places, known, places, line, 1.0, places)),
+        (surfaces_seen, (places, known, places, fixed, 1.0, places)),
         (find_kinks, (fixed, line, line, line, 1, 1, 1.0, 1)),
         (start_state, (fixed, column, column, line, 1, 1, 1.0, line)),
         (fit_single, (line, 1.0, WhiteFrames(line, places, places, places), line, line, rig, places)),
@@ -134,7 +135,7 @@ class _FirstRun(Guard):
 
     @contextmanager
     def alone(self, kernel: Kernel) -> Iterator[None]:
-        lock, began, self._said = lock_of(kernel), time.monotonic(), False
+        lock, began, self._said = _lock(kernel), time.monotonic(), False
         if lock is None:
             yield
             return
@@ -191,11 +192,19 @@ def _name(kernel: Kernel) -> str:
     return f"{kernel.__module__}.{kernel.__qualname__}"
 
 
+def _lock(kernel: Kernel) -> FileLock | None:
+    """The lock that every process takes to compile the kernel (`ovines.core.kernel`), here without waiting."""
+    if kernel.index is None:
+        return None
+    Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
+    return FileLock(f"{kernel.index}.lock")
+
+
 def compile_beside(parent: int, stages: Sequence[str]) -> None:
     """Compile for the process ``parent``, the last first; print the name of each kernel that is on the disk."""
     die_with(parent)
     for kernel, arguments in reversed(calls(stages)):
-        lock = lock_of(kernel)
+        lock = _lock(kernel)
         if lock is not None:
             with suppress(Timeout), lock.acquire(timeout=0):  # what the other is at, it does itself
                 kernel.compile(signature(kernel, arguments))

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
 from numba import _dynfunc, types
 from numba.core import sigutils
 from numba.core.caching import NullCache
@@ -24,6 +23,11 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import lookup_environment
 from numba.core.registry import CPUDispatcher
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 ENVIRONMENT = "_ZN08NumbaEnv"  # how numba's names of a function's environment begin
 
@@ -43,28 +47,27 @@ class Guard:
     @contextmanager
     def alone(self, kernel: Kernel) -> Iterator[None]:
         """Entered while the kernel is loaded or compiled: here another process is waited for."""
-        lock = lock_of(kernel)
-        with nullcontext() if lock is None else lock:
+        with _locked(kernel):
             yield
 
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk: it is compiled now."""
 
 
-def lock_of(kernel: Kernel) -> FileLock | None:
-    """What the process holds that compiles the kernel; None where no file can be locked: each compiles for itself."""
-    if kernel.index is None:
-        return None
-    lock = FileLock(f"{kernel.index}.lock")
+@contextmanager
+def _locked(kernel: Kernel) -> Iterator[None]:
+    """Held by the process that compiles the kernel; where no file can be locked, each compiles for itself."""
+    file = None
+    if fcntl is not None and kernel.index is not None:
+        with suppress(OSError):
+            Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
+            file = open(f"{kernel.index}.lock", "ab")  # noqa: SIM115  # closed below
+            fcntl.flock(file, fcntl.LOCK_EX)
     try:
-        Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
-        lock.acquire(timeout=0)
-        lock.release()
-    except Timeout:
-        pass
-    except (OSError, NotImplementedError):
-        return None
-    return lock
+        yield
+    finally:
+        if file is not None:
+            file.close()  # and the lock with it
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no types
