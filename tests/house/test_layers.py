@@ -13,10 +13,11 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.lens_field ovines.core.compiled analysis.gap.thresholds analysis.gap.cause \
+ovines.errors ovines.robust ovines.lens_field ovines.core.compiled ovines.core.refusal analysis.gap.thresholds analysis.gap.cause \
     analysis.gap.tests_by_hand
-ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vision.compiled \
+ovines.io ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding
+ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.triangulate \
     analysis.blind.recording
