@@ -7,7 +7,7 @@ equation of motion."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,14 @@ class FlightRegression:
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
         packed = rows_of(terms)
-        return np.vstack([_columns(one, packed) for one in self.flights])
+        return np.vstack([_columns(one, _given(one, packed)) for one in self.flights])
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
+        packed = rows_of([term])
+        return np.vstack(
+            [_columns(one, _given(one, packed) * cut(one.know)[:, None, :]) for one in self.flights]
+        )
 
 
 def flight_regression(fitted: FlightFit) -> FlightRegression:
@@ -140,9 +147,15 @@ def _respond(times: Array, damping: Array, given: Array, moved: Array) -> None:
                 speed[m, j] = ahead[m, j]
 
 
-def _columns(one: _Flight, packed: Array) -> Array:
+def _given(one: _Flight, packed: Array) -> Array:
+    """Accelerations (S, 3, T) of packed terms."""
     given = np.empty((len(one.times), 3, len(packed)))
     pushes(packed, one.know, given)
+    return given
+
+
+def _columns(one: _Flight, given: Array) -> Array:
+    """What accelerations ``given`` (S, 3, C) make of the frames: whitened, without the start state, (3 N, C)."""
     moved = np.zeros_like(given)
     _respond(one.times, one.damping, given, moved)
     rows = np.ascontiguousarray(moved[one.at])

@@ -119,6 +119,21 @@ def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) 
     return gains
 
 
+def held_out_squares(problem: Regression, columns: Array) -> Array:
+    """Sums of squares (R,) of each fold's residuals when nuisances and ``columns`` (M, C) follow the other folds."""
+    every = np.column_stack([problem.nuisances, columns])
+    prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
+    folds = problem.folds
+    information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
+    score = np.array([every[folds == r].T @ problem.residual[folds == r] for r in range(folds.max() + 1)])
+    out = np.zeros(len(information))
+    for r in range(len(out)):
+        here = folds == r
+        step = _inverse(information.sum(0) - information[r] + np.diag(prior)) @ (score.sum(0) - score[r])
+        out[r] = np.sum((problem.residual[here] - every[here] @ step) ** 2)
+    return out
+
+
 def _inverse(information: Array) -> Array:
     """Inverse after scaling to a unit diagonal; what has no information keeps none."""
     if not len(information):
