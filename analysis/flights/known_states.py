@@ -61,8 +61,9 @@ def _fill(times: Array, states: Array, p: Array, without: Array, rig: FlightRig,
 
 
 def known_states(fits: FlightFits, k: int, times: Array) -> tuple[Array, Array]:
-    """What laws know (N, KNOWN_SIZE), and how the acceleration answers velocity and spin (N, 3, 3; 1/s), along the path that flight ``k`` really took, at sorted ``times``: the fitted one, led to the
-    frames where it misses them smoothly."""
+    """What laws know (N, KNOWN_SIZE), and how the acceleration answers velocity and spin (N, 3, 3; 1/s), along the
+    path that flight ``k`` really took, at sorted ``times``: the fitted one, led to the frames where it misses them
+    smoothly."""
     times = np.ascontiguousarray(times)
     states = fits.flown(k, times)[0] + _missed(fits, k, times)
     p = with_impact_before(fits.parameters, fits.run, fits.flights, k)

@@ -13,9 +13,9 @@ from ovines.core.effects import EFFECTS
 from ovines.core.effects.written_laws import with_laws
 from ovines.core.integration.flight import wall_stands
 from ovines.core.laws.words import ROW_SIZE
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.kinematics import empty_scratch, in_host, place
-from ovines.core.refusal import require
 from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario
 from ovines.core.system.packed import AXES, Packed
 from ovines.core.system.walls import contact_frame

@@ -71,7 +71,7 @@ def _merged(first: Term, second: Term, covariance: Array) -> Term | None:
     if size == 0.0 or first.target != second.target:
         return None
     along = np.array([a, b]) / size
-    sd = float(np.sqrt(max(along @ covariance @ along, 0.0)))
+    sd = math.sqrt(max(float(along @ covariance @ along), 0.0))
     own = TARGETS[first.target].own
     if own in ("angle", "axis") and first.factors == second.factors and first.x != second.x:
         times = 2.0 if own == "axis" else 1.0

@@ -1,9 +1,9 @@
 """What a missing force may look like: directions times functions of invariants, in rig units.
 
 Everything is written in the disk's own quantities (velocity in the room and against the floor, place in the Host and in
-the room, gap, spin, drive phase, time, time since the impact before), so that a formula keeps its form when the world is
-turned; what has a direction of its own comes as a pair of columns and ends as one term with an angle.  Lengths inside
-are shares of the contact radius, speeds of the disk's usual speed, times of the usual flight."""
+the room, gap, spin, drive phase, time, time since the impact before), so that a formula keeps its form when the world
+is turned; what has a direction of its own comes as a pair of columns and ends as one term with an angle.  Lengths
+inside are shares of the contact radius, speeds of the disk's usual speed, times of the usual flight."""
 
 from __future__ import annotations
 
@@ -213,9 +213,7 @@ def _friction(scales: RigScales) -> list[Candidate]:
     for x, y in _spots(scales):
         for share in WIDTHS:
             numbers = (x, y, share * scales.radius_m)
-            out.append(
-                Candidate("friction of a patch", patch, numbers, (step, step, 0.2), (False, False, True))
-            )
+            out.append(Candidate("friction of a patch", patch, numbers, (step, step, 0.2), (False, False, True)))
     return out
 
 

@@ -1,4 +1,5 @@
-"""The missing law of the flights: found in their residuals, fitted again by their equation of motion, held out by run."""
+"""The missing law of the flights: found in their residuals, fitted again by their equation of motion, held out by
+run."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ from analysis.flights.fit import SHARED
 from analysis.flights.parameters import LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.candidate import Candidate
+from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
-from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.numbers import law_at, with_sds
 from analysis.gap.laws.regression import Profile, Regression
@@ -44,9 +45,7 @@ class FittedLaw:
     covariance: Array
 
 
-def find_flight_law(
-    runs: Sequence[Run], base: FlightFit, frame: RigFrame, rng: np.random.Generator
-) -> LawFound | None:
+def find_flight_law(runs: Sequence[Run], base: FlightFit, frame: RigFrame, rng: np.random.Generator) -> LawFound | None:
     """The formula of what the flights of ``base`` lack; None where chance would find as much."""
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < 3:
@@ -58,9 +57,9 @@ def find_flight_law(
     law = fitted_law(runs, base, found)
     if law is None:
         return None
+    paths = _paths(runs, base), _paths(law.runs, law.fit)
     before, after, floor = (
-        predict.errors_of(runs, paths, None, None, None)
-        for paths in (_paths(runs, base), _paths(law.runs, law.fit), [predict.free_paths(run) for run in runs])
+        predict.errors_of(runs, one, None, None, None) for one in (*paths, [predict.free_paths(run) for run in runs])
     )
     rig_law = law_at(law.parts, law.values, law.covariance)
     return LawFound(
@@ -73,6 +72,7 @@ def find_flight_law(
         _mean_square(floor),
         others_of(found, frame),
         evidence_of(problem, flight_regression(law.fit), rig_law),
+        paths,
     )
 
 
@@ -97,9 +97,7 @@ def fitted_law(runs: Sequence[Run], base: FlightFit, found: Found) -> FittedLaw 
     for _ in range(ROUNDS):
         terms = [term for part in parts for term in part.terms]
         rows = rows_of([replace(t, coefficient=float(c)) for t, c in zip(terms, coefficients, strict=True)])
-        held_runs = tuple(
-            replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs
-        )
+        held_runs = tuple(replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs)
         p = base.model.parameters.copy()
         p[LAW + held : LAW + held + len(names)] = 1.0
         trial = fit(held_runs, replace(base.model, parameters=p, free=(*base.model.free, *names)))
@@ -121,7 +119,7 @@ def found_at(parts: Sequence[Candidate], values: Array) -> list[Candidate]:
     out = []
     for part in parts:
         own, numbers = numbers[: len(part.numbers)], numbers[len(part.numbers) :]
-        out.append(part.at(own))
+        out.append(part.at(own.tolist()))
     return out
 
 
@@ -139,8 +137,8 @@ def _refined(
     for part in parts:
         own = coefficients[at : at + len(part.terms)]
         at += len(part.terms)
-        for i, (number, step, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
-            unit = abs(number) * step if positive else step
+        for i, (number, by, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
+            unit = abs(number) * by if positive else by
             moved = [list(part.numbers) for _ in range(2)]
             moved[0][i] += STEP * unit
             moved[1][i] -= STEP * unit
@@ -171,9 +169,9 @@ def _stepped(parts: Sequence[Candidate], step: Array) -> tuple[Candidate, ...]:
     out = []
     for part in parts:
         own, step = step[: len(part.numbers)], step[len(part.numbers) :]
-        numbers = [
-            n * float(np.exp(s * size)) if positive else n + s * size
+        moved = [
+            n * float(np.exp(s * size)) if positive else n + float(s) * size
             for n, s, size, positive in zip(part.numbers, own, part.steps, part.positive, strict=True)
         ]
-        out.append(part.at(numbers))
+        out.append(part.at(moved))
     return tuple(out)

@@ -1,9 +1,9 @@
 """Flights as a regression: how far each candidate's acceleration would have moved the frames.
 
 A term's acceleration along the path is integrated twice, with what friction and drag make of the velocity that it adds
-(a disk that hardly slides follows the floor, whatever pulls at it); the flight's own start state, which no law knows, is
-projected out of residual, nuisances and candidates alike.  The law that is chosen is fitted again by the flights' own
-equation of motion."""
+(a disk that hardly slides follows the floor, whatever pulls at it); the flight's own start state, which no law knows,
+is projected out of residual, nuisances and candidates alike.  The law that is chosen is fitted again by the flights'
+own equation of motion."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ SUBSTEPS = 3
 @dataclass(frozen=True, eq=False)
 class _Flight:
     """One flight: ``times`` (S,) of the integration with what laws ``know`` there and how the acceleration answers
-    velocities (``damping``, (S, 3, 3)), the frames' places ``at`` (N,) among them, whitening, robust weights (N, 3) and an orthonormal basis (3 N, 6) of what the start state moves."""
+    velocities (``damping``, (S, 3, 3)), the frames' places ``at`` (N,) among them, whitening, robust weights (N, 3) and
+    an orthonormal basis (3 N, 6) of what the start state moves."""
 
     times: Array
     know: Array
@@ -69,16 +70,18 @@ class FlightRegression:
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
         packed = rows_of([term])
-        return np.vstack(
-            [_columns(one, _given(one, packed) * cut(one.know)[:, None, :]) for one in self.flights]
-        )
+        return np.vstack([_columns(one, _given(one, packed) * cut(one.know)[:, None, :]) for one in self.flights])
 
 
 def flight_regression(fitted: FlightFit) -> FlightRegression:
     """The flights of a fit that may speak for what all share, its free parameters as nuisances."""
     names = [n for n in fitted.columns if n in SHARED]
     columns = sorted(SHARED.index(n) for n in names)
-    flights, residuals, nuisances, block, run = [], [], [], [], []
+    flights: list[_Flight] = []
+    residuals: list[Array] = []
+    nuisances: list[Array] = []
+    block: list[int] = []
+    run: list[int] = []
     for number, fits in enumerate(fitted.fits):
         for k in np.flatnonzero(usable_flights(fits)):
             one, residual, rows = _linearised(fits, int(k), columns, fitted)

@@ -33,7 +33,8 @@ class Other:
 @dataclass(frozen=True, eq=False)
 class LawFound:
     """``law`` in the world's frame and ``rig_law`` in the rig's; ``numbers`` name -> (value, sd, unit) in the world;
-    ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``."""
+    ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``;
+    ``paths`` of the flights by run, before and after."""
 
     law: WrittenLaw
     rig_law: WrittenLaw
@@ -44,6 +45,7 @@ class LawFound:
     floor: Array
     others: tuple[Other, ...]
     evidence: Evidence | None = None
+    paths: tuple[list[Array], list[Array]] | None = None
 
     def shrinkage(self, rng: np.random.Generator) -> tuple[float, float, float]:
         """Share of the gap that the law closes on runs that its coefficients have not seen, with a 90 % interval over
@@ -94,10 +96,3 @@ def _other(one: Rival, frame: RigFrame) -> Other:
 def in_world(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
     """A law of the rig's frame in the world's."""
     return law.moved(frame.turn_rad, frame.origin_m.tolist())
-
-
-def in_rig(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
-    """A law of the world's frame in the rig's."""
-    c, s = np.cos(frame.turn_rad), np.sin(frame.turn_rad)
-    x, y = frame.origin_m
-    return law.moved(-frame.turn_rad, (-float(c * x + s * y), -float(c * y - s * x)))

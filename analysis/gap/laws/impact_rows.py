@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse, sticks
-from analysis.flights.fit import FlightFits, impact_before
+from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression import Regression
-from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design, since_before
-from ovines.core.laws import words as W
+from analysis.gap.selection.held_laws import known_at_impacts
+from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 from ovines.robust import MEDIAN_TO_SD
@@ -54,33 +54,6 @@ class ImpactRegression:
         return self.columns([term]) * np.tile(weight, (len(self.problem.residual) // len(weight), 1))
 
 
-def known_at_impacts(impacts: ImpactFit, fits: Sequence[FlightFits]) -> Array:
-    """What laws know before each impact of ``impacts.data`` (K, KNOWN_SIZE)."""
-    data, junctions = impacts.data, impacts.junctions
-    at = data.index
-    state, host, rate = junctions.state[at], junctions.host[at], junctions.host_rate[at]
-    known = np.zeros((len(data), W.KNOWN_SIZE))
-    known[:, W.VX], known[:, W.VY] = state[:, 3], state[:, 4]
-    known[:, W.UX], known[:, W.UY] = state[:, 3] - rate[:, 0], state[:, 4] - rate[:, 1]
-    known[:, W.X], known[:, W.Y] = state[:, 0], state[:, 1]
-    known[:, W.HX], known[:, W.HY] = state[:, 0] - host[:, 0], state[:, 1] - host[:, 1]
-    known[:, W.CONTACT_RADIUS] = np.hypot(known[:, W.HX], known[:, W.HY])
-    known[:, W.ANGLE], known[:, W.SPIN] = state[:, 2], data.spin
-    starts = np.array([fit.run.start_s for fit in fits])
-    known[:, W.TIME] = data.time_s - starts[data.run]
-    known[:, W.RUN], known[:, W.PHASE] = data.run, data.drive_rad
-    known[:, W.CLOCK] = [
-        fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)
-    ]
-    before = [
-        impact_before(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)
-    ]
-    since = np.minimum(data.time_s - np.array(before), since_before(data))
-    known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
-    known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
-    return known
-
-
 def law_regression(
     impacts: ImpactFit,
     fits: Sequence[FlightFits],
@@ -92,7 +65,7 @@ def law_regression(
     ``law``: one that is known to act, whose part of restitution's scatter is none."""
     data = impacts.data
     count = len(data)
-    known = known_at_impacts(impacts, fits)
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
     normal, design = _normal(data, restitution_terms, _restitution_of(law, known))
     tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
     angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
@@ -127,7 +100,9 @@ def distance_regression(impacts: ImpactFit, fits: Sequence[FlightFits]) -> Impac
     shapes = [np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)]
     nuisances = np.column_stack(shapes) / sd[:, None]
     problem = _clipped(wall.residual_m[at] / sd, nuisances, np.arange(len(at)), impacts.data.run)
-    return ImpactRegression(problem, known_at_impacts(impacts, fits), {"contact_radius": 1 / sd})
+    return ImpactRegression(
+        problem, known_at_impacts(impacts.data, impacts.junctions, fits), {"contact_radius": 1 / sd}
+    )
 
 
 def _restitution_of(law: WrittenLaw | None, known: Array) -> Array | None:
@@ -162,9 +137,7 @@ def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array,
     return data.tangential_impulse - predicted, sd, slides, stuck
 
 
-def _clipped(
-    residual: Array, nuisances: Array, block: NDArray[np.int64], run: NDArray[np.int64]
-) -> Regression:
+def _clipped(residual: Array, nuisances: Array, block: NDArray[np.int64], run: NDArray[np.int64]) -> Regression:
     # Gross against what the impacts usually leave, not against noise alone: a missing law is no gross error.
     parts = np.split(np.nan_to_num(residual), max(len(block) // max(len(np.unique(block)), 1), 1))
     limits = [CLIP_SD * max(1.0, MEDIAN_TO_SD * float(np.median(np.abs(one)))) for one in parts if len(one)]

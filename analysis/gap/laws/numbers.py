@@ -68,7 +68,7 @@ def law_at(parts: tuple[Candidate, ...], values: Array, covariance: Array | None
     numbers, moved = values[count:], []
     for part in parts:
         own, numbers = numbers[: len(part.numbers)], numbers[len(part.numbers) :]
-        moved.append(part.at(own))
+        moved.append(part.at(own.tolist()))
     terms = [term for part in moved for term in part.terms]
     own_covariance = np.zeros((count, count)) if covariance is None else covariance[:count, :count]
     return WrittenLaw(with_coefficients(terms, values[:count], own_covariance))

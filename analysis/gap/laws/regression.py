@@ -90,7 +90,9 @@ def forms_of(problem: Regression, columns: Array) -> Forms:
 def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) -> Array:
     """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns (places among
     those of :func:`forms_of`) is fitted beside the nuisances; ``signs`` (D, B) of the blocks' residuals."""
-    by_fold = np.stack([signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(len(forms.information))])
+    by_fold = np.stack(
+        [signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(len(forms.information))]
+    )
     total, score = forms.information.sum(0) + np.diag(forms.prior), by_fold.sum(0)
     gains = np.zeros((len(signs), len(groups)))
     held = forms.held

@@ -45,8 +45,8 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A chosen formula: its parts, coefficients of all terms with covariance (T, T), sds of the numbers inside, held-out
-    ``gain`` over no law, ``p`` of the first part by chance, rivals of the strongest part."""
+    """A chosen formula: its parts, coefficients of all terms with covariance (T, T), sds of the numbers inside,
+    held-out ``gain`` over no law, ``p`` of the first part by chance, rivals of the strongest part."""
 
     parts: tuple[Candidate, ...]
     coefficients: Array
@@ -67,7 +67,8 @@ def find_law(
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much; and how often chance does."""
     parts: list[Candidate] = []
-    first_p, gained, rivals = 1.0, 0.0, ()
+    first_p, gained = 1.0, 0.0
+    rivals: tuple[Rival, ...] = ()
     table, groups = columns_of(candidates, columns)
     scale = problem.excess
     while len(parts) < MOST_PARTS:

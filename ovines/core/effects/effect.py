@@ -10,8 +10,8 @@ import numpy as np
 
 from ovines.core.compiled import Floats
 from ovines.core.refusal import ScenarioError, require, require_range
-from ovines.core.system.model import Scenario
 from ovines.core.system import parameters as P
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed
 
 Values = Mapping[str, float]  # an effect's parameters
@@ -85,7 +85,9 @@ def with_lobe(packed: Packed, size: float, order: float, direction_rad: float) -
     direction)).
     """
     count = int(packed.p[P.LOBES])
-    require(count < P.MOST_LOBES, f"more than {P.MOST_LOBES} lobes of a wall", f"{P.MOST_LOBES} at the most", "merge them")
+    require(
+        count < P.MOST_LOBES, f"more than {P.MOST_LOBES} lobes of a wall", f"{P.MOST_LOBES} at the most", "merge them"
+    )
     at = P.LOBE_TABLE + 3 * count
     return with_floats(packed, {P.LOBES: count + 1.0, at: size, at + 1: order, at + 2: direction_rad})
 

@@ -124,9 +124,7 @@ def _latex_term(term: Term, first: bool) -> str:
 def _latex_factor(one: Factor) -> str:
     entry = QUANTITIES[one.quantity]
     symbol, unit = entry.symbol, _latex_unit(entry.unit)
-    if entry.own == "line" and one.x:
-        symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
-    elif entry.own in ("", "angle") and one.x and one.quantity != "velocity_along":
+    if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity != "velocity_along"):
         symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
     scale = _latex_number(one.scale, True) + unit
     if one.function == "power":
@@ -140,7 +138,7 @@ def _latex_factor(one: Factor) -> str:
     if one.function == "exponential":
         return rf"e^{{-{symbol}/{scale}}}"
     if one.function == "gaussian":
-        return rf"e^{{-\frac12({symbol}/{scale})^2}}"
+        return rf"e^{{-\frac{1}{2}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
     return rf"\mathrm{{sgn}}({symbol})"

@@ -23,7 +23,7 @@ SHORT = 1e-12
 
 @compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
-    """Value of a quantity; ``x``, ``y`` its own place, or angle in ``x``; of a place along a line its angle in ``y``."""
+    """Value of a quantity; ``x``, ``y`` its own place, or angle in ``x``; of a line its angle in ``y``."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY])
     if code == Q_SLIDING:

@@ -19,9 +19,9 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 
 #: what is known of the disk when a law is asked, by place in its vector: velocity in the room (m/s), velocity against
 #: the floor under it (m/s), place in the room (m), place from the Host's centre (m), contact radius (m), angle (rad),
-#: spin (rad/s), time from the run's start (s), phase of the drive (rad), time since the impact before (s), number of the
-#: run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2) that
-#: the floor's friction gives, the run's time at the drive's frequency (rad)
+#: spin (rad/s), time from the run's start (s), phase of the drive (rad), time since the impact before (s), number of
+#: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
+#: that the floor's friction gives, the run's time at the drive's frequency (rad)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK,
@@ -45,15 +45,15 @@ class Target:
 
 
 TARGETS: dict[str, Target] = {
-    name: Target(code, *rest)
-    for code, (name, *rest) in enumerate(
+    name: Target(code, unit, symbol, own, stage, meaning)
+    for code, (name, unit, symbol, own, stage, meaning) in enumerate(
         (
             ("fixed_direction", "m/s^2", r"\vec e_{\varphi}", "angle", "flight", "a fixed direction in the room"),
             ("outwards", "m/s^2", r"\hat r", "", "flight", "away from the Host's centre"),
             ("swirl", "m/s^2", r"\hat z\times\hat r", "", "flight", "about the Host's centre"),
             ("along_velocity", "m/s^2", r"\hat v", "", "flight", "along the velocity in the room"),
             ("across_velocity", "m/s^2", r"\hat z\times\hat v", "", "flight", "to the left of the velocity"),
-            ("mirrored_velocity", "m/s^2", r"M_{\varphi}\hat v", "axis", "flight", "the velocity's direction, mirrored"),
+            ("mirrored_velocity", "m/s^2", r"M_{\varphi}\hat v", "axis", "flight", "the velocity, mirrored"),
             ("along_sliding", "m/s^2", r"\hat u", "", "flight", "along the velocity against the floor"),
             ("across_sliding", "m/s^2", r"\hat z\times\hat u", "", "flight", "to the left of that"),
             ("mirrored_radius", "m/s^2", r"M_{\varphi}\hat r", "axis", "flight", "the radius' direction, mirrored"),
@@ -88,8 +88,8 @@ class Quantity:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    name: Quantity(code, *rest)
-    for code, (name, *rest) in enumerate(
+    name: Quantity(code, unit, symbol, circular, own, meaning)
+    for code, (name, unit, symbol, circular, own, meaning) in enumerate(
         (
             ("speed", "m/s", "v", False, "", "speed in the room"),
             ("sliding_speed", "m/s", "u", False, "", "speed against the floor"),

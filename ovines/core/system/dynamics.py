@@ -92,9 +92,7 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
 
 
 @compiled
-def written(
-    t: float, y: Floats, at: Floats, system: System, friction: tuple[float, float, float], dy: Floats
-) -> None:
+def written(t: float, y: Floats, at: Floats, system: System, friction: tuple[float, float, float], dy: Floats) -> None:
     """Add the terms of written laws to ``dy``, beside what the floor's ``friction`` gives (x, y, spin); their power
     counts as drag.  They act on the disk alone.
     """

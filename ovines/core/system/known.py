@@ -32,9 +32,7 @@ def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
 
 
 @compiled
-def contact_known(
-    t: float, y: Floats, at: Floats, contact: tuple[float, float, float], p: Floats, k: Ints
-) -> Floats:
+def contact_known(t: float, y: Floats, at: Floats, contact: tuple[float, float, float], p: Floats, k: Ints) -> Floats:
     """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed."""
     known = known_of(t, y, at, p, k)
     known[W.HX], known[W.HY] = math.cos(contact[0]), math.sin(contact[0])

@@ -183,8 +183,9 @@ class Scenario:
 
     ``initial_nes`` and ``initial_host`` are x, y, vx, vy, angle, spin; the NES's are of its geometric centre;
     the Host's are ignored when it is fixed or driven.  ``effects`` maps an effect's name
-    (:data:`ovines.core.effects.EFFECTS`) to its parameters; ``laws`` are formulas beside them.  ``run_number`` counts runs of a series (drift).
-    ``tolerance`` is the integrator's, relative to the scenario's own length and speed; closed-form flights ignore it.
+    (:data:`ovines.core.effects.EFFECTS`) to its parameters; ``laws`` are formulas beside them.  ``run_number`` counts
+    runs of a series (drift).  ``tolerance`` is the integrator's, relative to the scenario's own length and speed;
+    closed-form flights ignore it.
     """
 
     name: str
