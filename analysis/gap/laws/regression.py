@@ -1,14 +1,15 @@
 """What candidates explain of a residual, each run predicted by the others, and what chance would explain.
 
 Rows are whitened observations, so that a sum of squares is a fall of -2 log L.  Rows of a block (a flight, an impact)
-share whatever noise did to them: chance is drawn by turning the sign of each block's residual, which is exact for
-errors as likely one way as the other, whatever their size and correlation within a block.
+share whatever noise did to them: chance is drawn by turning the sign of each block's residual, which keeps sizes and
+correlations within a block whatever they are.  Turned is what the best candidate leaves (ter Braak 1992), not what it
+explains: a strong law would otherwise pass for strong noise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,13 +79,44 @@ def forms_of(problem: Regression, columns: Array) -> Forms:
     every = np.column_stack([problem.nuisances, columns])
     blocks, block = np.unique(problem.block, return_inverse=True)
     folds = problem.folds
-    scores = np.zeros((len(blocks), every.shape[1]))
-    np.add.at(scores, block, every * problem.residual[:, None])
     fold_of = np.zeros(len(blocks), np.int64)
     fold_of[block] = folds
     information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
     prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
-    return Forms(information, scores, fold_of, prior, problem.nuisances.shape[1])
+    return Forms(information, _scores(problem, columns, problem.residual), fold_of, prior, problem.nuisances.shape[1])
+
+
+def gains_by_chance(
+    problem: Regression,
+    columns: Array,
+    groups: Sequence[Sequence[int]],
+    best: int,
+    draws: int,
+    rng: np.random.Generator,
+) -> tuple[Array, Array]:
+    """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``draws`` problems that hold
+    the noise alone: what the group ``best`` leaves, each block's sign drawn."""
+    forms = forms_of(problem, columns)
+    gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0]
+    if best < 0:
+        best = int(np.argmax(gains))
+    taken = problem.with_columns(columns[:, list(groups[best])])
+    left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
+    # What was fitted has taken a part of the noise of as many blocks.
+    count = len(forms.fold)
+    left = left * np.sqrt(count / max(count - len(groups[best]), 1))
+    noise = replace(forms, scores=_scores(problem, columns, left))
+    signs = rng.choice([-1.0, 1.0], (draws, count))
+    return gains, held_out_gains(noise, groups, signs).max(1)
+
+
+def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
+    """Scores (B, C) of each block."""
+    every = np.column_stack([problem.nuisances, columns])
+    blocks, block = np.unique(problem.block, return_inverse=True)
+    scores = np.zeros((len(blocks), every.shape[1]))
+    np.add.at(scores, block, every * residual[:, None])
+    return scores
 
 
 def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) -> Array:

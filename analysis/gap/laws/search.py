@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from analysis.gap.laws.candidate import Candidate
-from analysis.gap.laws.regression import Forms, Profile, Regression, forms_of, held_out_gains
+from analysis.gap.laws.regression import Forms, Profile, Regression, forms_of, gains_by_chance, held_out_gains
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
@@ -74,20 +74,20 @@ def find_law(
     while len(parts) < MOST_PARTS:
         held = with_parts(problem, columns, parts)
         forms = forms_of(held, table)
-        signs = np.vstack([np.ones((1, len(forms.fold))), rng.choice([-1.0, 1.0], (DRAWS, len(forms.fold)))])
-        gains = held_out_gains(forms, groups, signs) / scale
-        best = _simplest(candidates, gains[0])
-        p = by_chance(gains[1:].max(1), float(gains[0, best]))
+        gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0] / scale
+        best = _simplest(candidates, gains)
+        null = gains_by_chance(held, table, groups, best, DRAWS, rng)[1] / scale
+        p = by_chance(null, float(gains[best]))
         if not parts:
             first_p = p
-        if p > LEVEL or gains[0, best] < LEAST_SHARE * gained:
+        if p > LEVEL or gains[best] < LEAST_SHARE * gained:
             break
         part = searched(held, columns, candidates[best])
         if sum(len(one.terms) for one in (*parts, part)) > MOST_TERMS:
             break
         if not parts:
-            gained = float(gains[0, best])
-            rivals = _rivals(held, columns, candidates, gains[0], part, scale)
+            gained = float(gains[best])
+            rivals = _rivals(held, columns, candidates, gains, part, scale)
         parts.append(part)
         parts = _replaced(problem, columns, parts, candidates, forms_table=(table, groups))
     if not parts:
