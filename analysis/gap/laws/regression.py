@@ -91,11 +91,11 @@ def gains_by_chance(
     columns: Array,
     groups: Sequence[Sequence[int]],
     best: int,
-    draws: int,
-    rng: np.random.Generator,
+    drawn: tuple[int, np.random.Generator],
 ) -> tuple[Array, Array]:
-    """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``draws`` problems that hold
-    the noise alone: what the group ``best`` leaves, each block's sign drawn."""
+    """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
+    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), each
+    block's sign drawn."""
     forms = forms_of(problem, columns)
     gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0]
     if best < 0:
@@ -106,6 +106,7 @@ def gains_by_chance(
     count = len(forms.fold)
     left = left * np.sqrt(count / max(count - len(groups[best]), 1))
     noise = replace(forms, scores=_scores(problem, columns, left))
+    draws, rng = drawn
     signs = rng.choice([-1.0, 1.0], (draws, count))
     return gains, held_out_gains(noise, groups, signs).max(1)
 

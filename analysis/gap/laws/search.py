@@ -76,7 +76,7 @@ def find_law(
         forms = forms_of(held, table)
         gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0] / scale
         best = _simplest(candidates, gains)
-        null = gains_by_chance(held, table, groups, best, DRAWS, rng)[1] / scale
+        null = gains_by_chance(held, table, groups, best, (DRAWS, rng))[1] / scale
         p = by_chance(null, float(gains[best]))
         if not parts:
             first_p = p
