@@ -24,7 +24,7 @@ class FactorEntry(Section):
     exp(-q / s), `gaussian` exp(-(q / s)^2 / 2), `below` (1 where q < s), `sign`."""
 
     quantity: str
-    """What it follows ([quantities](effects.md#written-laws)). Example: `"radius"`."""
+    """What it follows ([quantities](#quantities)). Example: `"radius"`."""
     function: str = "power"
     """Which function of it. Example: `"exponential"`."""
     order: float = 1.0
@@ -41,7 +41,7 @@ class TermEntry(Section):
     """``[[terms]]``: a coefficient times factors, in a direction or on a number of the contact law."""
 
     target: str
-    """What it acts on ([targets](effects.md#written-laws)). Example: `"outwards"`."""
+    """What it acts on ([targets](#targets)). Example: `"outwards"`."""
     coefficient: float
     """Size. Example: `-13.3`."""
     coefficient_sd: float | None = None
