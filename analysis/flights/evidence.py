@@ -20,7 +20,7 @@ from analysis.compiled import compiled
 from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, seen_frames, whiten
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
-from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.flights.parameters import PARAMETERS
 
 Array = NDArray[np.float64]
 
@@ -31,8 +31,6 @@ OUTLYING_FLIGHT = 8.0
 LEAST_USUAL_MISFIT = 0.3
 # Ridge of a flight's own state, over its information and absolute, and of the shared unknowns' covariance: rounding's.
 STATE_RIDGE, LEAST_INFORMATION, SHARED_RIDGE = 1e-10, 1e-12, 1e-11
-# An impact that never was: long ago (s).
-LONG_AGO_S = -1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,10 +187,8 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
     """Flight ``k`` linearised in its own state and the shared ``columns``, those of the flight model first."""
     run = fits.run
     free = [c for c in columns if c < len(PARAMETERS)]
-    parameters = fits.parameters.copy()
-    parameters[INDEX["impact_before_s"]] = impact_before(fits, k)
     index = seen_frames(run, fits.flights[k])
-    states, derivative = fits.flown(k, run.time_s[index], parameters, free)
+    states, derivative = fits.flown(k, run.time_s[index], free=free)
     known = STATES + len(free)
     rows = np.zeros((len(index), 3, STATES + len(columns)))
     rows[:, :, :known] = derivative[:, :3]
@@ -212,12 +208,6 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
         fits.measured(index) - fits.markers_at(states),
         np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]]),
     )
-
-
-def impact_before(fits: FlightFits, k: int) -> float:
-    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise."""
-    started = k > 0 and fits.flights[k - 1].joined
-    return float(fits.run.time_s[fits.flights[k].first]) if started else LONG_AGO_S
 
 
 def _lags(index: NDArray[np.int64], standard: Array, sums: Array) -> None:

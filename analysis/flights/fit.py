@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
+from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import PARAMETERS
+from analysis.flights.parameters import IMPACT_BEFORE_S, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 
@@ -58,6 +58,8 @@ LESS_DAMPING, MORE_DAMPING = 0.2, 10.0
 CONVERGED, CONVERGED_SHARE = 1e-3, 1e-7
 # Ridges, relative and absolute, that keep an angle which nobody measured from a singular matrix: rounding's size.
 RELATIVE_RIDGE, RIDGE = 1e-9, 1e-12
+# An impact that never was: long ago (s).
+LONG_AGO_S = -1e6
 # Unit of time of the parabola that a fit starts from (1/s): a flight of a tenth of a second gives it numbers about 1.
 PER_S, START_RIDGE = 100.0, 1e-9
 
@@ -65,7 +67,7 @@ PER_S, START_RIDGE = 100.0, 1e-9
 @dataclass(frozen=True, eq=False)
 class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
-    round).
+    round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0.
     """
 
     name: str
@@ -79,6 +81,8 @@ class RunData:
     radius_m: float
     inertia_factor: float
     stated: Wall | None = None
+    law: Array = field(default_factory=NO_LAW.copy)
+    number: int = 0
 
     @property
     def wall(self) -> Wall:
@@ -110,6 +114,9 @@ class RunData:
             float(self.inertia_factor),
             float(self.contact_radius_m),
             float(self.host.phase_rad),
+            self.law,
+            self.start_s,
+            float(self.number),
         )
 
 
@@ -357,9 +364,25 @@ def fit_flights(
             states[k] = start.states[k]
         white = noise.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
         frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
-        misfit[k] = fit_single(states[k], reference[k], frames, parameters, shared[:2], rig, covariances[k])
+        own = with_impact_before(parameters, run, flights, k)
+        misfit[k] = fit_single(states[k], reference[k], frames, own, shared[:2], rig, covariances[k])
         freedom[k] = 3 * len(index) - STATES
     return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared, noise)
+
+
+def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
+    """``parameters`` of flight ``k``, which know when the impact before it was."""
+    own = parameters.copy()
+    own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
+    return own
+
+
+def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
+    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise.  Pieces of a long
+    flight began with the first of them."""
+    while k > 0 and flights[k - 1].goes_on:
+        k -= 1
+    return float(run.time_s[flights[k].first]) if k > 0 and flights[k - 1].joined else LONG_AGO_S
 
 
 def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
@@ -462,7 +485,7 @@ class FlightFits:
             self.states[k],
             self.reference_s[k],
             times,
-            self.parameters if parameters is None else parameters,
+            with_impact_before(self.parameters if parameters is None else parameters, self.run, self.flights, k),
             np.array(free, np.int64),
             self.run.flight_rig,
             out,
