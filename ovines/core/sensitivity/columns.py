@@ -81,6 +81,7 @@ def refuse_unfollowed(packed: Packed) -> None:
         (k[P.OFF_CENTRE] != 0, "effects.mass_centre_offset"),
         (p[P.CONTACT_DURATION] > 0.0, "effects.finite_contact_time"),
         (p[P.ROCKING] != 0.0, "effects.nes_rocking"),
+        (packed.law.shape[0] > 0, "a written law"),
         (p[P.WALL_SHAPE] != 0.0, "a wall that is not round (effects.wall_ellipticity, effects.wall_lobes)"),
     )
     for found, name in reasons:
