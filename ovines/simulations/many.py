@@ -126,8 +126,8 @@ def run_sweep(
     return pd.DataFrame(placed).join(table.drop(columns=list(over)))
 
 
-def parse_range(text: str) -> tuple[str, list[float]]:
-    """Name and values of ``NAME=LOW:HIGH:COUNT`` (evenly spaced, ends included)."""
+def parse_range(text: str, known: Sequence[str] = SWEPT) -> tuple[str, list[float]]:
+    """Name, one of ``known``, and values of ``NAME=LOW:HIGH:COUNT`` (evenly spaced, ends included)."""
     name, equals, numbers = text.partition("=")
     try:
         low, high, count = numbers.split(":")
@@ -138,8 +138,8 @@ def parse_range(text: str) -> tuple[str, list[float]]:
         raise InputError(
             f"--over {text}", "NAME=LOW:HIGH:COUNT with finite numbers, as restitution=0.5:0.9:9", "correct the range"
         )
-    if name not in SWEPT:
-        raise InputError(f"--over {text}", "a name out of " + ", ".join(SWEPT), "correct the name")
+    if name not in known:
+        raise InputError(f"--over {text}", "a name out of " + ", ".join(known), "correct the name")
     if len(np.unique(values)) != len(values):
         raise InputError(f"--over {text}", "values that differ", "widen the range, or ask for one value")
     return name, [float(value) for value in values]

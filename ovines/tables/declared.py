@@ -123,6 +123,16 @@ def _energy_columns() -> tuple[Column, ...]:
     )
 
 
+def _state_columns() -> tuple[Column, ...]:
+    columns = []
+    for body, title in BODIES.items():
+        columns += [number(f"{body}_{axis}_m", f"{axis} of the {title}'s centre") for axis in "xy"]
+        columns += [number(f"{body}_v{axis}_m_per_s", f"velocity of the {title} along {axis}") for axis in "xy"]
+        columns += [number(f"{body}_angle_rad", f"angle of the {title} from x to y, unwrapped")]
+        columns += [number(f"{body}_spin_rad_per_s", f"angular velocity of the {title}")]
+    return tuple(columns)
+
+
 def _sweep_columns() -> tuple[Column, ...]:
     over = {"mean": "mean", "sd": "standard deviation", "median": "median", "low": "5 %", "high": "95 %"}
     return (
@@ -293,6 +303,128 @@ TABLES: dict[str, Table] = {
             key=("run",),
         ),
         Table("sweep", "point of a sweep", _sweep_columns(), key=("value", "other_value")),
+        Table(
+            "sensitivities",
+            "derivative",
+            (
+                number("time_s", "instant of the state, or of the impact"),
+                text("of", 'what changes: a state at that instant, or "impact_time_s"'),
+                text("by", "what is changed"),
+                number("derivative", "change of the one per unit of the other, SI"),
+            ),
+        ),
+        Table(
+            "lyapunov",
+            "Lyapunov exponent",
+            (
+                integer("exponent", "number of the exponent, the largest is 0"),
+                number("value_per_s", "growth of a tangent"),
+                number("sd_per_s", "standard deviation of value_per_s, from ten batches"),
+                number("impacts_per_s", "impacts of the run after the transient"),
+            ),
+            key=("exponent",),
+        ),
+        Table(
+            "section",
+            "state of a Poincaré section",
+            (
+                integer("run", "number of the run, from 0"),
+                integer("period", "number of the period of the drive, from 0"),
+                text("parameter", "number that varies from run to run", nullable=True),
+                maybe("value", "its value"),
+                *_state_columns(),
+            ),
+            key=("run", "period"),
+        ),
+        Table(
+            "orbits",
+            "periodic orbit along a branch",
+            (
+                integer("orbit", "place along the branch, from 0"),
+                text("parameter", "number that varies"),
+                number("value", "its value"),
+                number("period_s", "period of the orbit"),
+                flag("stable", "every Floquet multiplier is inside the unit circle"),
+                number("multiplier", "size of the largest Floquet multiplier"),
+                number("multiplier_angle_rad", "its angle: 0 at a fold, pi where the period doubles"),
+                integer("impacts", "impacts in a period"),
+                maybe("fastest_impact_m_per_s", "largest normal speed before an impact"),
+                *_state_columns(),
+            ),
+            key=("orbit",),
+        ),
+        Table(
+            "basins",
+            "start of a map of basins",
+            (
+                text("parameter", "state along the first axis"),
+                number("value", "its value at the start"),
+                text("other_parameter", "state along the second axis"),
+                number("other_value", "its value at the start"),
+                integer(
+                    "attractor",
+                    "number of the attractor, the largest basin is 0; null outside the walls",
+                    nullable=True,
+                ),
+                maybe("attractor_period", "its period in periods of the drive; 0: none"),
+                maybe("attractor_impacts", "its impacts per period of the drive"),
+            ),
+            key=("value", "other_value"),
+        ),
+        Table(
+            "energy_taken",
+            "sample of a run",
+            (
+                number("time_s", "instant"),
+                number("host_j", "energy of the Host: moving, turning, springs"),
+                number("bare_j", "the same without a NES"),
+                number("pumped_j", "gone from Host to NES since the start"),
+                number("nes_j", "of it, in the NES"),
+                *(number(f"{name}_loss_j", f"lost {where} since the start") for name, where in LOSSES.items()),
+                number("work_j", f"since the start: {DRIVE}"),
+            ),
+            key=("time_s",),
+        ),
+        Table(
+            "response",
+            "NES and frequency",
+            (
+                text("nes", '"scenario", or "best" of a design'),
+                number("frequency_hz", "of the ground"),
+                integer("runs", "runs at this frequency"),
+                number("amplitude_m", "Host's amplitude (root of twice the variance), both axes, mean of the runs"),
+                number("amplitude_sd_m", "its standard deviation over the runs"),
+                number("amplitude_low_m", "its 5 %"),
+                number("amplitude_high_m", "its 95 %"),
+                number("amplitude_x_m", "mean amplitude along x"),
+                number("amplitude_y_m", "mean amplitude along y"),
+                number("bare_amplitude_m", "amplitude without NES, closed form"),
+                number("stuck_amplitude_m", "amplitude with a disk that sticks to the floor, closed form"),
+                number("impacts_per_period", "impacts per period of the drive"),
+            ),
+            key=("nes", "frequency_hz"),
+        ),
+        Table(
+            "design",
+            "candidate of a design",
+            (
+                integer("candidate", "number, from 0; those tried with all runs first, the best of all"),
+                maybe("clearance_m", "2 R_H - 2 R_N; null where the scenario's own is kept, as in the next ones"),
+                maybe("mass_ratio", "mass of the NES over the Host's"),
+                maybe("floor_friction", "coefficient of the floor"),
+                maybe("restitution", "restitution of the wall"),
+                maybe("wall_friction", "friction of the wall"),
+                maybe("tangential_restitution", "tangential restitution of the wall"),
+                integer("runs", "runs at each frequency"),
+                number("amplitude_m", "Host's largest mean amplitude over the band"),
+                number("amplitude_low_m", "its 5 %, by resampling the runs"),
+                number("amplitude_high_m", "its 95 %"),
+                maybe("best_share", "share of resampled ensembles in which it is the best of those kept"),
+                number("bare_amplitude_m", "largest amplitude without NES"),
+                number("damper_amplitude_m", "with an optimal tuned mass damper of the best one's mass"),
+            ),
+            key=("candidate",),
+        ),
         Table("given_impacts", "impact that a recording brings (its impacts.parquet)", GIVEN, key=("impact",)),
         Table("contact", "sustained wall contact", (number("start_s", "its start"), number("end_s", "its end"))),
         Table(

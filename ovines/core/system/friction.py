@@ -4,23 +4,12 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.compiled import compiled
+from ovines.core.compiled import compiled, inlined
 
 
-@compiled
-def farkas(ratio: float) -> tuple[float, float]:
-    """Force and torque functions F, T of the velocity ratio ``|v| / (R |omega|)``.
-
-    One arithmetic-geometric mean gives Bulirsch's B, C, D (ERRATA), with ``c_n = k^2 u_n`` so that
-    nothing cancels: the thesis' form (48)-(49) is off by 240 % at a ratio of 1e4.  ``ratio`` from 0 to
-    infinity (infinity: F = 1, T = 0).  F(0) = 0, F(1) = 8/(3 pi), T(0) = 2/3, T(1) = 8/(9 pi).
-    Source: Farkas et al., Phys. Rev. Lett. 90, 248302 (2003); Bulirsch, Numer. Math. 7, 78 (1965).
-    """
-    k = ratio if ratio <= 1.0 else 1.0 / ratio
-    k2 = k * k
-    kc2 = (1.0 - k) * (1.0 + k)
-    if kc2 < 1e-30:
-        return 8.0 / (3.0 * math.pi), 8.0 / (9.0 * math.pi)
+@inlined
+def bulirsch(k2: float, kc2: float) -> tuple[float, float, float, float]:
+    """Complete elliptic integrals K, B, C, D of modulus squared ``k2`` < 1, ``kc2 = 1 - k2``, by one mean."""
     b = math.sqrt(kc2)
     a = 0.5 * (1.0 + b)
     b = math.sqrt(b)
@@ -37,9 +26,24 @@ def farkas(ratio: float) -> tuple[float, float]:
         power *= 2.0
         total += power * u * u
     first_kind = math.pi / (a + b)
-    c_bulirsch = 2.0 * first_kind * total
-    d_bulirsch = first_kind * (0.5 + k2 * total)
-    b_bulirsch = first_kind * (0.5 - k2 * total)
+    return first_kind, first_kind * (0.5 - k2 * total), 2.0 * first_kind * total, first_kind * (0.5 + k2 * total)
+
+
+@compiled
+def farkas(ratio: float) -> tuple[float, float]:
+    """Force and torque functions F, T of the velocity ratio ``|v| / (R |omega|)``.
+
+    One arithmetic-geometric mean gives Bulirsch's B, C, D (ERRATA), with ``c_n = k^2 u_n`` so that
+    nothing cancels: the thesis' form (48)-(49) is off by 240 % at a ratio of 1e4.  ``ratio`` from 0 to
+    infinity (infinity: F = 1, T = 0).  F(0) = 0, F(1) = 8/(3 pi), T(0) = 2/3, T(1) = 8/(9 pi).
+    Source: Farkas et al., Phys. Rev. Lett. 90, 248302 (2003); Bulirsch, Numer. Math. 7, 78 (1965).
+    """
+    k = ratio if ratio <= 1.0 else 1.0 / ratio
+    k2 = k * k
+    kc2 = (1.0 - k) * (1.0 + k)
+    if kc2 < 1e-30:
+        return 8.0 / (3.0 * math.pi), 8.0 / (9.0 * math.pi)
+    first_kind, b_bulirsch, c_bulirsch, d_bulirsch = bulirsch(k2, kc2)
     second_kind = b_bulirsch + kc2 * d_bulirsch
     if ratio <= 1.0:
         force = 4.0 * k / (3.0 * math.pi) * (b_bulirsch + second_kind)

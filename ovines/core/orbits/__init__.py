@@ -1,0 +1,1 @@
+"""Where runs end up: Lyapunov exponents, Poincare sections, periodic orbits, basins of attraction."""

@@ -1,0 +1,1 @@
+"""How a run answers to its start, its numbers and its drive: variational equations beside the integrator."""
