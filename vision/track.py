@@ -1,6 +1,6 @@
-"""Images to tracks: every marker's sub-pixel centre in every frame of both cameras, under its own name.
+"""Images to tracks: every marker's sub-pixel centre in every frame of all cameras, under its own name.
 
-The three bodies are tracked as rigid bodies in both cameras at once (`vision.tracking.tracker`).  See
+The three bodies are tracked as rigid bodies in all cameras at once (`vision.tracking.tracker`).  See
 `vision.identity.matching` for naming,
 `vision.markers.fit` for centres.
 """
@@ -60,7 +60,7 @@ def track(
 
     Parameters
     ----------
-    recording : with frames of two cameras
+    recording : with frames of two cameras, of more, or of one where all moving bodies have their `layout_m`
     cameras : calibrated; the recording's cameras by name
     names : where markers are in the first frame (columns camera, marker, u_px, v_px, window pixels), for bodies
         without `layout_m`; None: as the geometry suggests, see `vision.identity.default_names`
@@ -134,7 +134,7 @@ def _track(
         for first, end in pairwise([0, *ends]):
             tracker.track(frames[first:end], pictures[first:end])
             frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
-            if frame in chosen and first < end and len(images) == 2:
+            if frame in chosen and first < end and len(images) == len(tracker.cameras) > 1:
                 calibrated = [one.camera for one in tracker.cameras]
                 offsets, rims = [one.offset for one in tracker.cameras], expected_rims(recording, tracker.layout)
                 rows += rims_at(frame, images, calibrated, offsets, rims, tracker.centres_m(frame), rows)
@@ -148,6 +148,8 @@ def _track(
 def _dropped(tracks: pd.DataFrame, tracker: Tracker, recording: Recording) -> list[DroppedFrames]:
     """Frames dropped by one camera, and by both at once, all in the cameras' own numbers."""
     cameras, layout, offsets = [one.camera for one in tracker.cameras], tracker.layout, recording.window_offset_px
+    if len(cameras) != 2:  # one shows nothing missing; of more, which one dropped is not searched for
+        return []
     heights = dict(zip(layout.markers, layout.position_m[:, 2], strict=True))
     dropped = find_dropped_frames(tracks, cameras, offsets, heights)
     if "host" not in layout.bodies or not layout.known[layout.bodies.index("host")]:
@@ -220,9 +222,9 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
     tracks = pd.concat(tables, ignore_index=True)
     if not len(tracks):
         raise InputError(
-            "no marker was found in any frame of either camera",
+            "no marker was found in any frame of any camera",
             f"round markers of {SMALLEST_PX:g} to {LARGEST_PX:.0f} px radius laid out as layout_m says, in focus, in "
-            f"both windows",
+            f"the windows",
             "check layout_m, the calibration and window_offset_px, or give --names names.csv",
         )
     return _timed(tracks, recording)

@@ -247,7 +247,7 @@ def _effects(recording: Recording) -> None:
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
     """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
-    if one.name == "track":
+    if one.name in ("track", "triangulate"):
         try:
             refuse_camera_count(recording)
         except InputError as error:

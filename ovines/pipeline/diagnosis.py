@@ -13,7 +13,7 @@ from ovines.errors import InputError
 from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
-from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.motion import host_at_rest, refuse_uninformative
 from ovines.plausibility.recording import refuse_contradictions
 from ovines.recording import Recording
@@ -22,6 +22,7 @@ from ovines.tables import read_table
 if TYPE_CHECKING:
     from analysis.gap.series import Series
 
+TESTED = 2  # cameras whose clocks, windows and plane the diagnosis tests against each other
 ORDER = ("frames", "tracks", "points", "motion")
 
 
@@ -84,7 +85,7 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
     if entry == "motion":
         series = from_motions(recordings, motions)
     else:
-        whole = len(tracks) == len(recordings)
+        whole = len(tracks) == len(recordings) and all(len(recording.cameras) == TESTED for recording in recordings)
         series = from_points(
             recordings, points, cameras if whole else None, tracks if whole else None, triangulate_again
         )
@@ -98,13 +99,15 @@ def triangulate_again(
     """Points of the tracks with the second camera's window moved by ``shift_px``: what the diagnosis calls after a
     correction.
     """
+    from vision.one_view import one_view_heights
     from vision.triangulate import triangulate
 
+    refuse_camera_count(recording)
     offsets: dict[str, list[float]] = {name: list(offset) for name, offset in recording.window_offset_px.items()}
-    second = cameras[1].name
+    second = cameras[1].name if len(recording.cameras) > 1 else None
     if second in offsets:
         offsets[second] = [offsets[second][0] + shift_px[0], offsets[second][1] + shift_px[1]]
-    return triangulate(tracks, cameras, offsets)
+    return triangulate(tracks, cameras, offsets, one_view_heights(recording))
 
 
 def _cameras_of(recording: Recording, folder: Path) -> list[Camera]:

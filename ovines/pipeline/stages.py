@@ -88,7 +88,7 @@ STAGES: tuple[Stage, ...] = (
     ),
     Stage(
         "triangulate",
-        "markers of two cameras -> points in metres",
+        "markers of the cameras -> points in metres",
         reads=("tracks.parquet", "calibration.json"),
         may_read=("calibration_covariance.parquet", "lens_terms.parquet", "lens_field.parquet"),
         writes=("points.parquet",),

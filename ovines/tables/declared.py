@@ -173,12 +173,14 @@ TABLES: dict[str, Table] = {
                 FRAME,
                 TIME,
                 text("marker", "name of the marker"),
-                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
+                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xy"),
+                maybe("z_m", "z, world frame; null where one camera saw the plane"),
                 *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
                 *(
                     optional(
                         f"{axis}_calibration_sd_m",
-                        f"standard deviation of {axis}_m from the calibration alone, not in {axis}_sd_m",
+                        f"standard deviation of {axis}_m from the calibration alone (and, with one camera, the marker's "
+                        f"height), not in {axis}_sd_m",
                     )
                     for axis in "xyz"
                 ),

@@ -18,11 +18,11 @@ ovines.errors ovines.robust ovines.lens_field ovines.core.compiled analysis.gap.
 ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vision.compiled \
     analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
-ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.triangulate \
+ovines.recording ovines.core.contact ovines.core.packing vision.markers \
     analysis.blind.recording
-ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration analysis.motion \
+ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.one_view analysis.motion \
     analysis.walls analysis.thesis analysis.blind.causes
-ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
+ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens vision.triangulate \
     analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.trial
