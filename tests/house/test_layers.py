@@ -22,7 +22,7 @@ ovines.recording ovines.core.contact ovines.core.packing vision.markers \
     analysis.blind.recording
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.one_view analysis.motion \
     analysis.walls analysis.thesis analysis.blind.causes
-ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens vision.triangulate \
+ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens vision.triangulate vision.known_points \
     analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.trial
