@@ -91,34 +91,49 @@ def main() -> None:
                 shown = setup
                 if case == "markers misplaced":
                     moved = {
-                        body: Markers(one.names, one.layout_m + rng.normal(0, PLACED_SD_M, one.layout_m.shape), one.radius_m)
+                        body: Markers(
+                            one.names, one.layout_m + rng.normal(0, PLACED_SD_M, one.layout_m.shape), one.radius_m
+                        )
                         for body, one in setup.rig.markers.items()
                     }
                     shown = replace(setup, rig=replace(setup.rig, markers=moved))
-                truth = render_recording(folder, shown, motion(LIFT_M if case == "lifted" else 0.0), args.frames, rng, files)
+                truth = render_recording(
+                    folder, shown, motion(LIFT_M if case == "lifted" else 0.0), args.frames, rng, files
+                )
                 text = (folder / "recording.toml").read_text()
                 if case == "markers misplaced":  # recording.toml keeps the design
                     for body, one in setup.rig.markers.items():
                         wrong = np.round(shown.rig.markers[body].layout_m, 7).tolist()
-                        text = text.replace(f"layout_m = {wrong}", f"layout_m = {one.layout_m.tolist()}\nlayout_sd_m = {PLACED_SD_M}")
+                        text = text.replace(
+                            f"layout_m = {wrong}", f"layout_m = {one.layout_m.tolist()}\nlayout_sd_m = {PLACED_SD_M}"
+                        )
                     (folder / "recording.toml").write_text(text)
                 if found is None:
                     result = calibrate_recording(read_recording(folder))
                     found = result.cameras, covariance_table(result.covariance, result.labels)
                 true = truth.drop_duplicates("frame").reset_index(drop=True)
                 for keep in ("both", *(camera.name for camera in setup.cameras)):
-                    (folder / "recording.toml").write_text((folder / "recording.toml").read_text() if keep == "both" else text)
+                    (folder / "recording.toml").write_text(
+                        (folder / "recording.toml").read_text() if keep == "both" else text
+                    )
                     if keep == "both":
                         text = (folder / "recording.toml").read_text()
                     else:
                         one_camera(folder, keep)
                     recording = read_recording(folder)
                     points, moved_m, notes = measured(recording, *found)
-                    rows.append((seed, case, "both" if keep == "both" else "one", *compared(points, moved_m, true, recording)))
+                    rows.append(
+                        (seed, case, "both" if keep == "both" else "one", *compared(points, moved_m, true, recording))
+                    )
                     for note in notes:
                         print(f"  seed {seed}, {case}, {keep}: {note}")
     table = pd.DataFrame(rows, columns=["seed", "case", "cameras", *FIGURES])
-    print(table.groupby(["case", "cameras"])[list(FIGURES)].agg(lambda v: float(np.sqrt(np.mean(v**2)))).round(3).to_string())
+    print(
+        table.groupby(["case", "cameras"])[list(FIGURES)]
+        .agg(lambda v: float(np.sqrt(np.mean(v**2))))
+        .round(3)
+        .to_string()
+    )
 
 
 FIGURES = ("place um", "claimed um", "ratio", "angle ratio", "NES-Host um", "offset um", "offset claimed um")
@@ -146,7 +161,10 @@ def compared(points: pd.DataFrame, found: pd.DataFrame, true: pd.DataFrame, reco
     between = np.array([error["nes", axis] - error["host", axis] for axis in "xy"])
     between = between - between.mean(1, keepdims=True)
     same = [
-        float(points.loc[points["marker"].isin(recording.bodies[body].markers), f"{axis}_calibration_sd_m"].pow(2).mean() ** 0.5)
+        float(
+            points.loc[points["marker"].isin(recording.bodies[body].markers), f"{axis}_calibration_sd_m"].pow(2).mean()
+            ** 0.5
+        )
         for body, axis in error
     ]
     return (

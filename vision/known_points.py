@@ -102,7 +102,10 @@ def camera_of_known_points(
             "check the file, or say in a column sd_px how well the pixels are known",
         )
     scale = max(1.0, float(np.sum(off**2)) / free)
-    own = scale * np.linalg.inv(best.jac.T @ best.jac)
+    try:
+        own = scale * np.linalg.inv(best.jac.T @ best.jac)
+    except np.linalg.LinAlgError:
+        raise _no_camera(name) from None
     camera = _camera(name, sensor_size_px, best.x, rms_px)
     # The covariance is wanted over focal lengths in pixels, and over a turn after the camera's own rotation.
     change = np.zeros((N_CAMERA, len(best.x)))

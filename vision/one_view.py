@@ -25,7 +25,10 @@ Array = NDArray[np.float64]
 PLACED_SD_M = 5e-5  # of a marker's height where layout_sd_m does not say
 FIRST_GUESS_SD_PX = 0.1  # of a track that carries none, until the bodies' own rigidity gives the real one
 FEWEST_FRAMES = 20  # that say how far a body leaves the plane
+MOST_FRAMES = 1000  # that are taken to learn heights
+WRONG_FRAME = 3.0  # times the median misfit from which on a frame teaches nothing
 FEWEST_MARKERS = 3  # of a body that is to tell its size, or its noise
+WIDEST_SD = 4.0
 SURE_SD = 4.0  # from which on vertical motion is said to be there
 _EDGE = 1e-4  # sine of the angle at which a ray meets the plane: flatter ones give no place
 
@@ -72,11 +75,21 @@ def points_in_plane(
 ) -> pd.DataFrame:
     """Table ``points`` of one camera's tracks: where each ray meets its marker's height.
 
-    ``x_sd_m``, ``y_sd_m`` come from the pixels; where a body visibly leaves the plane, what that does to x and y is in
-    them.  ``x_calibration_sd_m``, ``y_calibration_sd_m`` hold what is the same in all frames: the height's own sd
-    (that of the calibration joins it).  ``z_m``, ``z_sd_m`` and ``reprojection_px`` are null: one view has nothing to
+    ``x_sd_m``, ``y_sd_m`` come from the pixels.  Where a body visibly leaves the plane, ``x_common_sd_m``,
+    ``y_common_sd_m`` say what that does to all of its markers together.  ``x_calibration_sd_m``,
+    ``y_calibration_sd_m`` hold what is the same in all frames: the height's own sd (that of the calibration joins it);
+    heights are first corrected as far as the bodies' rigidity tells them (:func:`learnt_heights`).  ``z_m``, ``z_sd_m`` and ``reprojection_px`` are null: one view has nothing to
     say of them.  A marker without a height has no row.
     """
+    points = _placed(tracks, camera, window_offset_px, heights)
+    learnt = learnt_heights(points, camera, heights)
+    return _placed(tracks, camera, window_offset_px, learnt)
+
+
+def _placed(
+    tracks: pd.DataFrame, camera: Camera, window_offset_px: Sequence[float], heights: Mapping[str, Height]
+) -> pd.DataFrame:
+    """:func:`points_in_plane` with these heights as they are."""
     rows = tracks[tracks["marker"].isin(list(heights))].sort_values(["frame", "marker"], kind="stable")
     marker = rows["marker"].to_numpy(str)
     height = np.array([heights[name].place_m[2] for name in marker])
@@ -105,24 +118,87 @@ def points_in_plane(
         sd_px = np.where(unknown, FIRST_GUESS_SD_PX, sd_px)
         measured = _misfit(points, per_px.mean(1) * sd_px, heights)
         sd_px = np.where(unknown, FIRST_GUESS_SD_PX * (measured if measured > 0 else 1.0), sd_px)
-    sd = per_px * sd_px[:, None]
-    points["x_sd_m"], points["y_sd_m"] = sd.T
+    points["x_sd_m"], points["y_sd_m"] = (per_px * sd_px[:, None]).T
+    points["z_sd_m"] = np.nan
     vertical = vertical_motion(points, camera, heights)
     lifted_m = vertical.z_m if vertical is not None else 0.0
     up = np.array([0.0 if heights[name].body == "ground" else lifted_m for name in marker])
     for i, axis in enumerate("xy"):
-        points[f"{axis}_sd_m"] = np.hypot(sd[:, i], lever[:, i] * up)
-    points["z_sd_m"] = np.nan
-    for i, axis in enumerate("xy"):
         points[f"{axis}_calibration_sd_m"] = np.abs(lever[:, i]) * height_sd[seen]
+        if lifted_m:
+            points[f"{axis}_common_sd_m"] = np.abs(lever[:, i]) * up
     points["z_calibration_sd_m"] = np.nan
     points["reprojection_px"] = points["epipolar_px"] = np.nan
     return points.reset_index(drop=True)
 
 
-def vertical_motion(
-    points: pd.DataFrame, camera: Camera, heights: Mapping[str, Height]
-) -> VerticalMotion | None:
+def learnt_heights(points: pd.DataFrame, camera: Camera, heights: Mapping[str, Height]) -> dict[str, Height]:
+    """The heights as the bodies' rigidity corrects them, with the sd that is left.
+
+    A marker higher than stated lies shifted away from the camera, whichever way its body is turned; one placed wrong on
+    the body turns with it.  So a body that spins tells its markers' heights against each other (least squares over
+    both, every frame's pose taken out, ``layout_sd_m`` as prior); one that does not keeps what was stated, and so does
+    their mean.
+    """
+    out = dict(heights)
+    for body in dict.fromkeys(height.body for height in heights.values()):
+        names = [name for name, height in heights.items() if height.body == body]
+        wide = _wide(points, body, heights, ("x_m", "y_m", "x_sd_m", "y_sd_m"))
+        if wide is None or body == "ground":
+            continue
+        ever = np.isfinite(wide[..., 0]).any(0)
+        names = [name for name, seen in zip(names, ever, strict=True) if seen]
+        wide = wide[np.isfinite(wide[:, ever, 0]).all(1)][:, ever]
+        if len(wide) < FEWEST_FRAMES:
+            continue
+        wide = wide[:: -(-len(wide) // MOST_FRAMES)]
+        layout = np.array([heights[name].place_m for name in names])
+        found = _height_errors(wide, layout, camera, heights[names[0]].sd_m)
+        for name, more, sd in zip(names, *found, strict=True):
+            x, y, z = heights[name].place_m
+            out[name] = Height(body, (x, y, z + float(more)), float(sd))
+    return out
+
+
+def _height_errors(wide: Array, layout: Array, camera: Camera, prior_m: float) -> tuple[Array, Array]:
+    """By how much each marker is higher than its layout (M, 3) says, and the sd that is left, from places (F, M, 4)."""
+    count, frames = len(layout), len(wide)
+    z, w = wide[..., 0] + 1j * wide[..., 1], layout[:, 0] + 1j * layout[:, 1]
+    about = w - w.mean()
+    turn = np.sum(np.conj(about) * (z - z.mean(1, keepdims=True)), 1)
+    turn = turn / np.abs(turn)
+    placed = z.mean(1)[:, None] + turn[:, None] * about
+    residual = z - placed
+    lever = (wide[..., :2] - camera.centre_m[:2]) / (layout[:, 2] - camera.centre_m[2])[:, None]
+    c, s = turn.real, turn.imag
+    design = np.zeros((frames, 2, count, 3 * count))
+    nuisance = np.zeros((frames, 2, count, 3))
+    arm = turn[:, None] * about
+    for i in range(count):
+        design[:, 0, i, i], design[:, 0, i, count + i], design[:, 0, i, 2 * count + i] = c, -s, -lever[:, i, 0]
+        design[:, 1, i, i], design[:, 1, i, count + i], design[:, 1, i, 2 * count + i] = s, c, -lever[:, i, 1]
+        nuisance[:, 0, i, 0] = nuisance[:, 1, i, 1] = 1.0
+        nuisance[:, 0, i, 2], nuisance[:, 1, i, 2] = -arm[:, i].imag, arm[:, i].real
+    design, nuisance = design.reshape(frames, 2 * count, -1), nuisance.reshape(frames, 2 * count, 3)
+    nuisance = nuisance / np.linalg.norm(nuisance, axis=1, keepdims=True)  # a turn's column is in metres
+    free = nuisance @ np.linalg.solve(nuisance.transpose(0, 2, 1) @ nuisance, nuisance.transpose(0, 2, 1))
+    free = np.eye(2 * count) - free
+    right = np.stack([residual.real, residual.imag], 1).reshape(frames, 2 * count)
+    design, right = free @ design, np.einsum("fij,fj->fi", free, right)
+    sd = np.sqrt(np.mean(wide[..., 2:] ** 2, axis=(1, 2)))
+    found, covariance = np.zeros(3 * count), np.eye(3 * count)
+    weight = np.ones(frames)
+    for _ in range(3):  # frames that fit badly (a wrong marker) lose their weight
+        scaled = (weight / sd**2)[:, None, None]
+        normal = np.sum(design.transpose(0, 2, 1) @ (scaled * design), 0) + np.eye(3 * count) / prior_m**2
+        covariance = np.linalg.inv(normal)
+        found = covariance @ np.einsum("fij,fi->j", scaled * design, right)
+        misfit = np.sqrt(np.mean((right - design @ found) ** 2, 1)) / sd
+        weight = (misfit < WRONG_FRAME * np.median(misfit)).astype(float)
+    return found[2 * count :], np.sqrt(np.diag(covariance))[2 * count :]
+
+
+def vertical_motion(points: pd.DataFrame, camera: Camera, heights: Mapping[str, Height]) -> VerticalMotion | None:
     """How far the Host leaves the plane (without one the NES, which lies on it), by its size in the picture.
 
     A body that is z nearer to a camera D above looks z / D larger.  Its mean size is the calibration's affair; what it
@@ -140,7 +216,8 @@ def vertical_motion(
         fast = float(residual_sd(np.diff(off, n=2)) ** 2 / 6.0)
         noise = max(float(np.median(ratio_sd)) ** 2, fast)
         unsure = SURE_SD * noise * float(np.sqrt(2.0 / len(off)))
-        excess = residual_sd(off) ** 2 - noise
+        reach = WIDEST_SD * float(residual_sd(off))  # a swing has no tails: what lies farther off is a wrong marker
+        excess = float(np.mean(np.clip(off, -reach, reach) ** 2)) - noise
         z_m = above_m * float(np.sqrt(excess)) if excess > unsure else 0.0
         away = np.hypot(*(place - camera.centre_m[:2]).T) / above_m
         return VerticalMotion(body, z_m, above_m * float(np.sqrt(unsure)), z_m * float(np.median(away)))

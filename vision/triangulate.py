@@ -7,6 +7,7 @@ from functools import reduce
 
 import numpy as np
 import pandas as pd
+from scipy.stats import chi2
 
 from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
@@ -85,9 +86,10 @@ def triangulate(
     if unknown.any():
         if len(names) == 2:
             measured_px = spread(result.epipolar_px[unknown])
-        else:  # 2 n coordinates less three unknowns
-            free = 2.0 * seen.sum(0)[unknown]
-            measured_px = float(np.nanmedian(result.reprojection_px[unknown] * np.sqrt(free / (free - 3.0))))
+        else:  # the sum of squares of 2 n coordinates has the median of chi squared with 2 n - 3
+            count = 2.0 * seen.sum(0)[unknown]
+            square = count * result.reprojection_px[unknown] ** 2 / chi2.median(np.maximum(count - 3.0, 1.0))
+            measured_px = float(np.sqrt(np.nanmedian(square)))
         if measured_px > 0:
             sd = [np.where(unknown, measured_px, s) for s in sd]
             result = triangulate_points(chosen, uv, sd)

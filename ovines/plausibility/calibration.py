@@ -36,9 +36,7 @@ def refuse_camera_count(recording: Recording) -> None:
     if recording.entry() not in ("frames", "tracks") or len(recording.cameras) != 1:
         return
     without = [
-        name
-        for name, body in recording.bodies.items()
-        if name != "ground" and body.markers and body.layout_m is None
+        name for name, body in recording.bodies.items() if name != "ground" and body.markers and body.layout_m is None
     ]
     if without:
         raise InputError(

@@ -184,6 +184,14 @@ TABLES: dict[str, Table] = {
                     )
                     for axis in "xyz"
                 ),
+                *(
+                    optional(
+                        f"{axis}_common_sd_m",
+                        f"standard deviation of {axis}_m that all markers of a body share (one camera, a body that "
+                        f"leaves the plane), not in {axis}_sd_m",
+                    )
+                    for axis in "xy"
+                ),
                 maybe("reprojection_px", "RMS distance from the measured image points"),
                 optional("epipolar_px", "signed residual across the epipolar line, the one that two views leave over"),
             ),

@@ -49,9 +49,7 @@ def refine_corners(
     return refined, sd
 
 
-def _fit(
-    image: NDArray[np.uint8], corner: Array, reach: float, directions: Array | None
-) -> tuple[Array, float] | None:
+def _fit(image: NDArray[np.uint8], corner: Array, reach: float, directions: Array | None) -> tuple[Array, float] | None:
     size = int(np.ceil(reach))
     column, row = np.rint(corner).astype(int)
     if column - size < 0 or row - size < 0 or column + size >= image.shape[1] or row + size >= image.shape[0]:
