@@ -78,7 +78,8 @@ def points_in_plane(
     ``x_sd_m``, ``y_sd_m`` come from the pixels.  Where a body visibly leaves the plane, ``x_common_sd_m``,
     ``y_common_sd_m`` say what that does to all of its markers together.  ``x_calibration_sd_m``,
     ``y_calibration_sd_m`` hold what is the same in all frames: the height's own sd (that of the calibration joins it);
-    heights are first corrected as far as the bodies' rigidity tells them (:func:`learnt_heights`).  ``z_m``, ``z_sd_m`` and ``reprojection_px`` are null: one view has nothing to
+    heights are first corrected as far as the bodies' rigidity tells them (:func:`learnt_heights`).  ``z_m``,
+    ``z_sd_m`` and ``reprojection_px`` are null: one view has nothing to
     say of them.  A marker without a height has no row.
     """
     points = _placed(tracks, camera, window_offset_px, heights)

@@ -21,6 +21,7 @@ from ovines.plausibility.calibration import refuse_camera_count
 from ovines.recording import Recording
 from vision.frames.dropped import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.frames.dropped_by_both import as_dropped, find_common_gaps
+from vision.frames.rolling_shutter import without_rolling_shutter
 from vision.frames.sources import Source, open_sources, stream_chunks
 from vision.frames.times import frame_times
 from vision.identity.default_names import names_by_geometry
@@ -107,6 +108,10 @@ def track(
     elif dropped:
         until = min(drop.from_frame for drop in dropped)
         tracks, rows = _timed(renumbered(tracks, dropped), recording), [row for row in rows if row["frame"] < until]
+    known = {name: tracker.layout.position_m[tracker.layout.of(b)] for b, name in enumerate(tracker.layout.bodies)
+             if tracker.layout.known[b]}  # fmt: skip
+    tracks, rolling = without_rolling_shutter(tracks, recording, by_name, known)
+    own_notes += rolling
     rims = expected_rims(recording, tracker.layout)
     placed = {name for name, body in recording.bodies.items() if body.layout_m}
     walls = wall_table(rows, *_instants(tracks))

@@ -1,7 +1,8 @@
 """Calibration boards: what is printed on them and where their points lie.
 
 A board's own frame is OpenCV's: origin at the outer corner of the first square (of a dot grid: at its
-first dot, of tags at the first one's outer corner), x along the columns, y down the rows, z into the paper.  The world that one view of it
+first dot, of tags at the first one's outer corner), x along the columns, y down the rows, z into the paper.
+The world that one view of it
 defines is that frame turned to look at the cameras: ``X_world = diag(1, -1, -1) X_board``.
 """
 
