@@ -20,9 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="show the known boards and stop")
     parser.add_argument(
         "--kind",
-        choices=("charuco", "chessboard", "aprilgrid", "tags"),
+        choices=("charuco", "chessboard", "aprilgrid", "tags", "dots", "circles", "asymmetric circles"),
         default="charuco",
-        help="a new board: aprilgrid is Kalibr's, tags are plain ones of any dictionary (default: charuco)",
+        help="a new board: aprilgrid is Kalibr's, tags are plain ones of any dictionary; of dots and circles, which "
+        "come printed, only the TOML is written (default: charuco)",
     )
     parser.add_argument(
         "--squares", nargs=2, type=int, metavar=("COLUMNS", "ROWS"), help="a new board: its squares, or tags"
@@ -33,6 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--dictionary", help="a new board: its markers (default: DICT_5X5_100, of tags DICT_APRILTAG_36h11)"
+    )
+    parser.add_argument(
+        "--rings", nargs=3, metavar="COLUMN,ROW", help="a new board of dots: the three that are rings, rows downwards"
     )
     parser.add_argument("--legacy", action="store_true", help="a new board: pattern of OpenCV before 4.6")
     parser.add_argument("--inverted", action="store_true", help="a new board: white for black")
@@ -69,6 +73,13 @@ def run(args: argparse.Namespace) -> int:
         if Path(args.name).name != args.name or args.name.startswith("."):
             raise InputError(f"name {args.name!r}", "a plain name without folders", "give the folder by --out")
         board = board_from(_content(args), args.name, "the command line")
+    if board.of_dots and args.squares is not None:
+        toml = args.out / f"{board.name}.toml"
+        if toml.exists() and not args.force:
+            raise InputError(f"{toml} is there already", "a new name", "choose another, or write over it with --force")
+        write_text_whole(as_toml(board), toml)
+        print(toml)
+        return 0
     if board.of_dots:
         raise InputError(
             f"{board.name} is a board of kind {board.kind}",
@@ -105,7 +116,12 @@ def _content(args: argparse.Namespace) -> dict[str, object]:
         "square_size_m": round(1e-3 * args.square_mm, 9),
         "inverted": args.inverted,
     }
-    if args.kind != "chessboard":
+    if args.kind == "dots":
+        try:
+            content["rings"] = [[int(part) for part in ring.split(",")] for ring in args.rings or ()]
+        except ValueError:
+            raise InputError(f"--rings {' '.join(args.rings)}", "three of COLUMN,ROW", "correct it") from None
+    if args.kind in ("charuco", "aprilgrid", "tags"):
         marker_mm = args.marker_mm if args.marker_mm is not None else 0.75 * args.square_mm
         usual = "DICT_5X5_100" if args.kind == "charuco" else "DICT_APRILTAG_36h11"
         content |= {"marker_size_m": round(1e-3 * marker_mm, 9), "dictionary": args.dictionary or usual}

@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plane",
         nargs="+",
         metavar="CAMERA=FILE",
-        help="a camera from four or more known points: CSV of u_px, v_px, x_mm, y_mm (z_mm, sd_px), to calibration.json",
+        help="a camera from four or more known points: CSV of u_px, v_px, x_mm, y_mm (z_mm, sd_px)",
     )
     what.add_argument(
         "--trigger-signal",

@@ -239,8 +239,8 @@ def board_page() -> str:
         + ".",
         "",
         "A board that looks the same turned by half (a chessboard of two even or two odd counts, symmetric circles, "
-        "asymmetric circles of an even number of rows) calibrates one camera; several are refused. Circle grids have to "
-        "be seen whole, of ChArUco, ringed dots and tags a part serves.",
+        "asymmetric circles of an even number of rows) calibrates one camera; several are refused. Circle grids have "
+        "to be seen whole, of ChArUco, ringed dots and tags a part serves.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -249,7 +249,7 @@ BOARD_KEYS = (
     Key("name", "What messages call the board", "text", "the file's name", '"charuco_5x7_8mm"'),
     Key(
         "kind",
-        "ChArUco board, chessboard, grid of dots with three rings, OpenCV's circle grids, Kalibr's AprilGrid, or plain tags",
+        "ChArUco board, chessboard, grid of dots with three rings, OpenCV's circle grids, Kalibr's AprilGrid, plain tags",
         '`"charuco"`, `"chessboard"`, `"dots"`, `"circles"`, `"asymmetric circles"`, `"aprilgrid"`, `"tags"`',
         '`"charuco"`',
         '"charuco"',

@@ -47,6 +47,12 @@ def load_series(recordings: Sequence[Recording], out: Path) -> tuple[Series, dic
             "recordings of one kind",
             "diagnose them apart",
         )
+    if "boards" in entries:
+        raise InputError(
+            f"{recordings[entries.index('boards')].folder} brings board images alone",
+            "recordings of a disk that moves",
+            "leave it out of the series; its calibration.json serves them as [calibration] file",
+        )
     entry = max(entries, key=ORDER.index)
     tables: list[pd.DataFrame] = []
     seen_by: list[list[Camera] | None] = []

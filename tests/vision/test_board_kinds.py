@@ -16,13 +16,13 @@ from vision.rendering.images import Look
 from vision.rendering.images import View as Window
 from vision.rendering.recording import look_at
 
-SIZE = (1000, 800)
+SIZE = (700, 560)
 KINDS = sorted(path.stem for path in FOLDER.glob("*.toml") if path.stem not in ("charuco_7x10_15mm", "charuco_5x7_8mm"))
 
 
 def camera_at(place_m, roll_rad=0.0, name="A"):
     lens = np.array([-0.1, 0.02, 0.0, 0.0, 0.0])
-    return look_at(name, np.asarray(place_m, float), np.zeros(3), 1100.0, SIZE, lens, (499.5, 399.5), roll_rad)
+    return look_at(name, np.asarray(place_m, float), np.zeros(3), 770.0, SIZE, lens, (349.5, 279.5), roll_rad)
 
 
 def pose_of(camera, board):
@@ -155,4 +155,4 @@ def test_circles_for_several_cameras_are_refused():
     with pytest.raises(InputError, match="same turned by half"):
         calibrate(board, views, dict.fromkeys("AB", SIZE), world)
     alone = calibrate(board, {"A": views["A"]}, {"A": SIZE}, {"A": world["A"]})
-    assert alone.cameras[0].matrix[0, 0] == pytest.approx(1100, rel=0.01)
+    assert alone.cameras[0].matrix[0, 0] == pytest.approx(770, rel=0.01)

@@ -126,12 +126,14 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
 def _dots(board: Board, x: Array, y: Array, half: float, paper: Paper) -> Array:
     """Grey of a grid of circles at places (x, y) of the board; each edge as a ramp as wide as the sub-sample's box."""
     radius, pitch = DOT_SHARE * board.square_size_m, board.square_size_m
-    nearest = np.full(x.shape, np.inf)
-    for place in board.points_m()[:, :2]:
-        nearest = np.minimum(nearest, np.hypot(x - place[0], y - place[1]))
+    columns, rows = board.squares
+    row = np.clip(np.rint(y / pitch), 0, rows - 1)
+    step, shift = (2, row % 2) if board.kind == "asymmetric circles" else (1, 0)
+    column = np.clip(np.rint((x / pitch - shift) / step), 0, columns - 1)
+    nearest = np.hypot(x - pitch * (step * column + shift), y - pitch * row)
     dark = np.clip(0.5 + (radius - nearest) / (2 * half), 0.0, 1.0)
-    for column, row in board.rings:
-        away = np.hypot(x - pitch * column, y - pitch * row)
+    for at in board.rings:
+        away = np.hypot(x - pitch * at[0], y - pitch * at[1])
         dark = dark * np.clip(0.5 + (away - RING_SHARE * radius) / (2 * half), 0.0, 1.0)
     low, high = board.points_m()[:, :2].min(0) - pitch, board.points_m()[:, :2].max(0) + pitch
     on_paper = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
