@@ -150,14 +150,11 @@ def compared(points: pd.DataFrame, found: pd.DataFrame, true: pd.DataFrame, reco
     off = np.array(list(error.values()))
     mean = off.mean(1)
     about = off - mean[:, None]
-    angle = np.concatenate(
-        [
-            (lambda e: (e - e.mean()) / found[f"{body}_angle_sd_rad"])(
-                (found[f"{body}_angle_rad"] - true[f"{body}_angle_rad"] + np.pi) % (2 * np.pi) - np.pi
-            )
-            for body in ("host", "nes")
-        ]
-    )
+    turns = []
+    for body in ("host", "nes"):
+        off_rad = (found[f"{body}_angle_rad"] - true[f"{body}_angle_rad"] + np.pi) % (2 * np.pi) - np.pi
+        turns.append((off_rad - off_rad.mean()) / found[f"{body}_angle_sd_rad"])
+    angle = np.concatenate(turns)
     between = np.array([error["nes", axis] - error["host", axis] for axis in "xy"])
     between = between - between.mean(1, keepdims=True)
     same = [

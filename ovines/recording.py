@@ -132,8 +132,8 @@ class Recording:
         return [Path(name) for name in sorted(filter(os.path.isfile, found), key=_natural)]
 
     def entry(self) -> str:
-        """Where the recording enters the chain: "motion", "points", "tracks", "frames", "impacts" alone, or "boards": nothing but
-        board images, to calibrate from.
+        """Where the recording enters the chain: "motion", "points", "tracks", "frames", "impacts" alone, or "boards":
+        nothing but board images, to calibrate from.
         """
         for name in ENTRY_TABLES:
             if (self.folder / f"{name}.parquet").is_file():

@@ -147,8 +147,8 @@ def learnt_heights(points: pd.DataFrame, camera: Camera, heights: Mapping[str, H
         wide = _wide(points, body, heights, ("x_m", "y_m", "x_sd_m", "y_sd_m"))
         if wide is None or body == "ground":
             continue
-        ever = np.isfinite(wide[..., 0]).any(0)
-        names = [name for name, seen in zip(names, ever, strict=True) if seen]
+        ever = np.asarray(np.isfinite(wide[..., 0]).any(0), bool)
+        names = [name for name, seen in zip(names, ever.tolist(), strict=True) if seen]
         wide = wide[np.isfinite(wide[:, ever, 0]).all(1)][:, ever]
         if len(wide) < FEWEST_FRAMES:
             continue
@@ -180,21 +180,21 @@ def _height_errors(wide: Array, layout: Array, camera: Camera, prior_m: float) -
         design[:, 1, i, i], design[:, 1, i, count + i], design[:, 1, i, 2 * count + i] = s, c, -lever[:, i, 1]
         nuisance[:, 0, i, 0] = nuisance[:, 1, i, 1] = 1.0
         nuisance[:, 0, i, 2], nuisance[:, 1, i, 2] = -arm[:, i].imag, arm[:, i].real
-    design, nuisance = design.reshape(frames, 2 * count, -1), nuisance.reshape(frames, 2 * count, 3)
-    nuisance = nuisance / np.linalg.norm(nuisance, axis=1, keepdims=True)  # a turn's column is in metres
-    free = nuisance @ np.linalg.solve(nuisance.transpose(0, 2, 1) @ nuisance, nuisance.transpose(0, 2, 1))
-    free = np.eye(2 * count) - free
+    pose = nuisance.reshape(frames, 2 * count, 3)
+    pose = pose / np.linalg.norm(pose, axis=1, keepdims=True)  # a turn's column is in metres
+    free = np.eye(2 * count) - pose @ np.linalg.solve(pose.transpose(0, 2, 1) @ pose, pose.transpose(0, 2, 1))
+    rows = free @ design.reshape(frames, 2 * count, -1)
     right = np.stack([residual.real, residual.imag], 1).reshape(frames, 2 * count)
-    design, right = free @ design, np.einsum("fij,fj->fi", free, right)
+    right = np.einsum("fij,fj->fi", free, right)
     sd = np.sqrt(np.mean(wide[..., 2:] ** 2, axis=(1, 2)))
     found, covariance = np.zeros(3 * count), np.eye(3 * count)
     weight = np.ones(frames)
     for _ in range(3):  # frames that fit badly (a wrong marker) lose their weight
         scaled = (weight / sd**2)[:, None, None]
-        normal = np.sum(design.transpose(0, 2, 1) @ (scaled * design), 0) + np.eye(3 * count) / prior_m**2
+        normal = np.sum(rows.transpose(0, 2, 1) @ (scaled * rows), 0) + np.eye(3 * count) / prior_m**2
         covariance = np.linalg.inv(normal)
-        found = covariance @ np.einsum("fij,fi->j", scaled * design, right)
-        misfit = np.sqrt(np.mean((right - design @ found) ** 2, 1)) / sd
+        found = covariance @ np.einsum("fij,fi->j", scaled * rows, right)
+        misfit = np.sqrt(np.mean((right - rows @ found) ** 2, 1)) / sd
         weight = (misfit < WRONG_FRAME * np.median(misfit)).astype(float)
     return found[2 * count :], np.sqrt(np.diag(covariance))[2 * count :]
 
@@ -221,7 +221,7 @@ def vertical_motion(points: pd.DataFrame, camera: Camera, heights: Mapping[str, 
         excess = float(np.mean(np.clip(off, -reach, reach) ** 2)) - noise
         z_m = above_m * float(np.sqrt(excess)) if excess > unsure else 0.0
         away = np.hypot(*(place - camera.centre_m[:2]).T) / above_m
-        return VerticalMotion(body, z_m, above_m * float(np.sqrt(unsure)), z_m * float(np.median(away)))
+        return VerticalMotion(body, float(z_m), float(above_m * np.sqrt(unsure)), float(z_m * np.median(away)))
     return None
 
 

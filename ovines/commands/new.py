@@ -126,10 +126,15 @@ def _foreign(args: argparse.Namespace, given: dict[str, Any]) -> dict[str, Any]:
                     "correct it, and quote it",
                 )
             found.setdefault("sensor_px", _size_of(Path(files[0])))
-        found[option] = os.path.relpath(os.path.abspath(pattern), os.path.abspath(args.folder))
+        found[option] = _from(args.folder, pattern)
     if args.board is not None and Path(args.board).is_file():
-        found["board"] = os.path.relpath(os.path.abspath(args.board), os.path.abspath(args.folder))
+        found["board"] = _from(args.folder, args.board)
     return found | ({"sensor_px": given["sensor_px"]} if "sensor_px" in given else {})
+
+
+def _from(folder: Path, path: str) -> str:
+    """A path (or pattern) seen from here, as it is seen from ``folder``."""
+    return os.path.relpath(Path.cwd() / path, Path.cwd() / folder)
 
 
 def _size_of(path: Path) -> tuple[int, int]:
@@ -139,11 +144,10 @@ def _size_of(path: Path) -> tuple[int, int]:
     from vision.video import VIDEO_SUFFIXES, open_video
 
     if path.suffix.lower() in VIDEO_SUFFIXES:
-        good, image = open_video(path).read()
+        image = open_video(path).read()[1]
     else:
-        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED | cv2.IMREAD_IGNORE_ORIENTATION)
-        good = image is not None
-    if not good:
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED | cv2.IMREAD_IGNORE_ORIENTATION)  # type: ignore[assignment]
+    if image is None:
         raise InputError(f"{path} cannot be read", "a picture, or a video that OpenCV reads", "check the file")
     return int(image.shape[1]), int(image.shape[0])
 

@@ -249,7 +249,7 @@ BOARD_KEYS = (
     Key("name", "What messages call the board", "text", "the file's name", '"charuco_5x7_8mm"'),
     Key(
         "kind",
-        "ChArUco board, chessboard, grid of dots with three rings, OpenCV's circle grids, Kalibr's AprilGrid, plain tags",
+        "ChArUco board, chessboard, dots with three rings, OpenCV's circle grids, Kalibr's AprilGrid, or plain tags",
         '`"charuco"`, `"chessboard"`, `"dots"`, `"circles"`, `"asymmetric circles"`, `"aprilgrid"`, `"tags"`',
         '`"charuco"`',
         '"charuco"',
@@ -257,8 +257,8 @@ BOARD_KEYS = (
     Key("squares", "Columns and rows of squares, dots or tags", "2 × whole number at least 2", "", "[5, 7]"),
     Key(
         "square_size_m",
-        "Edge of a square, or pitch of dots and tags (edge and gap); of asymmetric circles half the distance of two in a "
-        "row; measure it on the print",
+        "Edge of a square, or pitch of dots and tags (edge and gap); of asymmetric circles half the distance of two in "
+        "a row; measure it on the print",
         "number above 0",
         "",
         "0.008",

@@ -179,8 +179,8 @@ TABLES: dict[str, Table] = {
                 *(
                     optional(
                         f"{axis}_calibration_sd_m",
-                        f"standard deviation of {axis}_m from the calibration alone (and, with one camera, the marker's "
-                        f"height), not in {axis}_sd_m",
+                        f"standard deviation of {axis}_m from the calibration alone (and, with one camera, the "
+                        f"marker's height), not in {axis}_sd_m",
                     )
                     for axis in "xyz"
                 ),

@@ -151,8 +151,10 @@ def rolled(
 
 @pytest.mark.parametrize(("readout_s", "given"), [(4e-3, None), (-3e-3, None), (4e-3, 4e-3), (0.0, None)])
 def test_a_rolling_shutter_is_told_and_taken_out(tmp_path, readout_s, given):
-    """4 of 5 ms: pixels come out within 0.15 px rms of the film without it (5 ms of 11 Hz are interpolated by parabolas;
-    0.02 px are noise), by the stated time and by the fitted one, which is right to 5 %; without one nothing is told."""
+    """4 of 5 ms: pixels come out within 0.15 px rms of the film without it (5 ms of 11 Hz are interpolated by
+    parabolas; 0.02 px are noise), by the stated time and by the fitted one, which is right to 5 %; without one nothing
+    is told.
+    """
     text = (Path(__file__).parents[2] / "sample_data" / "rendered" / "recording.toml").read_text()
     (tmp_path / "recording.toml").write_text(text.replace("frame_rate_hz = 800.0", "frame_rate_hz = 200.0"))
     setup = half_setup(np.random.default_rng(0))

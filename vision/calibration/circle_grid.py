@@ -37,7 +37,7 @@ def _numbered(places: NDArray[np.float32], board: Board) -> list[int] | None:
     shape = cv2.CALIB_CB_ASYMMETRIC_GRID if board.kind == "asymmetric circles" else cv2.CALIB_CB_SYMMETRIC_GRID
     for way in (0, cv2.CALIB_CB_CLUSTERING):
         try:
-            found, centres = cv2.findCirclesGrid(
+            found, centres = cv2.findCirclesGrid(  # type: ignore[call-overload]  # points in place of a picture
                 places.reshape(-1, 1, 2),
                 board.squares,
                 flags=shape | way,

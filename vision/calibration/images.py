@@ -17,8 +17,8 @@ from ovines.recording import CameraSettings, Recording
 from vision.calibration.board_diagnosis import alternatives, refuse_mirrored
 from vision.calibration.boards import Board, find_board
 from vision.calibration.detection import MINIMUM_POINTS, View, detect
-from vision.video import open_video
 from vision.markers.row import U, V
+from vision.video import open_video
 
 TRIED = 4  # images of each camera in which another print of the board is looked for
 VIDEO_VIEWS, VIDEO_TRIED = 40, 6  # frames of a film that are views, and in which another print is looked for

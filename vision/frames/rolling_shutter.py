@@ -67,8 +67,8 @@ def without_rolling_shutter(
         if settings.readout_s is None:
             notes.append(
                 f"{settings.name} reads its rows one after another, {1e3 * found.seconds:.3g} ms "
-                f"(sd {1e3 * found.sd_s:.2g} ms) from the first to the last: taken out; say readout_s in its [[cameras]] "
-                f"if you know it better, 0 for a camera that does not"
+                f"(sd {1e3 * found.sd_s:.2g} ms) from the first to the last: taken out; say readout_s in its "
+                f"[[cameras]] if you know it better, 0 for a camera that does not"
             )
     return tracks, notes
 
@@ -80,7 +80,7 @@ def fitted_readout(
     recording: Recording,
     layouts_m: Mapping[str, Array],
 ) -> Readout | None:
-    """The read-out time of one camera's tracks (with ``time_s``) by its rigid bodies; None where none is surely seen."""
+    """The read-out time of one camera's tracks (with ``time_s``) by its rigid bodies; None where none is sure."""
     equations = [
         part
         for body, layout in layouts_m.items()

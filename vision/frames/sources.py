@@ -1,8 +1,7 @@
 """Frames of a recording, streamed: image files or a video per camera, decoded ahead in threads.
 
-Grey levels: 8 and 16 bit are kept as they are (a video of 10 bit is decoded to 8); colour becomes luma (0.299 R + 0.587 G +
-0.114 B).  A picture
-that cannot be read is a named gap; one of the wrong size is refused.
+Grey levels: 8 and 16 bit are kept as they are (a video of 10 bit is decoded to 8); colour becomes luma
+(0.299 R + 0.587 G + 0.114 B).  A picture that cannot be read is a named gap; one of the wrong size is refused.
 """
 
 from __future__ import annotations
