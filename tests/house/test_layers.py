@@ -20,10 +20,11 @@ ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vis
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video \
     analysis.blind.recording
-ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.one_view \
+vision.one_view
+ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
-    vision.triangulate vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
+    vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep vision.calibrate vision.tracking vision.walls analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.trial
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
@@ -45,6 +46,7 @@ MOST_FILES = {
     "analysis.report": 17,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
+    "ovines.importers": 14,
 }  # a command is a file; of the others about a dozen
 FOUNDATIONS = (
     "ovines.errors",

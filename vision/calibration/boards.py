@@ -232,7 +232,7 @@ def _positive(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < MOST_M
 
 
-def printed_rectangles(board: Board) -> tuple[Any, Any, NDArray[np.bool_]]:
+def printed_rectangles(board: Board) -> tuple[Any, Any, Any]:
     """A board of squares as a grid of unequal lines: x (I,), y (J,) in metres and which cells are black (J-1, I-1)."""
     if board.kind == "charuco":
         return charuco_rectangles(board)
