@@ -179,3 +179,32 @@ def test_a_rolling_shutter_is_told_and_taken_out(tmp_path, readout_s, given):
         assert said == pytest.approx(1e3 * readout_s, rel=0.05)
     else:
         assert not notes
+
+
+@pytest.mark.parametrize("run", ["run-01", "run-04"])
+def test_no_rolling_shutter_is_told_of_cameras_without_one(run):
+    """Tracks of another renderer, with a tilted table, impacts and a lens: not a pixel is moved."""
+    from ovines.camera import read_calibration
+    from ovines.tables import read_table
+
+    folder = Path(__file__).parents[2] / "sample_data" / "series_tilted" / run
+    record, tracks = read_recording(folder), read_table(folder / "tracks.parquet", "tracks")
+    cameras = {camera.name: camera for camera in read_calibration(folder.parent / "calibration.json")}
+    layouts = {name: np.array(body.layout_m) for name, body in record.bodies.items() if body.layout_m}
+    out, notes = without_rolling_shutter(tracks, record, cameras, layouts)
+    assert not notes and (out[["u_px", "v_px"]] == tracks[["u_px", "v_px"]]).all(axis=None)
+
+
+def test_a_video_is_read_in_order_whichever_thread_comes_first(tmp_path):
+    """The second piece asked for first: it waits for its turn."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from vision.frames.sources import _Reader
+
+    written(tmp_path / "film.mp4")
+    reader = _Reader(open_sources(recording(tmp_path))[0][0], [])
+    with ThreadPoolExecutor(2) as pool:
+        later = pool.submit(reader.read, list(range(8, 16)), 1)
+        first = pool.submit(reader.read, list(range(8)), 0)
+        greys = [np.median(image[:, 10:70]) for image in first.result(30) + later.result(30)]
+    assert (np.diff(greys) > 0).all()
