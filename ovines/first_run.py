@@ -2,7 +2,8 @@
 
 The kernels that a run calls are listed here in its order, each with arguments of the types it is called with.  A second
 process compiles the list from its end while the run compiles what it comes to, so that they meet in the middle; a lock
-for each kernel keeps them apart.  Imports stand inside the functions: a run loads only what its stages need.
+for each kernel keeps them apart (:mod:`ovines.core.kernel`).  Imports stand inside the functions: a run loads only
+what its stages need.
 """
 
 from __future__ import annotations
@@ -45,54 +46,23 @@ def _tracking_calls() -> list[Called]:
     from ovines.camera import Camera
     from vision.frames.dropped import _rare_changes
     from vision.identity.layouts import Layout
-    from vision.tracking.camera_tracker import INDEPENDENT_FRAMES, CameraTracker
-    from vision.tracking.measure import (
-        Progress,
-        accept_locked,
-        agreement_m,
-        disagree,
-        frames_in_agreement,
-        measure,
-        predict_and_measure,
-        track_independently,
-    )
-    from vision.tracking.state import (
-        accept,
-        fastest_step_m,
-        frames_lost,
-        gate_m,
-        identified,
-        predict,
-        record,
-        search_radius_m,
-        within_gate,
-    )
+    from vision.tracking.camera_tracker import CameraTracker
+    from vision.tracking.measure import INDEPENDENT_FRAMES, Progress, follow
+    from vision.tracking.state import status, update
     from vision.walls.edges import slopes
 
-    image, line, places, known = np.zeros((2, 2), np.uint8), np.zeros(2), np.zeros((2, 2)), np.zeros(2, np.int64)
+    image, places, known = np.zeros((2, 2), np.uint8), np.zeros((2, 2)), np.zeros(2, np.int64)
     camera = Camera("", (2, 2), np.eye(3), np.zeros(5), np.eye(3), np.ones(3))
     layout = Layout(("",), ("",), np.zeros((1, 3)), np.array([0, 1]), np.zeros(1), np.ones(1, bool), 1.0)
-    state, poses = CameraTracker(camera, (0, 0), layout).state, np.zeros((2, 1, 3))
-    progress = Progress(places, np.zeros((2, 2), np.int64), poses, places, known)
+    state = CameraTracker(camera, (0, 0), layout).state
+    progress = Progress(places, np.zeros((2, 2), np.int64), np.zeros((2, 1, 3)), places, known)
     return [
+        # Holds the fits of `_marker_calls`, which the run itself has just lowered: the second process would begin anew.
+        (follow, (1, (image,) * INDEPENDENT_FRAMES, known, state, known, progress)),
         *_marker_calls(),
-        (gate_m, (state, 1)),
-        (predict, (state, 1)),
-        (predict_and_measure, (image, state, known, 1)),
-        (accept_locked, (state, state, known, 1, known)),
-        (within_gate, (state, 1, 1)),
-        (frames_lost, (state, 1, 1)),
-        (fastest_step_m, (state,)),
-        (measure, (image, state, 1, 1)),
-        (accept, (state, 1, 1)),
-        (record, (state, 1, places, 1)),
-        (track_independently, ((image,) * INDEPENDENT_FRAMES, known, state, known, progress)),
-        (frames_in_agreement, (poses, poses, known, state)),
+        (status, (state, 1, 1)),
+        (update, (1, state, known, 1, places, 1)),
         (slopes, (image, places, places, 1.0)),
-        (agreement_m, (state, 1)),
-        (disagree, (line, line, 1.0)),
-        (identified, (state, 1)),
-        (search_radius_m, (state,)),
         (_rare_changes, (places, 1)),
     ]
 
@@ -115,7 +85,7 @@ def _identification_calls() -> list[Called]:
     bounce_rig = _filled(BounceRig, flight=rig, parameters=line, surfaces=places)
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [
-        (surfaces_seen, (places, known, places, line, 1.0, places)),
+        (surfaces_seen, (places, known, places, fixed, 1.0, places)),
         (find_kinks, (fixed, line, line, line, 1, 1, 1.0, 1)),
         (start_state, (fixed, column, column, line, 1, 1, 1.0, line)),
         (fit_single, (line, 1.0, WhiteFrames(line, places, places, places), line, line, rig, places)),
@@ -223,6 +193,7 @@ def _name(kernel: Kernel) -> str:
 
 
 def _lock(kernel: Kernel) -> FileLock | None:
+    """The lock that every process takes to compile the kernel (`ovines.core.kernel`), here without waiting."""
     if kernel.index is None:
         return None
     Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)

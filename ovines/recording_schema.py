@@ -262,6 +262,11 @@ class Nominal(Section):
     Example: `{table_tilt = {tilt_rad = 0.0188, direction_rad = -0.59}}`.
     """
 
+    laws: tuple[str, ...] = ()
+    """Files of written laws that the simulator contains, from this file on ([law.toml](law-toml.md)); held by
+    `diagnose`. Example: `["law-1.toml"]`.
+    """
+
     @model_validator(mode="after")
     def _sizes_of_effects(self) -> Nominal:
         for name in self.effect_parameters:

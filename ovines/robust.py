@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import median_abs_deviation
 
 MEDIAN_TO_SD = 1.482602218505602  # sd of a normal distribution over its median absolute deviation
 
@@ -28,6 +27,8 @@ def residual_sd(residual: ArrayLike) -> float:
 
 
 def _deviation(values: ArrayLike, center: Any) -> float:
+    from scipy.stats import median_abs_deviation  # slow to load: a second, which most commands do without
+
     known = np.asarray(values, float)
     known = known[~np.isnan(known)]
     return float(median_abs_deviation(known, center=center, scale="normal")) if known.size else float("nan")

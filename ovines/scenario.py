@@ -13,6 +13,7 @@ from ovines import core
 from ovines.core.packing import pack
 from ovines.errors import InputError
 from ovines.io.toml_input import Section, read_toml
+from ovines.law_file import read_law
 from ovines.tables import read_table
 
 Positive = Annotated[float, Field(gt=0)]
@@ -180,6 +181,8 @@ class ScenarioFile(Section):
     """Tables ``[effects.NAME]`` of sizes ([names and sizes](effects.md)).
     Example: `{table_tilt = {tilt_rad = 0.0188, direction_rad = -0.59}}`.
     """
+    laws: tuple[str, ...] = ()
+    """Files of written laws, from this file on ([law.toml](law-toml.md)). Example: `["law-1.toml"]`."""
 
 
 def read_scenario(path: str | Path) -> core.Scenario:
@@ -227,6 +230,7 @@ def as_scenario(content: ScenarioFile, folder: Path) -> core.Scenario:
         run_number=content.run.number,
         tolerance=content.run.tolerance,
         effects=content.effects,
+        laws=tuple(read_law(folder / name) for name in content.laws),
     )  # fmt: skip
 
 

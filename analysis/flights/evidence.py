@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, lens_basis, seen_frames, whiten
+from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, seen_frames, whiten
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
-from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.flights.parameters import PARAMETERS
 
 Array = NDArray[np.float64]
 
@@ -31,8 +31,6 @@ OUTLYING_FLIGHT = 8.0
 LEAST_USUAL_MISFIT = 0.3
 # Ridge of a flight's own state, over its information and absolute, and of the shared unknowns' covariance: rounding's.
 STATE_RIDGE, LEAST_INFORMATION, SHARED_RIDGE = 1e-10, 1e-12, 1e-11
-# An impact that never was: long ago (s).
-LONG_AGO_S = -1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,10 +187,8 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
     """Flight ``k`` linearised in its own state and the shared ``columns``, those of the flight model first."""
     run = fits.run
     free = [c for c in columns if c < len(PARAMETERS)]
-    parameters = fits.parameters.copy()
-    parameters[INDEX["impact_before_s"]] = impact_before(fits, k)
     index = seen_frames(run, fits.flights[k])
-    states, derivative = fits.flown(k, run.time_s[index], parameters, free)
+    states, derivative = fits.flown(k, run.time_s[index], free=free)
     known = STATES + len(free)
     rows = np.zeros((len(index), 3, STATES + len(columns)))
     rows[:, :, :known] = derivative[:, :3]
@@ -200,7 +196,7 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
     rows[:, 0, ANGLE] -= s * ox + c * oy
     rows[:, 1, ANGLE] += c * ox - s * oy
     # Derivatives of x and y with respect to the markers' origin and the lens residual, in the order of ``SHARED``.
-    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    lens = run.lens_terms[index]
     none = np.zeros_like(lens)
     offsets = np.stack([np.column_stack([c, -s, lens, none]), np.column_stack([s, c, none, lens])], 1)
     assert offsets.shape[2] == 2 + 2 * len(LENS_POWERS)
@@ -212,12 +208,6 @@ def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
         fits.measured(index) - fits.markers_at(states),
         np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]]),
     )
-
-
-def impact_before(fits: FlightFits, k: int) -> float:
-    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise."""
-    started = k > 0 and fits.flights[k - 1].joined
-    return float(fits.run.time_s[fits.flights[k].first]) if started else LONG_AGO_S
 
 
 def _lags(index: NDArray[np.int64], standard: Array, sums: Array) -> None:

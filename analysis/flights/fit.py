@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
+from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import PARAMETERS
+from analysis.flights.parameters import IMPACT_BEFORE_S, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 
@@ -57,6 +58,8 @@ LESS_DAMPING, MORE_DAMPING = 0.2, 10.0
 CONVERGED, CONVERGED_SHARE = 1e-3, 1e-7
 # Ridges, relative and absolute, that keep an angle which nobody measured from a singular matrix: rounding's size.
 RELATIVE_RIDGE, RIDGE = 1e-9, 1e-12
+# An impact that never was: long ago (s).
+LONG_AGO_S = -1e6
 # Unit of time of the parabola that a fit starts from (1/s): a flight of a tenth of a second gives it numbers about 1.
 PER_S, START_RIDGE = 100.0, 1e-9
 
@@ -64,7 +67,7 @@ PER_S, START_RIDGE = 100.0, 1e-9
 @dataclass(frozen=True, eq=False)
 class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
-    round).
+    round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0.
     """
 
     name: str
@@ -78,6 +81,8 @@ class RunData:
     radius_m: float
     inertia_factor: float
     stated: Wall | None = None
+    law: Array = field(default_factory=NO_LAW.copy)
+    number: int = 0
 
     @property
     def wall(self) -> Wall:
@@ -89,12 +94,17 @@ class RunData:
         """From frame to frame (median)."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
 
+    @cached_property
+    def lens_terms(self) -> Array:
+        """:func:`lens_basis` at the places of all frames (N, len(LENS_POWERS))."""
+        return lens_basis(self.xy_m, self.contact_radius_m)
+
     @property
     def start_s(self) -> float:
         """Time of the first frame; 0 without any."""
         return float(self.time_s[0]) if len(self.time_s) else 0.0
 
-    @property
+    @cached_property
     def flight_rig(self) -> FlightRig:
         """What a flight knows of this run beside its parameters."""
         return FlightRig(
@@ -104,6 +114,9 @@ class RunData:
             float(self.inertia_factor),
             float(self.contact_radius_m),
             float(self.host.phase_rad),
+            self.law,
+            self.start_s,
+            float(self.number),
         )
 
 
@@ -351,15 +364,31 @@ def fit_flights(
             states[k] = start.states[k]
         white = noise.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
         frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
-        misfit[k] = fit_single(states[k], reference[k], frames, parameters, shared[:2], rig, covariances[k])
+        own = with_impact_before(parameters, run, flights, k)
+        misfit[k] = fit_single(states[k], reference[k], frames, own, shared[:2], rig, covariances[k])
         freedom[k] = 3 * len(index) - STATES
     return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared, noise)
+
+
+def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
+    """``parameters`` of flight ``k``, which know when the impact before it was."""
+    own = parameters.copy()
+    own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
+    return own
+
+
+def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
+    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise.  Pieces of a long
+    flight began with the first of them."""
+    while k > 0 and flights[k - 1].goes_on:
+        k -= 1
+    return float(run.time_s[flights[k].first]) if k > 0 and flights[k - 1].joined else LONG_AGO_S
 
 
 def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
     """x, y less the lens residual of ``shared``, and angle (N, 3) of frames ``index`` (N,)."""
     n = len(LENS_POWERS)
-    lens = lens_basis(run.xy_m[index], run.contact_radius_m)
+    lens = run.lens_terms[index]
     return np.column_stack(
         [
             run.xy_m[index, 0] - lens @ shared[2 : 2 + n],
@@ -456,7 +485,7 @@ class FlightFits:
             self.states[k],
             self.reference_s[k],
             times,
-            self.parameters if parameters is None else parameters,
+            with_impact_before(self.parameters if parameters is None else parameters, self.run, self.flights, k),
             np.array(free, np.int64),
             self.run.flight_rig,
             out,

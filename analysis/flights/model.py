@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from analysis.compiled import compiled
 from analysis.flights import parameters as P
 from analysis.motion.host_table import HostTable, host_at
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import push
 from ovines.core.system.friction import farkas
 
 Array = NDArray[np.float64]
@@ -40,11 +42,15 @@ STATES = 6
 ANGLE = 2
 
 
+NO_LAW = np.zeros((0, W.ROW_SIZE))
+
+
 class FlightRig(NamedTuple):
     """What a flight knows of its run beside the parameters.
 
     ``host``: the Host's path (:meth:`analysis.motion.host_path.HostMotion.table`); ``inertia_factor`` q of
-    I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line.
+    I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line; ``law``: terms of a written
+    law, which counts time from ``start_s`` on and runs from 0 (``number``).
     """
 
     host: HostTable
@@ -53,6 +59,9 @@ class FlightRig(NamedTuple):
     inertia_factor: float
     contact_radius_m: float
     phase_rad: float
+    law: Array = NO_LAW
+    start_s: float = 0.0
+    number: float = 0.0
 
 
 class Acceleration(NamedTuple):
@@ -72,6 +81,23 @@ class Workspace(NamedTuple):
 
 
 @compiled
+def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None:
+    """Fill ``known`` (:mod:`ovines.core.laws.words`) with what a written law may ask of a flight, without friction."""
+    host = host_at(t, rig.host)
+    rx, ry = y[0] - host.x, y[1] - host.y
+    known[W.VX], known[W.VY] = y[3], y[4]
+    known[W.UX], known[W.UY] = y[3] - host.vx + host.spin * ry, y[4] - host.vy - host.spin * rx
+    known[W.X], known[W.Y], known[W.HX], known[W.HY] = y[0], y[1], rx, ry
+    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = rig.contact_radius_m, y[2], y[5]
+    known[W.TIME], known[W.RUN] = t - rig.start_s, rig.number
+    known[W.PHASE] = rig.omega_rad_per_s * t + rig.phase_rad
+    known[W.CLOCK] = rig.omega_rad_per_s * (t - rig.start_s)
+    since = t - p[P.IMPACT_BEFORE_S]
+    known[W.SINCE] = since if since >= 0.0 else W.LONG_AGO_S
+    known[W.APPROACH], known[W.SLIP], known[W.FX], known[W.FY], known[W.FT] = 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@compiled
 def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
     host = host_at(t, rig.host)
@@ -83,6 +109,7 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     rim = rig.radius_m * abs(spin)
     total = np.sqrt(slide * slide + rim * rim)
     ax, ay, torque = p[P.TILT_X], p[P.TILT_Y], p[P.SPIN_DRIVE]
+    friction_x, friction_y, friction_spin = 0.0, 0.0, 0.0
     drive = rig.omega_rad_per_s * t + rig.phase_rad
     cosine, sine = np.cos(drive), np.sin(drive)
     if p[P.FRICTION] != 0.0 and total > 0.0:
@@ -109,10 +136,11 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
             tau = p[P.COUPLING] * ft
         strength = mu * load * smooth
         if slide > 1e-12:
-            ax -= strength * f * ((1 + p[P.FRICTION_AXIS]) * ux + p[P.FRICTION_SKEW] * uy) / slide
-            ay -= strength * f * ((1 - p[P.FRICTION_AXIS]) * uy + p[P.FRICTION_SKEW] * ux) / slide
+            friction_x = -strength * f * ((1 + p[P.FRICTION_AXIS]) * ux + p[P.FRICTION_SKEW] * uy) / slide
+            friction_y = -strength * f * ((1 - p[P.FRICTION_AXIS]) * uy + p[P.FRICTION_SKEW] * ux) / slide
         if rim > 1e-12:
-            torque -= strength * tau / (rig.inertia_factor * rig.radius_m) * np.sign(spin)
+            friction_spin = -strength * tau / (rig.inertia_factor * rig.radius_m) * np.sign(spin)
+        ax, ay, torque = ax + friction_x, ay + friction_y, torque + friction_spin
     vx, vy = y[3], y[4]
     speed = np.sqrt(vx * vx + vy * vy)
     drag = p[P.VISCOUS] + p[P.AIR] * speed
@@ -136,6 +164,13 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     ax += -turn * vy - p[P.HOST_DRAG] * (vx - host.vx) + p[P.FORCE_COS_X] * cosine + p[P.FORCE_SIN_X] * sine
     ay += turn * vx - p[P.HOST_DRAG] * (vy - host.vy) + p[P.FORCE_COS_Y] * cosine + p[P.FORCE_SIN_Y] * sine
     torque -= p[P.SPIN_DECAY] * y[5]
+    if rig.law.shape[0] > 0:
+        known, given = np.empty(W.KNOWN_SIZE), np.zeros(3)
+        known_of(t, y, p, rig, known)
+        known[W.FX], known[W.FY], known[W.FT] = friction_x, friction_y, friction_spin
+        for j in range(rig.law.shape[0]):
+            push(rig.law[j], p[P.LAW + j], known, given)
+        ax, ay, torque = ax + given[0], ay + given[1], torque + given[2]
     return Acceleration(ax, ay, torque, total)
 
 

@@ -40,6 +40,10 @@ CLIP_SD = 5.0
 # later, where no fitted frame gets by chance.
 GROSS_SD = 6.0
 
+# Flights whose whitening is kept (a series of twelve runs has six hundred), and frames of one up to which it is: of the
+# usual 25 frames 10 kB each.
+FLIGHTS_KEPT, MOST_KEPT = 2048, 64
+
 
 @dataclass(frozen=True)
 class FlightNoise:
@@ -78,6 +82,11 @@ class FlightNoise:
         """
         if self.correlation == 0 and not self.forced:
             return np.diag(1 / (self.scale * sd)), np.diag(1 / (self.angle_scale * angle_sd))
+        if len(index) > MOST_KEPT:
+            return self._whitening(index, time_s, sd, angle_sd)
+        return _kept_whitening(self, *(np.asarray(one).tobytes() for one in (index, time_s, sd, angle_sd)))
+
+    def _whitening(self, index: NDArray[np.int64], time_s: Array, sd: Array, angle_sd: Array) -> tuple[Array, Array]:
         place, angle = self.covariance(index, sd, angle_sd)
         if self.forced:
             moved = displacement(time_s, self.memory_s)
@@ -86,6 +95,12 @@ class FlightNoise:
 
 
 PLAIN = FlightNoise()
+
+
+@lru_cache(maxsize=FLIGHTS_KEPT)
+def _kept_whitening(noise: FlightNoise, index: bytes, *times_and_sds: bytes) -> tuple[Array, Array]:
+    """A fit, its force's path and what it says of the shared unknowns ask for the same; nobody writes into it."""
+    return noise._whitening(np.frombuffer(index, np.int64), *(np.frombuffer(one) for one in times_and_sds))
 
 
 def _inverse_root(covariance: Array) -> Array:

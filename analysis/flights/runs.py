@@ -178,6 +178,6 @@ def prepare(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], fr
     pairs = [run_data(motion, recording, frame) for motion, recording in zip(motions, recordings, strict=True)]
     wall = reached_wall([data for data, _ in pairs])
     return [
-        cut(data, host, motion["frame"].to_numpy(np.int64), wall)
-        for (data, host), motion in zip(pairs, motions, strict=True)
+        cut(replace(data, number=i), host, motion["frame"].to_numpy(np.int64), wall)
+        for i, ((data, host), motion) in enumerate(zip(pairs, motions, strict=True))
     ]

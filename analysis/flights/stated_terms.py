@@ -9,7 +9,7 @@ import numpy as np
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
-from ovines.core.system.model import ScenarioError
+from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.recording_schema import Nominal
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import FlightFits
+from analysis.flights.fit import FlightFits, impact_before
 from analysis.flights.model import FlightRig, acceleration
 from analysis.flights.parameters import INDEX, PARAMETERS, STEPS
 from analysis.motion.host_table import host_at
@@ -27,7 +27,7 @@ def unit_accelerations(fits: Sequence[FlightFits]) -> tuple[dict[str, float], fl
     for fit in fits:
         p = fit.parameters.copy()
         for k, flight in enumerate(fit.flights):
-            p[INDEX["impact_before_s"]] = fit.run.time_s[flight.first]
+            p[INDEX["impact_before_s"]] = impact_before(fit.run, fit.flights, k)
             times = fit.run.time_s[flight.first : flight.last + 1 : STRIDE]
             states, _ = fit.flown(k, np.ascontiguousarray(times))
             speed += _add(times, states, p, STEPS, fit.run.flight_rig, total)

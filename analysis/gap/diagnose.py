@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from analysis.contact.law import LawData, fit_restitution
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.write import write_laws
 from analysis.gap.next_test.choice import NextTests, next_tests
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import detectable_sizes
@@ -33,12 +35,14 @@ LEAST_SHARE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures show."""
+    """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures
+    show, ``laws`` the formulas written for what is left."""
 
     summary: dict[str, Any]
     predictions: pd.DataFrame
     ladder: Ladder
     errors: dict[str, predict.Errors | None]
+    laws: tuple[LawFound, ...] = ()
 
 
 def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Diagnosis:
@@ -51,6 +55,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     found = how_far(ladder, errors, causes)
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= found.entry(rng) | {"left_p": ladder.left_p}
+    laws = write_laws(ladder, rng)
     tests = next_tests(ladder, causes)
     detectable = detectable_sizes(ladder)
     told: list[Cause | Structure] = [*causes, *ladder.structure]
@@ -62,7 +67,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "equivalent": _equivalent(causes),
         "stage": None if strongest is None else strongest.stage,
         "left": [s.entry() for s in ladder.structure],
-        "laws": [],
+        "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
         "probabilities": probabilities(ladder, causes, detectable),
         "parameters": {
             c.effect: {n: _interval(v) for n, v in series.frame.world_parameters(c.effect, c.parameters).items()}
@@ -76,7 +81,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "nominal": _nominal_shift(ladder),
         "time": time_shares(ladder),
     }
-    return Diagnosis(summary, table, ladder, errors)
+    return Diagnosis(summary, table, ladder, errors, laws)
 
 
 def verdict_of(ladder: Ladder) -> str:

@@ -15,6 +15,7 @@ from analysis.flights.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
+from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
@@ -28,7 +29,8 @@ class Series:
 
     ``tracks`` and ``points`` are None where the series enters later; ``cameras`` (which see the rig's frame, too) None
     without a calibration;
-    ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again.
+    ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again; ``laws``: written ones
+    that the nominal model holds, in the world.
     """
 
     recordings: tuple[Recording, ...]
@@ -40,6 +42,7 @@ class Series:
     cameras: tuple[Camera, ...] | None = None
     layouts: dict[str, Array] | None = None
     triangulate: Triangulate | None = None
+    laws: tuple[WrittenLaw, ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -47,10 +50,12 @@ class Series:
         return [run.data.name for run in self.runs]
 
 
-def from_motions(recordings: Sequence[Recording], motions: Sequence[pd.DataFrame]) -> Series:
+def from_motions(
+    recordings: Sequence[Recording], motions: Sequence[pd.DataFrame], laws: Sequence[WrittenLaw] = ()
+) -> Series:
     """A series that enters at ``motion``, in the world as it came."""
     frame = rig_frame(motions)
-    return _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame)
+    return _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame, laws)
 
 
 def from_points(
@@ -59,6 +64,7 @@ def from_points(
     cameras: Sequence[Camera] | None = None,
     tracks: Sequence[pd.DataFrame] | None = None,
     triangulate: Triangulate | None = None,
+    laws: Sequence[WrittenLaw] = (),
 ) -> Series:
     """A series that enters at ``points`` (or earlier), in the world as it came: marker layouts are learnt from all its
     recordings together.
@@ -66,7 +72,7 @@ def from_points(
     layouts = _layouts(recordings, points)
     motions = [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
     frame = rig_frame(motions)
-    series = _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame)
+    series = _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame, laws)
     return replace(
         series,
         layouts=layouts,
@@ -82,11 +88,22 @@ def _layouts(recordings: Sequence[Recording], points: Sequence[pd.DataFrame]) ->
     return layouts_from_points({body: [c[body] for c in clouds] for body in ("host", "nes")}, recordings[0])
 
 
-def _of_motions(recordings: Sequence[Recording], motions: Sequence[pd.DataFrame], frame: RigFrame) -> Series:
+def _of_motions(
+    recordings: Sequence[Recording], motions: Sequence[pd.DataFrame], frame: RigFrame, laws: Sequence[WrittenLaw]
+) -> Series:
     """A series from motions that are in the rig's frame already."""
-    return Series(
-        tuple(recordings), frame, tuple(motions), tuple(_named(prepare(motions, recordings, frame), recordings))
-    )
+    runs = _named(prepare(motions, recordings, frame), recordings)
+    held = rows_of([term for law in laws for term in in_rig(law, frame).terms])
+    if len(held):
+        runs = [replace(run, data=replace(run.data, law=held)) for run in runs]
+    return Series(tuple(recordings), frame, tuple(motions), tuple(runs), laws=tuple(laws))
+
+
+def in_rig(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
+    """A law of the world's frame in the rig's."""
+    c, s = np.cos(frame.turn_rad), np.sin(frame.turn_rad)
+    x, y = frame.origin_m
+    return law.moved(-frame.turn_rad, (-float(c * x + s * y), -float(c * y - s * x)))
 
 
 def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:
@@ -101,7 +118,7 @@ def with_points(series: Series, points: Sequence[pd.DataFrame]) -> Series:
     """The same series measured again: new points (in the rig's frame), everything after them anew."""
     layouts = _layouts(series.recordings, points)
     motions = [motion_from_points(p, r, layouts) for p, r in zip(points, series.recordings, strict=True)]
-    fresh = _of_motions(series.recordings, motions, series.frame)
+    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(series, motions=fresh.motions, runs=fresh.runs, points=tuple(points), layouts=layouts)
 
 
@@ -123,7 +140,10 @@ def scaled(series: Series, factor: float) -> Series:
         return with_points(series, [p.assign(**{c: p[c] * factor for c in columns}) for p in series.points])
     columns = [c for c in series.motions[0] if c.endswith(("_m", "_m_per_s"))]
     return _of_motions(
-        series.recordings, [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions], series.frame
+        series.recordings,
+        [m.assign(**{c: m[c] * factor for c in columns}) for m in series.motions],
+        series.frame,
+        series.laws,
     )
 
 
@@ -131,7 +151,9 @@ def retimed(series: Series, factor: float) -> Series:
     """Every time times ``factor``."""
     if series.points is not None:
         return with_points(series, [p.assign(time_s=p["time_s"] * factor) for p in series.points])
-    return _of_motions(series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions], series.frame)
+    return _of_motions(
+        series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions], series.frame, series.laws
+    )
 
 
 def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
@@ -176,5 +198,5 @@ def without_jitter(series: Series, sd_s: float) -> Series:
             moved[f"nes_{axis}_sd_m"] = np.hypot(motion[f"nes_{axis}_sd_m"].to_numpy(float), speed * left)
         moved["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), spin * left)
         motions.append(moved)
-    fresh = _of_motions(series.recordings, motions, series.frame)
+    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(fresh, points=None, layouts=series.layouts)

@@ -245,7 +245,6 @@ def _table(recording: Recording) -> None:
 def _effects(recording: Recording) -> None:
     if recording.model is None or not recording.model.effects:
         return
-    from analysis.flights.stated_terms import stated_sizes
     from ovines.core.effects import EFFECTS
 
     for effect in recording.model.effects:
@@ -255,7 +254,10 @@ def _effects(recording: Recording) -> None:
                 f"one of {', '.join(sorted(EFFECTS))}",
                 "correct recording.toml",
             )
-    stated_sizes(recording.model)
+    if recording.model.effect_parameters:
+        from analysis.flights.stated_terms import stated_sizes  # it loads what computes
+
+        stated_sizes(recording.model)
 
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:

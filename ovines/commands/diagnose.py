@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
@@ -31,13 +31,16 @@ from ovines.recording import read_series
 from ovines.tables import TABLES, write_table
 from ovines.workers.budget import add_yes, interruptibly
 
+if TYPE_CHECKING:
+    from analysis.gap.laws.found_law import LawFound
+
 NAME = "diagnose"
 HELP = "the sim-to-real gap of a series: where it lies, which effect causes it, how far it shrinks"
 WRITES = ("predictions.parquet", "diagnosis.json", "gap.html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """``SERIES --out DIR --write-model FILE --seed N``."""
+    """``SERIES --out DIR --write-model FILE --law FILE --seed N``."""
     parser.add_argument("series", type=Path, metavar="SERIES", help="folder of recordings (or one recording)")
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="folder for the results (default: results/ inside the series)"
@@ -47,6 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="write the nominal model with the effect added, as a [model] section",
+    )
+    parser.add_argument(
+        "--law",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a written law that the nominal model holds beside [model]; may be given several times",
     )
     parser.add_argument(
         "--withhold",
@@ -83,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     owner = recordings[0].folder if single else args.series
     refuse_folder(out)
     refuse_other_source(out, owner, recordings[0] if single else None)
-    refuse_theirs(out, [LOG, *WRITES])
+    refuse_theirs(out, [LOG, *WRITES, *law_files(out)])
     if args.write_model is not None:
         refuse_to_replace(args.write_model, "--write-model", "")
     for recording in recordings:
@@ -94,7 +105,10 @@ def run(args: argparse.Namespace) -> int:
         LOGGER.info("diagnose %s: %d recordings, by %s", owner.resolve(), len(recordings), program())
         withheld, name = known_effects(args.withhold), args.series.resolve().name
         if all(recording.entry() == "impacts" for recording in recordings):
+            if args.law:
+                raise InputError("--law, and impacts by themselves", "a series with its motion", "leave --law away")
             brought, sources = load_impacts(recordings)
+            laws: Sequence[LawFound] = ()
             bar.update()
             rng = np.random.default_rng(args.seed)
             summary = interruptibly(lambda: diagnose_impacts(brought, recordings, rng, withheld))
@@ -102,11 +116,12 @@ def run(args: argparse.Namespace) -> int:
             draw = partial(impacts_page, summary, name, len(recordings))
             values = {n: one["with_effect"] for n, one in summary["nominal"].items() if np.isfinite(one["with_effect"])}
         else:
-            series, sources = load_series(recordings, out)
+            series, sources = load_series(recordings, out, args.law)
+            sources |= {f"--law {path.name}": path for path in args.law}
             bar.update()
             bar.set_postfix_str("flights, impacts, candidates")
             diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
-            summary, predictions = diagnosis.summary, diagnosis.predictions
+            summary, predictions, laws = diagnosis.summary, diagnosis.predictions, diagnosis.laws
             draw = partial(gap_page, diagnosis, name)
             values = model_values(diagnosis.ladder)
         for path in sources.values():
@@ -120,6 +135,7 @@ def run(args: argparse.Namespace) -> int:
             json.dumps(plain({**summary, "provenance": made}), indent=1, allow_nan=False) + "\n",
             out / WRITES[1],
         )
+        write_law_files(laws, name, out)
         page = draw()
         page.source = source_of(owner, out)
         page.links = pages_beside(out, ("report.html",))
@@ -135,6 +151,22 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def law_files(out: Path) -> list[str]:
+    """Names of the law files in a folder of results."""
+    return sorted(path.name for path in out.glob("law-*.toml"))
+
+
+def write_law_files(laws: Sequence[LawFound], name: str, out: Path) -> None:
+    """``law-1.toml`` and on; those of an earlier diagnosis are removed."""
+    from ovines.law_file import law_text
+
+    for old in law_files(out):
+        (out / old).unlink()
+    for number, one in enumerate(laws, 1):
+        said = [f"p = {one.p:.2g} by chance; what else it may be stands in diagnosis.json"]
+        write_text_whole(law_text(one.law, f"law {number} of {name}", said), out / f"law-{number}.toml")
+
+
 def details(summary: Mapping[str, Any]) -> list[str]:
     """The parameters of the effects with their intervals, and what to do next."""
     from analysis.report.numbers import interval, with_unit
@@ -144,6 +176,10 @@ def details(summary: Mapping[str, Any]) -> list[str]:
         for name, one in parameters.items():
             ends = interval(one["low"], one["high"])
             lines.append(f"{effect} {name} = {with_unit(one['value'], digits=4)} (90 %: {ends})")
+    for law in summary["laws"]:
+        ends = interval(100 * law["shrinkage_low"], 100 * law["shrinkage_high"])
+        lines.append(f"law of the {law['stage']}: {law['formula']}")
+        lines.append(f"  closes {100 * law['shrinkage']:.0f} % ({ends} %) of what is left, in {law['file']}")
     return [*lines, f"Do: {summary['next_test']}"]
 
 

@@ -2,18 +2,9 @@
 
 from ovines.core.energies import EnergyBalance
 from ovines.core.ensemble import EnsembleResult, simulate_ensemble
+from ovines.core.refusal import ScenarioError
 from ovines.core.simulate import SimulationResult, simulate
-from ovines.core.system.model import (
-    FloorFriction,
-    Harmonic,
-    Host,
-    ImpactLaw,
-    MeasuredMotion,
-    Nes,
-    Scenario,
-    ScenarioError,
-    Suspension,
-)
+from ovines.core.system.model import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario, Suspension
 
 __all__ = [
     "EnergyBalance",

@@ -69,7 +69,7 @@ def fly_integrated(
     flight_slopes(t, y, system, work, work[0])
     relative(t, y, system, work, work[0], a)
     while t < end:
-        if k[P.ON_GROUND] and can_rest(y, p, k):
+        if k[P.ON_GROUND] and can_rest(y, system):
             y[2], y[3] = 0.0, 0.0
             if p[P.COUPLING] > 0.0:
                 y[5] = 0.0
@@ -108,8 +108,11 @@ def fly_integrated(
 
 
 @compiled
-def can_rest(y: Floats, p: Floats, k: Ints) -> bool:
+def can_rest(y: Floats, system: System) -> bool:
     """Whether the disk stands on the fixed ground for good: nothing drives it and it moves 1e-9 of v_d or less."""
+    p, k = system.p, system.k
+    if system.law.shape[0] > 0:
+        return False
     if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.FLOOR_FRICTION] <= 0.0 or k[P.OFF_CENTRE]:
         return False
     return rest_speed(y, p) <= 1e-9 * p[P.REGULARISATION]

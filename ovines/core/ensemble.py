@@ -15,8 +15,9 @@ from ovines.core.energies import LOSSES
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE, take_sample
 from ovines.core.packing import pack
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
-from ovines.core.system.model import Scenario, require
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed, Samples, System
 
 Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep

@@ -8,19 +8,26 @@ once.  Where Python calls a helper too, that one is compiled for it.
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
 from typing import Any
 
 from numba import _dynfunc, types
 from numba.core import sigutils
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.environment import lookup_environment
 from numba.core.registry import CPUDispatcher
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 ENVIRONMENT = "_ZN08NumbaEnv"  # how numba's names of a function's environment begin
 
@@ -29,15 +36,38 @@ INTERNALS = ("_optimize_final_module", "_finalize_final_module", "_finalize_dyna
 SUPPORTED = all(hasattr(JITCodeLibrary, name) for name in INTERNALS)
 
 
-class Guard:
-    """Who is asked before a kernel is compiled or loaded; this one lets everything happen."""
+_OBJECTS_BETWEEN_COLLECTIONS = 200_000
 
-    def alone(self, kernel: Kernel) -> AbstractContextManager[object]:
-        """Entered while the kernel is loaded or compiled: here another process can be waited for."""
-        return nullcontext()
+
+class Guard:
+    """Who is asked before a kernel is compiled or loaded; this one lets one process at a time do it, so that what
+    several of them need is compiled once.
+    """
+
+    @contextmanager
+    def alone(self, kernel: Kernel) -> Iterator[None]:
+        """Entered while the kernel is loaded or compiled: here another process is waited for."""
+        with _locked(kernel):
+            yield
 
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk: it is compiled now."""
+
+
+@contextmanager
+def _locked(kernel: Kernel) -> Iterator[None]:
+    """Held by the process that compiles the kernel; where no file can be locked, each compiles for itself."""
+    file = None
+    if fcntl is not None and kernel.index is not None:
+        with suppress(OSError):
+            Path(kernel.index).parent.mkdir(parents=True, exist_ok=True)
+            file = open(f"{kernel.index}.lock", "ab")  # noqa: SIM115  # closed below
+            fcntl.flock(file, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if file is not None:
+            file.close()  # and the lock with it
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no types
@@ -113,6 +143,44 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba brings no ty
         return self.lowered
 
 
+class KernelFlags(Flags):  # type: ignore[misc]
+    """How a function is compiled.  numba compiles its own functions anew for whoever asks with other flags, and asks
+    tens of thousands of times: only what their code depends on counts.
+    """
+
+    __slots__ = ()
+    decisive = tuple(
+        name
+        for name in Flags.options
+        if name
+        not in {
+            "release_gil",
+            "no_cpython_wrapper",
+            "no_cfunc_wrapper",
+            "enable_pyobject",
+            "enable_looplift",
+            "enable_pyobject_looplift",
+        }
+    )
+
+    def _key(self) -> tuple[Any, ...]:
+        given = self._values.get
+        return tuple([given(name) for name in self.decisive])
+
+    def __hash__(self) -> int:
+        return hash(self.error_model)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, KernelFlags) and self._key() == other._key()
+
+
+def _inside(compiler: Any, flags: Any) -> Any:
+    """numba's own functions inside kernels need no entry either."""
+    flags = KernelFlags(flags)
+    flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    return flags
+
+
 class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
     """The outermost kernel gets an entry for Python; those inside are lowered."""
 
@@ -132,6 +200,7 @@ class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
         return result._replace(entry_point=entry)
 
     def _customize_flags(self, flags: Any) -> Any:
+        flags = KernelFlags(flags)
         flags.no_cpython_wrapper = KernelCompiler.depth > 1
         flags.no_cfunc_wrapper = True  # nobody hands a kernel over as a C function
         return flags
@@ -172,7 +241,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             self._cache = cache if outermost else NullCache()
             fetched = outermost and asked not in self.overloads
             try:
-                with Kernel.guard.alone(self) if fetched else nullcontext():
+                with (
+                    Kernel.guard.alone(self) if fetched else nullcontext(),
+                    _rare_collections() if fetched else nullcontext(),
+                ):
                     return super().compile(sig)
             finally:
                 self._cache = cache
@@ -202,12 +274,25 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
                 return _dynfunc.make_function(fndesc.lookup_module(), name, "only lowered", 0, env, (library,))
 
             codegen._library_class, context.get_executable = LinkedLibrary, executable
+            usual, _FunctionCompiler._customize_flags = _FunctionCompiler._customize_flags, _inside
             try:
                 yield True
             finally:
+                _FunctionCompiler._customize_flags = usual
                 del codegen._library_class, context.get_executable
         finally:
             KernelCompiler.depth -= 1
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Nearly all that compiling makes stays: looking for what does not took a tenth of the time."""
+    usual = gc.get_threshold()
+    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 def _was_lowered(result: Any) -> bool:

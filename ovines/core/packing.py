@@ -10,10 +10,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ovines.core.effects import EFFECTS
+from ovines.core.effects.written_laws import with_laws
 from ovines.core.integration.flight import wall_stands
+from ovines.core.laws.words import ROW_SIZE
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.kinematics import empty_scratch, in_host, place
-from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario, require
+from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario
 from ovines.core.system.packed import AXES, Packed
 from ovines.core.system.walls import contact_frame
 
@@ -85,11 +88,12 @@ def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
     if host.motion in ("free", "sprung"):
         y[P.HOST :] = scenario.initial_host
     k[P.HAS_TABLE] = len(table) > 0
-    packed = Packed(p, k, drive, table, polygon, y)
+    p[P.RUN_NUMBER] = scenario.run_number
+    packed = Packed(p, k, drive, table, polygon, y, np.zeros((0, ROW_SIZE)))
     for name, values in scenario.effects.items():
         require(name in EFFECTS, f"effect {name!r}", "one of " + ", ".join(EFFECTS), "correct the effect's name")
         packed = EFFECTS[name].apply(packed, EFFECTS[name].complete(values), scenario)
-    return finish(packed, with_energy)
+    return finish(with_laws(packed, scenario.laws), with_energy)
 
 
 def pack_walls(scenario: Scenario, p: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -139,7 +143,7 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     k[P.STATE_SIZE] = P.N_STATE if k[P.HOST_KIND] in (P.FREE, P.SPRUNG) else (P.HOST if with_energy else 6)
     k[P.OFF_CENTRE] = p[P.MASS_X] != 0.0 or p[P.MASS_Y] != 0.0
     k[P.HAS_TABLE] = len(table) > 0
-    plain = p[P.FLOOR_FRICTION] == 0.0 and p[P.VISCOUS_DRAG] == 0.0 and p[P.AIR_DRAG] == 0.0
+    plain = p[P.FLOOR_FRICTION] == 0.0 and p[P.VISCOUS_DRAG] == 0.0 and p[P.AIR_DRAG] == 0.0 and not len(packed.law)
     k[P.CLOSED_FORM] = plain and not k[P.OFF_CENTRE] and not undamped_resonance(p, k, drive)
     gain = response_gains(p, k, drive)
     omega, plane = drive[:, 2], drive[:, 0] < 2
@@ -157,13 +161,15 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
         rates.append(math.sqrt(p[P.STIFFNESS_R] * p[P.INVERSE_HOST_INERTIA]))
     fastest = max([rate for rate in rates if rate > 0.0], default=0.0)
     p[P.MAX_STEP] = 0.5 * math.pi / fastest if fastest > 0.0 else p[P.DURATION]
+    lobes = p[P.LOBE_TABLE :].reshape(-1, 3)
     # lobes of order n bend the wall (n/2)^2 times as much as an ellipse of their size
-    p[P.WALL_SHAPE] = abs(p[P.ELLIPTICITY]) + 0.25 * p[P.LOBE_ORDER] ** 2 * abs(p[P.LOBES])
+    p[P.WALL_SHAPE] = abs(p[P.ELLIPTICITY]) + 0.25 * float(np.sum(lobes[:, 1] ** 2 * np.abs(lobes[:, 0])))
     shaped = p[P.WALL_SHAPE] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
     turns = (driven and (turning.any() or k[P.HAS_TABLE])) or k[P.HOST_KIND] in (P.FREE, P.SPRUNG)
     k[P.WALL_TURNS] = shaped and turns
     k[P.EXTENDED] = with_energy and can_extend(p, k, drive)
     k[P.PLAIN] = k[P.HOST_KIND] in (P.FIXED, P.DRIVEN) and not k[P.OFF_CENTRE] and p[P.ROCKING] == 0.0
+    k[P.PLAIN] = k[P.PLAIN] and not len(packed.law)
     k[P.FLOOR_TURNS] = driven and (turning.any() or k[P.HAS_TABLE])
     if k[P.OFF_CENTRE]:
         cosine, sine = math.cos(y[4]), math.sin(y[4])

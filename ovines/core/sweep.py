@@ -11,7 +11,8 @@ import numpy as np
 
 from ovines.core.energies import LOSSES
 from ovines.core.ensemble import SPREADABLE, EnsembleResult, Spread, simulate_ensemble
-from ovines.core.system.model import Scenario, require
+from ovines.core.refusal import require
+from ovines.core.system.model import Scenario
 
 # Numbers that are a scenario's own, not a run's: an ensemble for each value.
 OWN: dict[str, Callable[[Scenario, float], Scenario]] = {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import ovines
 from ovines.core.effects import EFFECTS
-from ovines.documentation.schema_pages import board_page, recording_page, scenario_page
+from ovines.documentation.schema_pages import board_page, law_page, recording_page, scenario_page
 from ovines.io.atomic_write import write_text_whole
 
 FOLDER = Path(ovines.__file__).resolve().parent.parent / "docs" / "reference"
@@ -84,6 +84,7 @@ PAGES = {
     "effects.md": effects_page,
     "recording-toml.md": recording_page,
     "scenario-toml.md": scenario_page,
+    "law-toml.md": law_page,
     "board-toml.md": board_page,
 }
 

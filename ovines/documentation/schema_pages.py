@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import ovines
+from ovines.core.laws.words import QUANTITIES, TARGETS
 from ovines.io.toml_input import Section
+from ovines.law_file import LawFile
 from ovines.recording_schema import RecordingFile
 from ovines.scenario import ScenarioFile
 from ovines.tables.column import UNITS
@@ -68,6 +70,42 @@ def scenario_page() -> str:
         "a shaken Host with floor friction",
         ScenarioFile,
     )
+
+
+def law_page() -> str:
+    """docs/reference/law-toml.md."""
+    page = _page(
+        "law.toml",
+        "A written law: a formula for what no effect of the library has. `ovines diagnose` writes `law-1.toml` where "
+        "it finds one; `laws` in [scenario.toml](scenario-toml.md) gives it to the simulator, `laws` in `[model]` of "
+        "[recording.toml](recording-toml.md) or `ovines diagnose --law FILE` to the diagnosis, which then holds it. "
+        "Its terms are added up, each a coefficient times factors.",
+        LAW,
+        "a force across the path that grows with speed and spin",
+        LawFile,
+    )
+    lines = [page.rstrip(), "", "## Targets", "", "| target | unit of a term | acts on | stage | `x`, `y` |"]
+    lines.append("|---|---|---|---|---|")
+    own = {"": "", "angle": "angle (rad)", "axis": "axis of the mirror (rad)", "room": "place (m)", "host": "place (m)"}
+    own["line"] = "offset (m), direction (rad)"
+    for name, target in TARGETS.items():
+        lines.append(f"| `{name}` | {target.unit} | {target.meaning} | {target.stage} | {own[target.own]} |")
+    lines += ["", "## Quantities", "", "| quantity | unit | meaning | `x`, `y` |", "|---|---|---|---|"]
+    for name, quantity in QUANTITIES.items():
+        place = own[quantity.own]
+        lines.append(f"| `{name}` | {quantity.unit} | {quantity.meaning} | {place} |")
+    return "\n".join(lines) + "\n"
+
+
+LAW = """format = 1
+name = "law 1 of a series"
+
+[[terms]]
+target = "across_velocity"
+coefficient = 0.0226
+unit = "1"
+factors = [{quantity = "speed"}, {quantity = "spin"}]
+"""
 
 
 SCENARIO = """format = 1

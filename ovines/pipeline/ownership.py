@@ -31,7 +31,7 @@ STAGE_FILES = tuple(name for one in STAGES for name in one.writes)
 # Films, pictures and viewer files say so too: analysis/view/film.py, analysis/figures/part_one.py; the viewer's own
 # header names the application.
 MARKS = {**FIGURE_MARKS, ".gif": b"ovines film", ".mp4": b"freeovines", ".png": b"Software\0ovines", ".rrd": b"ovines",
-         ".log": b"ovines log"}  # fmt: skip
+         ".log": b"ovines log", ".toml": b"# law written by ovines"}  # fmt: skip
 HEAD_BYTES = 65536  # a page's and an SVG file's own description stands in its first lines
 
 

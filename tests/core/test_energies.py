@@ -7,8 +7,8 @@ import pytest
 
 from ovines.core import simulate, simulate_ensemble
 from ovines.core.energies import LOSSES, STORES
+from ovines.core.refusal import ScenarioError
 from ovines.core.sweep import sweep
-from ovines.core.system.model import ScenarioError
 from ovines.core.system.named import named_scenario
 
 

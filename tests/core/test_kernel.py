@@ -1,12 +1,17 @@
 """Kernels hold their helpers, and say the same whoever calls them."""
 
 import importlib.util
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numba import njit
 
+from ovines.core.kernel import KernelFlags
+
+ROOT = Path(__file__).resolve().parents[2]
 X = np.arange(5.0)
 SOURCE = """
 import numpy as np
@@ -103,3 +108,27 @@ def test_numbas_own_functions_call_kernels_and_share_its_library(kernels):
 
     outer(X)
     assert foreign(X) == 11.0
+
+
+def test_two_processes_compile_a_kernel_once(kernels, tmp_path):
+    """The second waits for the first, then loads what that one has kept."""
+    kernels()
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); import numpy as np, kernels; "
+        "print(kernels.outer(np.arange(5.0)), sum(kernels.outer.stats.cache_misses.values()))"
+    )
+    both = [
+        subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        for _ in range(2)
+    ]
+    said = sorted(process.communicate(timeout=120)[0].split() for process in both)
+    assert said == [["9.0", "0"], ["9.0", "1"]]
+
+
+def test_flags_that_no_code_depends_on_make_no_version_of_their_own():
+    """numba would lower `numpy.empty` for the outermost kernel, for those inside and for its own functions."""
+    outermost, inside = KernelFlags(), KernelFlags()
+    inside.no_cpython_wrapper, inside.release_gil = True, True
+    assert outermost == inside and hash(outermost) == hash(inside)
+    inside.fastmath = True
+    assert outermost != inside

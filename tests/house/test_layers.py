@@ -13,12 +13,13 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.lens_field ovines.core.compiled analysis.gap.thresholds analysis.gap.cause \
-    analysis.gap.tests_by_hand
-ovines.io ovines.workers ovines.new ovines.system_library ovines.core.system vision.compiled \
+ovines.errors ovines.robust ovines.lens_field ovines.core.compiled ovines.core.refusal analysis.gap.thresholds \
+    analysis.gap.cause analysis.gap.tests_by_hand
+ovines.io ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding
+ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
-ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video \
+ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video \
     analysis.blind.recording
 vision.one_view
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
@@ -32,6 +33,7 @@ ovines.scenario vision.track vision.calibration_check vision.rendering analysis.
 ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.selection
 analysis.checks analysis.gap.ladder analysis.simulations
 analysis.report analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
+analysis.gap.laws
 analysis.view analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations

@@ -12,22 +12,10 @@ from vision.identity.matching import Match, match_layout, place
 from vision.markers.detect import find_discs
 from vision.markers.perspective import on_plane
 from vision.markers.row import M11, N_FIT, OK, OUTLIERS, STRUCTURED, U, V, radius_px
-from vision.tracking.measure import Progress, agreement_m, measure, predict_and_measure, track_independently
+from vision.tracking.measure import AT_POSE, INDEPENDENT_FRAMES, PREDICTED, THROUGH, Progress, follow
 from vision.tracking.planar_pose import packed
-from vision.tracking.state import (
-    accept,
-    fastest_step_m,
-    frames_lost,
-    gate_m,
-    identified,
-    near_prediction,
-    new_state,
-    predict,
-    search_radius_m,
-    within_gate,
-)
+from vision.tracking.state import ACCEPT, N_RECORD, PREDICT, RECORD, BodyStatus, new_state, status, update
 
-INDEPENDENT_FRAMES = 8  # that a camera is tracked through on its own before the two are compared
 _EDGE_PX = 4.0  # about a disc, of its blur and its surroundings
 _DISC_RADII = 2.0  # about a body's markers, that its largest disc be in the box with its surroundings
 _MATCH_GATE = 0.7  # of the gate, as one unit of a match's cost, which counts misfits up to 3 of it
@@ -68,7 +56,17 @@ class CameraTracker:
             np.empty((INDEPENDENT_FRAMES, self.state.floats.size)),
             np.empty((INDEPENDENT_FRAMES, self.state.ints.size), np.int64),
         )
+        self._no_rows = np.empty((0, N_RECORD))
+        self._nothing = Progress(
+            *self._before, np.empty((0, *self.measured.pose.shape)), self._no_rows, np.zeros(1, int)
+        )
         self.frame = 0
+
+    def _only(self, body: int) -> np.ndarray:
+        return (np.arange(len(self.layout.bodies)) == body).astype(np.int64)
+
+    def _follow_one(self, job: int, image: np.ndarray, bodies: np.ndarray) -> None:
+        follow(job, (image,) * INDEPENDENT_FRAMES, np.array([self.frame]), self.state, bodies, self._nothing)
 
     def predict_and_measure(self, image: np.ndarray | None, known: np.ndarray, frame: int) -> None:
         """Measure the known bodies (b,) in one more frame, where their motion carries them; no picture: nothing is
@@ -76,9 +74,9 @@ class CameraTracker:
         """
         self.frame = frame
         if image is None:
-            predict(self.state, frame)
+            update(PREDICT, self.state, known, frame, self._no_rows, 0)
         else:
-            predict_and_measure(image, self.state, known, frame)
+            self._follow_one(PREDICTED, image, known)
 
     def track_independently(
         self, images: list[Any], frames: list[int], known: np.ndarray, rows: np.ndarray, filled: int
@@ -92,48 +90,28 @@ class CameraTracker:
         progress = Progress(*self._before, poses, rows, np.full(len(frames) + 1, filled))
         # Always as many pictures: code is compiled for their number.
         pictures = tuple(images + images[-1:] * (INDEPENDENT_FRAMES - len(images)))
-        done = track_independently(pictures, np.array(frames), self.state, known, progress)
+        done = follow(THROUGH, pictures, np.array(frames), self.state, known, progress)
         return poses[:done], progress.n_rows[: done + 1]
 
     def go_back(self, frames: int) -> None:
         """To the state after so many frames of the last `track_independently`, less than it ran."""
         self.state.floats[:], self.state.ints[:] = self._before[0][frames], self._before[1][frames]
 
-    def frames_lost(self, body: int) -> int:
-        """Frames since the body was last seen, 0 when it was seen in the frame before."""
-        return int(frames_lost(self.state, body, self.frame))
-
-    def gate_m(self, body: int) -> float:
-        """How far a marker may lie from its place in the body [m]."""
-        return float(gate_m(self.state, body))
-
-    def search_radius_m(self, body: int) -> float:
-        """How far the body may be from where its last motion carries it; see `state.search_radius_m`."""
-        return float(search_radius_m(self.state)) * (1 + self.frames_lost(body))
+    def status(self, body: int) -> BodyStatus:
+        """How this camera stands with the body in this frame."""
+        return status(self.state, body, self.frame)
 
     def fastest_step_m(self) -> float:
         """The largest step from one frame to the next that any body has made so far."""
-        return float(fastest_step_m(self.state))
-
-    def agreement_m(self, body: int) -> float:
-        """How far the other camera may differ about where the body is."""
-        return float(agreement_m(self.state, body))
-
-    def within_gate(self, body: int) -> bool:
-        """Whether what was measured is the body, where it can be."""
-        return bool(within_gate(self.state, body, self.frame))
-
-    def near_prediction(self, body: int) -> bool:
-        """Whether the body is where its last motion carries it, so that few markers suffice to name them."""
-        return bool(near_prediction(self.state, body))
-
-    def identified(self, body: int) -> bool:
-        """Whether the markers seen say which is which."""
-        return bool(identified(self.state, body))
+        return float(self.bodies.step_m.max())
 
     def accept(self, body: int) -> None:
         """Make what was measured the body's state, and learn how this camera sees its layout."""
-        accept(self.state, body, self.frame)
+        update(ACCEPT, self.state, self._only(body), self.frame, self._no_rows, 0)
+
+    def record(self, rows: np.ndarray, filled: int) -> int:
+        """Append the markers seen to `rows` (enough, N_RECORD), of which `filled` are; how many are now."""
+        return int(update(RECORD, self.state, self._only(0), self.frame, rows, filled))
 
     def discard(self, body: int) -> None:
         """Count the body as not seen in this frame."""
@@ -184,7 +162,9 @@ class CameraTracker:
         levels, which = np.unique(heights, return_inverse=True)
         sensor = discs[:, [U, V]] + self.offset
         seen = np.stack([on_plane(self.camera, sensor, level)[:, :2] for level in levels], 1)[:, which]
-        return match_layout(seen, self.markers.place_m[part, :2], self.gate_m(body) * _MATCH_GATE, prior, prior_sd)
+        return match_layout(
+            seen, self.markers.place_m[part, :2], self.status(body).gate_m * _MATCH_GATE, prior, prior_sd
+        )
 
     def adopt(self, image: np.ndarray, body: int, match: Match, discs: np.ndarray) -> bool:
         """Take a match as the body's place in this frame; False when measuring there does not bear it out."""
@@ -203,7 +183,7 @@ class CameraTracker:
     def measure_at(self, image: np.ndarray, body: int, pose: np.ndarray, least: int) -> bool:
         """Measure the body at `pose`; with fewer than `least` of its markers there it counts as not seen."""
         self.measured.pose[body] = pose
-        measure(image, self.state, body, self.frame)
+        self._follow_one(AT_POSE, image, self._only(body))
         if self.measured.n_markers[body] >= least:
             return True
         self.discard(body)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.compiled import compiled, inlined
+from vision.compiled import compiled
 from vision.markers.row import M11, M12, M22, N_FIT, OK, OUTLIERS, STRUCTURED, U, V, determinant
 from vision.tracking.marker_validation import find, find_though_covered, nothing_there
 from vision.tracking.planar_pose import (
@@ -25,7 +25,6 @@ from vision.tracking.planar_pose import (
     project,
     px2_per_m2,
     robust_pose,
-    wrapped_turn,
 )
 from vision.tracking.relocate import lost_lock, relocate
 from vision.tracking.state import (
@@ -35,20 +34,20 @@ from vision.tracking.state import (
     disc_radius_m,
     frames_lost,
     gate_m,
-    identified,
+    is_locked,
     predict,
     record,
-    within_gate,
 )
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+INDEPENDENT_FRAMES = 8  # that a camera is tracked through on its own before the two are compared
+# What `follow` is asked to do with the bodies: measure them where their measured pose puts them, where their motion
+# carries them, or track them through several frames.
+AT_POSE, PREDICTED, THROUGH = range(3)
 _SHAPE_EVERY = 4  # shape and blur change slowly: frames between two fits of them
 _RELOCATED = 4  # frames after which a body lost is no longer near its prediction
-# Two cameras that differ by more do not see the same body: radii of the rig, the body's largest steps (one may have
-# dropped a few frames), turn.
-_APART, _APART_STEPS, _APART_RAD = 0.3, 4.0, 0.35
 # Radii of a disc, and turn, that the first measurement may have been off without a second.
 _ASTRAY, _ASTRAY_RAD = 0.15, 0.02
 # Radii of a disc outside the picture where it may be predicted and yet be seen: a prediction is off there.
@@ -57,7 +56,7 @@ _COVERABLE = 3  # markers from which a body without any plain one is not looked 
 
 
 class Progress(NamedTuple):
-    """What `track_independently` fills in: ``floats``, ``ints`` (f, ...) the state's memory before each frame,
+    """What `follow` fills in from frame to frame: ``floats``, ``ints`` (f, ...) the state's memory before each,
     ``poses`` (f, b, 3), ``rows`` as `record`, ``n_rows`` (f + 1,) of them filled after each frame, n_rows[0]
     before the first.
     """
@@ -79,8 +78,7 @@ def _circle_shape(at: Floats, radius_m: float, disc: Floats) -> None:
     disc[M11], disc[M12], disc[M22] = scale * (c * c + d * d), -scale * (a * c + b * d), scale * (a * a + b * b)
 
 
-# Inlined, as `_measure_once` is: whatever calls a compiled function is compiled together with all that is below it.
-@inlined
+@compiled
 def _measure_marker(
     image: NDArray[Any],
     state: TrackState,
@@ -130,7 +128,7 @@ def _measure_marker(
     return True
 
 
-@inlined
+@compiled
 def _measure_once(image: NDArray[Any], state: TrackState, body: int, hold_shape: bool) -> None:
     """Measure every marker of a body where its measured pose puts it, and replace that pose by theirs.
 
@@ -153,7 +151,7 @@ def _measure_once(image: NDArray[Any], state: TrackState, body: int, hold_shape:
 
 
 @compiled
-def measure(image: NDArray[Any], state: TrackState, body: int, frame: int) -> None:
+def _measure(image: NDArray[Any], state: TrackState, body: int, frame: int) -> None:
     """Measure a body from the pose in `state.measured`; a second time where that was off.
 
     image : (h, w) uint8 or uint16
@@ -179,7 +177,7 @@ def measure(image: NDArray[Any], state: TrackState, body: int, frame: int) -> No
 
 
 @compiled
-def predict_and_measure(image: NDArray[Any], state: TrackState, known: Ints, frame: int) -> None:
+def _predict_and_measure(image: NDArray[Any], state: TrackState, known: Ints, frame: int) -> None:
     """Measure all known bodies, (b,) 0/1, that were seen before: where their motion carries them, or relocated near
     there if they lost lock.
     """
@@ -196,77 +194,45 @@ def predict_and_measure(image: NDArray[Any], state: TrackState, known: Ints, fra
         for at_prediction in range(2):
             if at_prediction:
                 state.measured.pose[b] = state.measured.predicted[b]
-            measure(image, state, b, frame)
-            if not relocated or _locked(state, b, frame):
+            _measure(image, state, b, frame)
+            if not relocated or is_locked(state, b, frame):
                 break
 
 
 @compiled
-def _locked(state: TrackState, body: int, frame: int) -> bool:
-    """Whether this camera needs no other to know where the body is."""
-    return identified(state, body) and within_gate(state, body, frame)
-
-
-@compiled
-def agreement_m(state: TrackState, body: int) -> float:
-    """How far two cameras may differ about where a body is."""
-    return max(_APART * state.geometry.rig_m, _APART_STEPS * state.bodies.step_m[body])
-
-
-@compiled
-def disagree(one: Floats, other: Floats, within_m: float) -> bool:
-    """Whether two cameras measured a body at poses (3,) that cannot be one."""
-    off = math.hypot(one[X] - other[X], one[Y] - other[Y])
-    return off > within_m or abs(wrapped_turn(one[ANGLE], other[ANGLE])) > _APART_RAD
-
-
-@compiled
-def frames_in_agreement(one: Floats, other: Floats, known: Ints, state: TrackState) -> int:
-    """In how many frames from the first on two cameras' poses (f, b, 3) of the known bodies are one; `state`: of
-    either, for `agreement_m`.
-    """
-    for k in range(min(len(one), len(other))):
-        for b in range(len(known)):
-            if known[b] and disagree(one[k, b], other[k, b], agreement_m(state, b)):
-                return k
-    return min(len(one), len(other))
-
-
-@compiled
-def accept_locked(one: TrackState, other: TrackState, known: Ints, frame: int, locked: Ints) -> None:
-    """Accept every body that both cameras are locked on; `locked` (b,) 0/1: out.  What is left needs a search."""
-    for b in range(len(known)):
-        locked[b] = (
-            known[b]
-            and _locked(one, b, frame)
-            and _locked(other, b, frame)
-            and not disagree(one.measured.pose[b], other.measured.pose[b], agreement_m(one, b))
-        )
-        if locked[b]:
-            accept(one, b, frame)
-            accept(other, b, frame)
-
-
-@compiled
-def track_independently(
-    images: tuple[NDArray[Any], ...], frames: Ints, state: TrackState, known: Ints, progress: Progress
+def follow(
+    job: int, images: tuple[NDArray[Any], ...], frames: Ints, state: TrackState, bodies: Ints, progress: Progress
 ) -> int:
-    """Track the bodies through several frames as long as this camera needs no other for it; how many frames that were.
+    """Measure the bodies (b,) 0/1 of one camera; the one kernel of tracking, since each that Python calls holds all of
+    the fits.
 
-    images, frames : as many pictures as there is room for, and the numbers (f,) of those that count
+    job : AT_POSE or PREDICTED: in the first picture; THROUGH: track the bodies through the frames as long as this
+        camera needs no other for it, and fill in `progress`
+    images : INDEPENDENT_FRAMES of them
+    frames : (f,) the numbers of those that count
+
+    Returns how many frames that were.
     """
+    if job == AT_POSE:
+        for b in range(len(bodies)):
+            if bodies[b]:
+                _measure(images[0], state, b, frames[0])
+        return 1
     for k in range(len(frames)):
-        for b in range(len(known)):
-            if known[b] and frames_lost(state, b, frames[k]) > 0:
-                return k  # both cameras look for it
-        progress.floats[k], progress.ints[k] = state.floats, state.ints
-        predict_and_measure(images[k], state, known, frames[k])
-        for b in range(len(known)):
-            if known[b] and not _locked(state, b, frames[k]):
+        if job == THROUGH:
+            for b in range(len(bodies)):
+                if bodies[b] and frames_lost(state, b, frames[k]) > 0:
+                    return k  # both cameras look for it
+            progress.floats[k], progress.ints[k] = state.floats, state.ints
+        _predict_and_measure(images[k], state, bodies, frames[k])
+        if job == PREDICTED:
+            break
+        for b in range(len(bodies)):
+            if bodies[b] and not is_locked(state, b, frames[k]):
                 state.floats[:], state.ints[:] = progress.floats[k], progress.ints[k]
                 return k
-        for b in range(len(known)):
-            if known[b]:
+        for b in range(len(bodies)):
+            if bodies[b]:
                 accept(state, b, frames[k])
         progress.poses[k] = state.measured.pose
         progress.n_rows[k + 1] = record(state, frames[k], progress.rows, progress.n_rows[k])

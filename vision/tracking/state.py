@@ -5,7 +5,7 @@ prediction, gates, learning.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,11 @@ _VELOCITY_GAP = 3  # frames between two poses that still give a velocity
 # Frames lost after which two markers are believed anywhere, and after which a single one is not believed.
 _LONG_LOST, _SINGLE_LOST = 3, 5
 NAMED = 3  # markers that say which is which: two of many fit anything
+# Two cameras that differ by more do not see the same body: radii of the rig, the body's largest steps (one may have
+# dropped a few frames), turn.
+_APART, _APART_STEPS, _APART_RAD = 0.3, 4.0, 0.35
+# What `update` is asked to do.
+PREDICT, ACCEPT, RECORD = range(3)
 # Columns of a record, a marker seen in a frame: frame, number of the marker, its height, pose of its body, its disc's
 # centre and shape (U to M22), sd of the centre.
 FRAME, MARKER, HEIGHT, BODY_X, BODY_Y, BODY_ANGLE, DISC = range(7)
@@ -119,6 +124,30 @@ class TrackState(NamedTuple):
     ints: Ints
 
 
+class BodyStatus(NamedTuple):
+    """How a camera stands with a body in this frame.
+
+    ``gate_m``: how far a marker may lie from its place in it; ``frames_lost``: frames since it was last seen, 0 when
+    it was seen in the frame before; ``search_radius_m``: how far it may be from where its last motion carries it;
+    ``agreement_m``: how far the other camera may differ about where it is; ``off_m``, ``turned_rad``: how far it was
+    measured from where it was predicted; ``within_gate``: whether what was measured is the body, where it can be;
+    ``near_prediction``: whether it is where its last motion carries it, so that few markers suffice to name them;
+    ``identified``: whether the markers seen say which is which; ``locked``: whether this camera needs no other to know
+    where it is.
+    """
+
+    gate_m: float
+    frames_lost: int
+    search_radius_m: float
+    agreement_m: float
+    off_m: float
+    turned_rad: float
+    within_gate: bool
+    near_prediction: bool
+    identified: bool
+    locked: bool
+
+
 def new_state(camera: Floats, first: Ints, tolerance_m: Floats, rig_m: float) -> TrackState:
     """A state of nothing seen; see `ViewGeometry`."""
     b, n = len(first) - 1, int(first[-1])
@@ -177,15 +206,12 @@ def disc_radius_m(state: TrackState, body: int) -> float:
 
 
 @compiled
-def fastest_step_m(state: TrackState) -> float:
-    """The largest step from one frame to the next that any body has made so far."""
-    return float(state.bodies.step_m.max())
-
-
-@compiled
-def search_radius_m(state: TrackState) -> float:
+def _search_radius_m(state: TrackState) -> float:
     """How far a body may be from where its last motion carries it, per frame since it was seen."""
-    return max(SEARCH_RADIUS * state.geometry.rig_m, SEARCH_STEPS * fastest_step_m(state))
+    fastest_m = 0.0
+    for step_m in state.bodies.step_m:
+        fastest_m = max(fastest_m, step_m)
+    return max(SEARCH_RADIUS * state.geometry.rig_m, SEARCH_STEPS * fastest_m)
 
 
 @compiled
@@ -209,7 +235,7 @@ def predict(state: TrackState, frame: int) -> None:
 
 
 @compiled
-def off_prediction(state: TrackState, body: int) -> tuple[float, float]:
+def _off_prediction(state: TrackState, body: int) -> tuple[float, float]:
     """How far the body was measured from where it was predicted: metres, and radians without whole turns."""
     pose, predicted = state.measured.pose[body], state.measured.predicted[body]
     off_m = math.hypot(pose[X] - predicted[X], pose[Y] - predicted[Y])
@@ -217,24 +243,24 @@ def off_prediction(state: TrackState, body: int) -> tuple[float, float]:
 
 
 @compiled
-def within_gate(state: TrackState, body: int, frame: int) -> bool:
+def _within_gate(state: TrackState, body: int, frame: int) -> bool:
     """Whether what was measured is the body, where it can be."""
-    off, turned = off_prediction(state, body)
+    off, turned = _off_prediction(state, body)
     lost, n_markers = frames_lost(state, body, frame), state.measured.n_markers[body]
     if n_markers >= 2:
-        return lost > _LONG_LOST or (off < search_radius_m(state) * (1 + lost) and turned < GATE_RAD)
+        return lost > _LONG_LOST or (off < _search_radius_m(state) * (1 + lost) and turned < GATE_RAD)
     return n_markers == 1 and off < NEAR * disc_radius_m(state, body) and lost < _SINGLE_LOST
 
 
 @compiled
-def near_prediction(state: TrackState, body: int) -> bool:
+def _near_prediction(state: TrackState, body: int) -> bool:
     """Whether the body is where its last motion carries it, so that few markers suffice to name them."""
-    off, turned = off_prediction(state, body)
+    off, turned = _off_prediction(state, body)
     return off < NEAR * disc_radius_m(state, body) and turned < NEAR_RAD
 
 
 @compiled
-def identified(state: TrackState, body: int) -> bool:
+def _identified(state: TrackState, body: int) -> bool:
     """Whether the markers seen say which is which: one or two of many fit anything (look-alikes a quarter turn on).
 
     Two suffice of a body that hardly moves from frame to frame and is where it was predicted.  Until its spin and its
@@ -242,7 +268,7 @@ def identified(state: TrackState, body: int) -> bool:
     spacing seem to turn back.
     """
     n_markers, n_all = state.measured.n_markers[body], state.geometry.first[body + 1] - state.geometry.first[body]
-    if state.bodies.n_learned[body] <= KNOWN_SCATTER and n_markers < n_all and not near_prediction(state, body):
+    if state.bodies.n_learned[body] <= KNOWN_SCATTER and n_markers < n_all and not _near_prediction(state, body):
         return False
     if n_markers >= min(NAMED, n_all):
         return True
@@ -250,7 +276,44 @@ def identified(state: TrackState, body: int) -> bool:
         return False
     velocity = state.bodies.velocity[body]
     slow = math.hypot(velocity[X], velocity[Y]) < NEAR * disc_radius_m(state, body) and abs(velocity[ANGLE]) < NEAR_RAD
-    return slow and near_prediction(state, body)
+    return slow and _near_prediction(state, body)
+
+
+@compiled
+def is_locked(state: TrackState, body: int, frame: int) -> bool:
+    """Whether this camera needs no other to know where the body is."""
+    return _identified(state, body) and _within_gate(state, body, frame)
+
+
+@compiled
+def status(state: TrackState, body: int, frame: int) -> BodyStatus:
+    """How a camera stands with a body; see `BodyStatus`."""
+    off_m, turned_rad = _off_prediction(state, body)
+    lost, identified, within = (
+        frames_lost(state, body, frame),
+        _identified(state, body),
+        _within_gate(state, body, frame),
+    )
+    return BodyStatus(
+        gate_m(state, body),
+        lost,
+        _search_radius_m(state) * (1 + lost),
+        max(_APART * state.geometry.rig_m, _APART_STEPS * state.bodies.step_m[body]),
+        off_m,
+        turned_rad,
+        within,
+        _near_prediction(state, body),
+        identified,
+        identified and within,
+    )
+
+
+def disagree(one: Floats, other: Floats, within_m: float | Floats) -> Any:
+    """Whether two cameras measured bodies at poses (..., 3) that cannot be one; within_m : (...,)."""
+    off = np.hypot(one[..., X] - other[..., X], one[..., Y] - other[..., Y])
+    turn = one[..., ANGLE] - other[..., ANGLE]
+    turn = turn - 2.0 * math.pi * np.round(turn / (2.0 * math.pi))
+    return (off > within_m) | (np.abs(turn) > _APART_RAD)
 
 
 @compiled
@@ -329,4 +392,20 @@ def record(state: TrackState, frame: int, rows: Floats, n: int) -> int:
                 row[DISC:DISC_SD] = disc[U:S11]
                 row[DISC_SD] = disc[SD]
                 n += 1
+    return n
+
+
+@compiled
+def update(job: int, state: TrackState, bodies: Ints, frame: int, rows: Floats, n: int) -> int:
+    """PREDICT all bodies, ACCEPT the bodies (b,) 0/1 as measured, or RECORD the markers seen; how many `rows` are
+    filled.
+    """
+    if job == PREDICT:
+        predict(state, frame)
+    elif job == ACCEPT:
+        for b in range(len(bodies)):
+            if bodies[b]:
+                accept(state, b, frame)
+    else:
+        return record(state, frame, rows, n)
     return n

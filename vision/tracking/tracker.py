@@ -18,11 +18,11 @@ from ovines.recording import Recording
 from vision.identity.layouts import host_radius, layout_of
 from vision.identity.matching import Match, match_in_all, place
 from vision.markers.row import N_FIT
-from vision.tracking.camera_tracker import INDEPENDENT_FRAMES, CameraTracker, Measured
+from vision.tracking.camera_tracker import CameraTracker, Measured
 from vision.tracking.ground_markers import name_ground
 from vision.tracking.manual_names import adopt_names
-from vision.tracking.measure import accept_locked, disagree, frames_in_agreement
-from vision.tracking.state import N_RECORD, NAMED, SEARCH_RADIUS, off_prediction, record
+from vision.tracking.measure import INDEPENDENT_FRAMES
+from vision.tracking.state import N_RECORD, NAMED, SEARCH_RADIUS, disagree
 
 # A body long lost is searched for in one frame of so many: a search of the whole picture costs as much as tracking
 # through them.
@@ -78,7 +78,7 @@ class Tracker:
         self.tried_ground, self.ground_until = 0, _ground_patience(recording, frames)
         self.ground_every = max(_LEAST_EVERY, -(-(self.ground_until - _GROUND_FRAMES) // _GROUND_TRIES))
         self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
-        self.locked, self.first_frame = np.zeros(len(self.layout.bodies), np.int64), -1
+        self.first_frame = -1
         self.pool = ThreadPoolExecutor(max(2, len(self.cameras)))
 
     def track(self, frames: list[int], pictures: list[list[np.ndarray | None]]) -> None:
@@ -112,12 +112,35 @@ class Tracker:
         ran = [job.result() for job in jobs]
         done = len(ran[0][0])
         for poses, _ in ran[1:]:
-            done = min(done, frames_in_agreement(ran[0][0], poses, known, self.cameras[0].state))
+            done = min(done, self._frames_in_agreement(ran[0][0], poses))
         for i, (poses, n_rows) in enumerate(ran):
             if len(poses) > done:
                 self.cameras[i].go_back(done)
             self._filled[i][-1] = int(n_rows[done])
         return done
+
+    def _frames_in_agreement(self, one: np.ndarray, other: np.ndarray) -> int:
+        """In how many frames from the first on two cameras' poses (f, b, 3) of the known bodies are one."""
+        together = min(len(one), len(other))
+        within_m = np.array([self.cameras[0].status(b).agreement_m for b in range(len(self.layout.bodies))])
+        apart = (disagree(one[:together], other[:together], within_m) & self.layout.known).any(1)
+        return int(apart.argmax()) if apart.any() else together
+
+    def _accept_locked(self, known: np.ndarray) -> np.ndarray:
+        """Accept every known body that all cameras are locked on; which (b,) those are.  What is left needs a
+        search.
+        """
+        locked = np.zeros(len(known), bool)
+        for body in map(int, np.flatnonzero(known)):
+            seen = [camera.status(body) for camera in self.cameras]
+            poses = [camera.measured.pose[body] for camera in self.cameras]
+            locked[body] = all(one.locked for one in seen) and not any(
+                disagree(poses[0], pose, seen[0].agreement_m) for pose in poses[1:]
+            )
+            if locked[body]:
+                for camera in self.cameras:
+                    camera.accept(body)
+        return locked
 
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Track all bodies into one more frame."""
@@ -135,30 +158,13 @@ class Tracker:
         self.cameras[0].predict_and_measure(images[0], known, frame)
         for other in others:
             other.result()
-        self._accept_locked(known, frame)
-        for body in map(int, np.flatnonzero(known > self.locked)):
+        locked = self._accept_locked(known)
+        for body in map(int, np.flatnonzero(self.layout.known & ~locked)):
             self._resolve(body, frame, images)
         unknown = np.flatnonzero(~layout.known)
         if len(unknown) and all(image is not None for image in images):
             self._name_ground(int(unknown[0]), frame, images)
         self._record(frame)
-
-    def _accept_locked(self, known: np.ndarray, frame: int) -> None:
-        """Accept every body that all cameras are locked on and agree about; what is left needs a search."""
-        states = [camera.state for camera in self.cameras]
-        if len(states) == 2:
-            accept_locked(states[0], states[1], known, frame, self.locked)
-            return
-        for body in range(len(known)):
-            poses = [camera.measured.pose[body] for camera in self.cameras]
-            self.locked[body] = (
-                known[body]
-                and all(camera.identified(body) and camera.within_gate(body) for camera in self.cameras)
-                and not any(disagree(poses[0], pose, self.cameras[0].agreement_m(body)) for pose in poses[1:])
-            )
-            if self.locked[body]:
-                for camera in self.cameras:
-                    camera.accept(body)
 
     def _take_names(self, frame: int, images: list[Any]) -> None:
         if any(image is None for image in images):
@@ -182,16 +188,16 @@ class Tracker:
         """Decide about a body that some camera is not locked on: accept it, or search for it."""
         cameras = self.cameras
         seeing = [i for i, image in enumerate(images) if image is not None]
-        kept = [i for i in seeing if cameras[i].within_gate(body)]
+        kept = [i for i in seeing if cameras[i].status(body).within_gate]
         if len(kept) > 1:
-            poses, within_m = [camera.measured.pose[body] for camera in cameras], cameras[0].agreement_m(body)
+            poses, within_m = [camera.measured.pose[body] for camera in cameras], cameras[0].status(body).agreement_m
             agreeing = [[j for j in kept if not disagree(poses[i], poses[j], within_m)] for i in kept]
             if any(len(own) < len(kept) for own in agreeing):  # the most that agree; of equals the least strained
                 kept = min(agreeing, key=lambda own: (-len(own), sum(self._strain(i, body) for i in own)))
         weak: dict[int, Measured] = {  # few markers may be any: look for the rest first
             i: cameras[i].snapshot(body)
             for i in kept
-            if not cameras[i].identified(body) and self._due(cameras[i], body, frame)
+            if not cameras[i].status(body).identified and self._due(cameras[i], body, frame)
         }
         kept = [i for i in kept if i not in weak]
         missing = [i for i in seeing if i not in kept]
@@ -205,7 +211,7 @@ class Tracker:
         for i, measured in weak.items():
             if i not in kept:
                 cameras[i].restore(body, measured)
-                if cameras[i].near_prediction(body):
+                if cameras[i].status(body).near_prediction:
                     kept.append(i)
                 else:
                     cameras[i].discard(body)
@@ -215,17 +221,17 @@ class Tracker:
     def _strain(self, i: int, body: int) -> float:
         """How hard it is to believe what a camera measured: misfit, and distance from the prediction."""
         camera = self.cameras[i]
-        off, turned = off_prediction(camera.state, body)
+        now = camera.status(body)
         return (
-            camera.measured.rms_m[body] / camera.gate_m(body)
-            + _STRAIN_OFF * off / (SEARCH_RADIUS * self.layout.rig_m)
-            + turned / _TURN_SD_RAD
+            camera.measured.rms_m[body] / now.gate_m
+            + _STRAIN_OFF * now.off_m / (SEARCH_RADIUS * self.layout.rig_m)
+            + now.turned_rad / _TURN_SD_RAD
             - camera.measured.n_markers[body]
         )
 
     def _due(self, camera: CameraTracker, body: int, frame: int) -> bool:
         """Whether a lost body is worth a search now: at once, then from time to time."""
-        return min(camera.frames_lost(body), frame - self.first_frame) < _TRY_EACH or frame % _TRY_EVERY == 0
+        return min(camera.status(body).frames_lost, frame - self.first_frame) < _TRY_EACH or frame % _TRY_EVERY == 0
 
     def _search_beside(self, body: int, frame: int, images: list[Any], seen_by: int, i: int, kept: list[int]) -> None:
         """One camera has the body: measure at that pose in the other, then search near it."""
@@ -251,7 +257,7 @@ class Tracker:
         cameras = self.cameras
         if not any(self._due(cameras[i], body, frame) for i in missing):
             return
-        near = {i: cameras[i].frames_lost(body) < _NEAR_LOST for i in missing}
+        near = {i: cameras[i].status(body).frames_lost < _NEAR_LOST for i in missing}
         n_markers = self.layout.of(body).stop - self.layout.of(body).start
         discs: dict[int, np.ndarray] = {}
         for as_before, wide in ((True, False), (True, True), (False, False), (False, True)):
@@ -289,7 +295,7 @@ class Tracker:
                 if self.layout.bodies[body] == "ground"
                 else camera.matches(discs, body)
             )
-        away = 1 + camera.frames_lost(body)
+        away = 1 + camera.status(body).frames_lost
         return camera.matches(
             discs,
             body,
@@ -302,7 +308,7 @@ class Tracker:
         about = None
         if not wide:
             points_m = camera.body_points(body, camera.measured.predicted[body])
-            about = camera.box(points_m, body, camera.search_radius_m(body))
+            about = camera.box(points_m, body, camera.status(body).search_radius_m)
         ring = self._ring(camera, body)
         if about is None or ring is None:
             return about or ring
@@ -315,7 +321,7 @@ class Tracker:
         if self.layout.bodies[body] != "nes" or "host" not in self.layout.bodies or not self.host_radius_m:
             return None
         host = self.layout.bodies.index("host")
-        if camera.frames_lost(host) > _RING_LOST:
+        if camera.status(host).frames_lost > _RING_LOST:
             return None
         turn = np.linspace(0, 2 * np.pi, _RING_POINTS)
         circle = self.host_radius_m * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -385,7 +391,7 @@ class Tracker:
     def _record(self, frame: int) -> None:
         for i, camera in enumerate(self.cameras):
             rows, filled = self._room(i, 1)
-            self._filled[i][-1] = record(camera.state, frame, rows, filled)
+            self._filled[i][-1] = camera.record(rows, filled)
 
     def recorded(self, i: int) -> np.ndarray:
         """Every marker that camera `i` saw, (rows, N_RECORD) in the order of frames."""

@@ -15,13 +15,13 @@ from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Candidate, Panel
+from analysis.gap.selection.held_laws import since_before
 from analysis.gap.selection.impact_candidates import (
     PROBES,
     ImpactFit,
     best_speed_scale,
     covariates,
     restitution_design,
-    since_before,
 )
 from analysis.statistics.robust import at_least_noise, least_squares
 

@@ -156,6 +156,17 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         page.add_card("How far does the gap shrink with it?", answer, status, details)
         return
     if summary["verdict"] == "unknown":
+        laws = summary["laws"]
+        if laws:
+            parts = [
+                f"The law of the {one['stage']} closes {percent(one['shrinkage'])} "
+                f"({percent(one['shrinkage_low']).removesuffix(' %')} to {percent(one['shrinkage_high'])}) of the "
+                f"squared error above the floor there, on runs held out: {one['formula']}."
+                for one in laws
+            ]
+            answer = f"By {percent(laws[0]['shrinkage'])}, with a law written for it"
+            page.add_card("How far does the gap shrink?", answer, "caution", [*parts, *details])
+            return
         page.add_card("How far does the gap shrink?", "Not yet: nothing with a name closes it", "bad", details)
     elif _above_floor(gap, quantity):
         page.add_card(

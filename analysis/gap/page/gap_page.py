@@ -13,6 +13,7 @@ from analysis.gap.page.evidence import evidence_section, flight_evidence, impact
 from analysis.gap.page.figures import Candidate, ladder_figure, ranking_figure
 from analysis.gap.page.figures_impacts import impact_candidates
 from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
+from analysis.gap.page.laws import laws_section
 from analysis.gap.page.tables import (
     detectable_rows,
     gap_rows,
@@ -51,6 +52,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
         page.actions.append(
             "Record more runs: from a single one nothing can be held out, so every gain here is one of the same data."
         )
+    laws_section(page, diagnosis)
     _ladder_section(page, diagnosis)
     evidence_section(page, diagnosis)
     _ranking_section(page, diagnosis)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
-from analysis.flights.parameters import INDEX, PARAMETERS
+from analysis.flights.parameters import INDEX, LAW, LAW_TERMS, PARAMETERS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unit_accelerations import unit_accelerations
@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 # Prior sds over the contact radius: of the lens residual's polynomials (0.03 mm of 40 mm: what a good calibration
 # leaves, GAP.md: 0.05 mm at most), and of the markers' origin.
 LENS_SD_SHARE, ORIGIN_SD_SHARE = 7.5e-4, 0.025
-ALL = tuple(range(len(SHARED)))
+# Terms of a written law are columns where a run holds one.
+ALL = tuple(i for i, name in enumerate(SHARED) if name not in LAW_TERMS)
 START_FRICTION = 0.25
 
 
@@ -230,6 +231,7 @@ def fit(
     """
     names = [*model.free, *ORIGIN, *LENS_TERMS]
     places = run_places([run.data for run in runs])
+    held = range(LAW, LAW + len(runs[0].data.law))
     frames = PLAIN if noise is None else noise
     evidence: list[Evidence] = []
     fits: list[FlightFits] = []
@@ -244,7 +246,7 @@ def fit(
             ],
         )
         usual = _usual(fits)
-        columns = ALL if last and every_column else columns_of([n for n in names if n in SHARED])
+        columns = sorted((*ALL, *held)) if last and every_column else columns_of([n for n in names if n in SHARED])
         if noise is None and step == 1:
             frames = noise_of(fits)
         evidence = _in_threads(gather, [(f, columns, frames, usual) for f in fits])

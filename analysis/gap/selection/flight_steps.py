@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.parameters import INDEX
+from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN, stated_terms
 from analysis.gap.cause import Cause, Structure
@@ -90,6 +90,7 @@ def select_flight_effects(
     hides a listed one nor is hidden by it."""
     runs = series.runs
     stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
+    stated |= dict.fromkeys(LAW_TERMS[: len(runs[0].data.law)], 1.0)
     nominal = fit(runs, nominal_model(effects, stated))
     base, causes = _missing_friction(runs, nominal, effects, withheld)
     units = rig_units(base)

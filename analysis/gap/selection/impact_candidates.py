@@ -26,6 +26,7 @@ from analysis.contact.law import (
 )
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
+from analysis.gap.selection.held_laws import since_before, without_laws
 from analysis.gap.selection.robust_regression import regress
 from analysis.walls.wall import Wall
 from ovines.robust import MEDIAN_TO_SD
@@ -80,7 +81,8 @@ def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bo
         first = fit_wall(junctions, run.wall, terms, wall_prior(run.wall))
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
     wall = fit_wall(junctions, run.wall, terms, wall_prior(run.wall), extra)
-    data = _with_structure(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor))
+    data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
+    data = _with_structure(data)
     law = fit_law(data) if len(data) >= 4 else NO_LAW
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
@@ -132,15 +134,6 @@ def covariates(data: LawData) -> dict[str, Array]:
         }
     )
     return out
-
-
-def since_before(data: LawData) -> Array:
-    """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
-    order = np.lexsort((data.time_s, data.run))
-    since = np.full(len(data), np.inf)
-    same = data.run[order][1:] == data.run[order][:-1]
-    since[order[1:][same]] = np.diff(data.time_s[order])[same]
-    return since
 
 
 def _standardised(values: Array) -> Array:

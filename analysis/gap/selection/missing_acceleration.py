@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.evidence import impact_before
-from analysis.flights.fit import LENS_TERMS, lens_basis
+from analysis.flights.fit import LENS_TERMS, impact_before, lens_basis
 from analysis.flights.runs import Run
 from analysis.gap.selection.flight_candidates import FlightFit
 from ovines.robust import MEDIAN_TO_SD
@@ -69,7 +68,7 @@ def residual_frames(runs: Sequence[Run], fitted: FlightFit, *, without_lens: boo
                         lift[i],
                         data.host.omega_rad_per_s * data.time_s[i] + data.host.phase_rad,
                         np.full(len(i), data.radius_m),
-                        data.time_s[i] - impact_before(fits, k),
+                        data.time_s[i] - impact_before(data, fits.flights, k),
                     ]
                 )
             )

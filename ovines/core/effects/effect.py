@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovines.core.compiled import Floats
-from ovines.core.system.model import Scenario, ScenarioError, require, require_range
+from ovines.core.refusal import ScenarioError, require, require_range
+from ovines.core.system import parameters as P
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed
 
 Values = Mapping[str, float]  # an effect's parameters
@@ -76,6 +78,18 @@ class Effect:
             require_range(f"effects.{self.name}.{name}", float(value), low, parameter.high)
             full[name] = float(value)
         return full
+
+
+def with_lobe(packed: Packed, size: float, order: float, direction_rad: float) -> Packed:
+    """A copy of ``packed`` with one more lobe of its round wall: contact radius times 1 + size cos(order (azimuth -
+    direction)).
+    """
+    count = int(packed.p[P.LOBES])
+    require(
+        count < P.MOST_LOBES, f"more than {P.MOST_LOBES} lobes of a wall", f"{P.MOST_LOBES} at the most", "merge them"
+    )
+    at = P.LOBE_TABLE + 3 * count
+    return with_floats(packed, {P.LOBES: count + 1.0, at: size, at + 1: order, at + 2: direction_rad})
 
 
 def with_floats(packed: Packed, changes: Mapping[int, float]) -> Packed:

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core.effects.effect import Effect, EffectParameter, Values, with_floats
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
-from ovines.core.system.model import Scenario, require
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import ACCELERATION_OF_GRAVITY, AXES, Packed
 
 INF = math.inf

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, with_floats
+from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, with_floats, with_lobe
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
-from ovines.core.system.model import Scenario, require
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed
 
 INF = math.inf
@@ -39,7 +40,7 @@ def _lobes(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     # The curvature 1 + (n^2 - 1) a cos n(..) must stay positive: the disk touches one place at a time.
     bends = f"effects.wall_lobes.amplitude = {size:g} at order {order:g}, a wall that bends inwards"
     require(abs(size) * (order**2 - 1) < 1, bends, f"less than {1 / (order**2 - 1):.3g}", "make it smaller")
-    return with_floats(packed, {P.LOBES: size, P.LOBE_ORDER: order, P.LOBE_DIRECTION: values["direction_rad"]})
+    return with_lobe(packed, size, order, values["direction_rad"])
 
 
 def _centre_marker(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:

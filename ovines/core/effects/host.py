@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values
+from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion
-from ovines.core.system.model import Scenario, require
+from ovines.core.system.model import Scenario
 from ovines.core.system.packed import AXES, Packed
 
 INF = math.inf

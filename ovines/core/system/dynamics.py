@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import push as push_law
 from ovines.core.system import parameters as P
 from ovines.core.system.friction import floor_friction
 from ovines.core.system.host import ROTATION, base_motion, vertical_acceleration
@@ -18,6 +20,7 @@ from ovines.core.system.kinematics import (
     place,
     relative_acceleration,
 )
+from ovines.core.system.known import known_of
 from ovines.core.system.packed import Contact, Face, System
 
 # what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
@@ -46,8 +49,11 @@ def free_accelerations(t: float, y: Floats, at: Floats, system: System, scratch:
         springs(t, y, system, scratch, dy)
     if moving:
         dy[P.HOST], dy[P.HOST + 1], dy[P.HOST + 4] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
+    before_x, before_y, before_spin = dy[2], dy[3], dy[5]
     if p[P.FLOOR_FRICTION] > 0.0:
         floor(t, y, at, system, moving, dy)
+    if system.law.shape[0] > 0:
+        written(t, y, at, system, (dy[2] - before_x, dy[3] - before_y, dy[5] - before_spin), dy)
 
 
 @inlined
@@ -83,6 +89,23 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
         dy[P.HOST + 3] -= ay * mass * p[P.INVERSE_HOST_MASS]
         arm = (at[0] - at[4]) * ay - (at[1] - at[5]) * ax
         dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
+
+
+@compiled
+def written(t: float, y: Floats, at: Floats, system: System, friction: tuple[float, float, float], dy: Floats) -> None:
+    """Add the terms of written laws to ``dy``, beside what the floor's ``friction`` gives (x, y, spin); their power
+    counts as drag.  They act on the disk alone.
+    """
+    p, k, law = system.p, system.k, system.law
+    known, out = known_of(t, y, at, p, k), np.zeros(3)
+    known[W.FX], known[W.FY], known[W.FT] = friction
+    for j in range(law.shape[0]):
+        push_law(law[j], 1.0, known, out)
+    dy[2] += out[0]
+    dy[3] += out[1]
+    dy[5] += out[2]
+    if k[P.STATE_SIZE] > 6:
+        dy[P.LOST_DRAG] -= p[P.MASS] * (out[0] * y[2] + out[1] * y[3]) + p[P.INERTIA] * out[2] * y[5]
 
 
 @compiled

@@ -8,29 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-
-class ScenarioError(ValueError):
-    """A scenario that cannot be: what was found, what was expected, what to do."""
-
-    def __init__(self, found: str, expected: str, do: str) -> None:
-        super().__init__(f"found:    {found}\nexpected: {expected}\ndo:       {do}")
-        self.found, self.expected, self.do = found, expected, do
-
-    def __reduce__(self) -> tuple[type[ScenarioError], tuple[str, str, str]]:  # a worker hands it through a pickle
-        return type(self), (self.found, self.expected, self.do)
-
-
-def require(holds: bool, found: str, expected: str, do: str) -> None:
-    """Raise :class:`ScenarioError` unless ``holds``."""
-    if not holds:
-        raise ScenarioError(found, expected, do)
-
-
-def require_range(name: str, value: float | None, low: float, high: float, above: bool = False) -> None:
-    """Refuse ``value`` outside ``low..high`` (``above``: ``low`` itself is refused), NaN and nothing at all."""
-    inside = value is not None and math.isfinite(value) and (low < value if above else low <= value) and value <= high
-    bounds = f"{'above' if above else 'at least'} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
-    require(inside, f"{name} = {value}", f"a finite number {bounds}", f"correct {name}")
+from ovines.core.laws.terms import WrittenLaw
+from ovines.core.refusal import require, require_range
 
 
 @dataclass(frozen=True)
@@ -204,8 +183,9 @@ class Scenario:
 
     ``initial_nes`` and ``initial_host`` are x, y, vx, vy, angle, spin; the NES's are of its geometric centre;
     the Host's are ignored when it is fixed or driven.  ``effects`` maps an effect's name
-    (:data:`ovines.core.effects.EFFECTS`) to its parameters.  ``run_number`` counts runs of a series (drift).
-    ``tolerance`` is the integrator's, relative to the scenario's own length and speed; closed-form flights ignore it.
+    (:data:`ovines.core.effects.EFFECTS`) to its parameters; ``laws`` are formulas beside them.  ``run_number`` counts
+    runs of a series (drift).  ``tolerance`` is the integrator's, relative to the scenario's own length and speed;
+    closed-form flights ignore it.
     """
 
     name: str
@@ -220,6 +200,7 @@ class Scenario:
     sample_rate_hz: float = 800.0
     max_impacts: int = 10000
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    laws: tuple[WrittenLaw, ...] = ()
     run_number: int = 0
     tolerance: float = 1e-11
 

@@ -15,7 +15,8 @@ ACCELERATION_OF_GRAVITY = 9.81  # m/s^2, as the thesis
 
 class System(NamedTuple):
     """What a run does not change: numbers and settings (places in `parameters`), harmonics of the drive (m, 4), pieces
-    of a measured motion (n, 17), the polygon's edges (e, 3).
+    of a measured motion (n, 17), the polygon's edges (e, 3), terms of written laws (t,
+    :data:`ovines.core.laws.words.ROW_SIZE`).
     """
 
     p: Floats
@@ -23,6 +24,7 @@ class System(NamedTuple):
     drive: Floats
     table: Floats
     polygon: Floats
+    law: Floats
 
 
 class Samples(NamedTuple):
@@ -55,7 +57,7 @@ class Face(NamedTuple):
 
 @dataclass(frozen=True)
 class Packed:
-    """Arrays of one run: floats, ints, harmonics, measured table, polygon edges, initial state."""
+    """Arrays of one run: floats, ints, harmonics, measured table, polygon edges, initial state, terms of laws."""
 
     p: np.ndarray
     k: np.ndarray
@@ -63,12 +65,13 @@ class Packed:
     table: np.ndarray
     polygon: np.ndarray
     y: np.ndarray
+    law: np.ndarray
 
     @property
     def system(self) -> System:
         """What the engine does not change."""
-        return System(self.p, self.k, self.drive, self.table, self.polygon)
+        return System(self.p, self.k, self.drive, self.table, self.polygon, self.law)
 
     def copy(self) -> Packed:
         """An independent copy (the engine changes ``y``)."""
-        return Packed(*(getattr(self, name).copy() for name in ("p", "k", "drive", "table", "polygon", "y")))
+        return Packed(*(getattr(self, name).copy() for name in ("p", "k", "drive", "table", "polygon", "y", "law")))

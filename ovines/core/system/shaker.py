@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.core.system.model import require, require_range
+from ovines.core.refusal import require, require_range
 
 Array = NDArray[np.float64]
 

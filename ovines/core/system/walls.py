@@ -50,12 +50,14 @@ def stretched(x: float, y: float, p: Floats) -> tuple[float, float, float]:
     angle = 2.0 * (azimuth - p[P.ELLIPSE_DIRECTION])
     oval = p[P.ELLIPTICITY] * math.cos(angle)
     slope = -2.0 * p[P.ELLIPTICITY] * math.sin(angle)
-    if p[P.LOBES] == 0.0:
-        return 1.0 + oval, slope, -4.0 * oval
-    order = p[P.LOBE_ORDER]
-    angle = order * (azimuth - p[P.LOBE_DIRECTION])
-    lobe = p[P.LOBES] * math.cos(angle)
-    return 1.0 + oval + lobe, slope - order * p[P.LOBES] * math.sin(angle), -4.0 * oval - order * order * lobe
+    value, bend = 1.0 + oval, -4.0 * oval
+    for i in range(int(p[P.LOBES])):
+        size, order = p[P.LOBE_TABLE + 3 * i], p[P.LOBE_TABLE + 3 * i + 1]
+        angle = order * (azimuth - p[P.LOBE_TABLE + 3 * i + 2])
+        lobe = size * math.cos(angle)
+        value, bend = value + lobe, bend - order * order * lobe
+        slope -= order * size * math.sin(angle)
+    return value, slope, bend
 
 
 @compiled

@@ -1,0 +1,121 @@
+"""What a law answers to, bin by bin: the residual as a function of the quantity that the law follows, before and after.
+
+No form is assumed: the law's direction (or number) is fitted freely in every bin of the quantity, so that a formula can
+be held against points with error bars, and what it leaves against zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.regression import Profile, Regression
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
+from ovines.core.laws.words import QUANTITIES, TARGETS
+
+Array = NDArray[np.float64]
+BINS = 14
+Cut = Callable[[Array], Array]
+
+
+class HasRows(Protocol):
+    """A regression that can make columns of a term cut into bins of what it knows."""
+
+    @property
+    def problem(self) -> Regression:
+        """Residual and nuisances."""
+
+    @property
+    def known(self) -> Array:
+        """What laws know, (N, KNOWN_SIZE)."""
+
+    def cut_columns(self, term: Term, cut: Cut) -> Array:
+        """Columns (M, B) of a term times the weights that ``cut`` gives each state known, (N, B)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """``covariate`` (B,) means of the bins of the quantity ``name`` in ``unit``; the residual along ``target`` without
+    the law (``before``) and with it (``after``), with sds (B,), and the ``law`` itself there, in ``target_unit``."""
+
+    name: str
+    unit: str
+    target: str
+    target_unit: str
+    covariate: Array
+    before: Array
+    before_sd: Array
+    after: Array
+    after_sd: Array
+    law: Array
+
+
+def evidence_of(before: HasRows, after: HasRows, law: WrittenLaw) -> Evidence | None:
+    """The strongest term of ``law`` against the quantity that it follows; None for a constant."""
+    term = max(law.terms, key=lambda one: _usual(one, before.known))
+    if not term.factors:
+        return None
+    factor = term.factors[0]
+    values = quantity_of(factor, before.known)
+    fine = np.abs(values) < 0.5 * W.LONG_AGO_S
+    if np.count_nonzero(fine) < 2 * BINS:
+        return None
+    edges = np.unique(np.quantile(values[fine], np.linspace(0, 1, BINS + 1)))
+    if len(edges) < 3:
+        return None
+
+    def cut(known: Array) -> Array:
+        q = quantity_of(factor, known)
+        at = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, len(edges) - 2)
+        inside = (q >= edges[0]) & (q <= edges[-1])
+        out = np.zeros((len(q), len(edges) - 1))
+        out[np.arange(len(q))[inside], at[inside]] = 1.0
+        return out
+
+    weight = cut(before.known)
+    count = np.maximum(weight.sum(0), 1.0)
+    bare = replace(term, coefficient=1.0, factors=_others(term, factor))
+    given = np.empty((len(before.known), 1))
+    # What is left of the term once the factors that do not follow the quantity are taken out.
+    sizes(rows_of([replace(term, factors=_own(term, factor))]), before.known, given)
+    sides = [_profile(one, bare, cut) for one in (before, after)]
+    return Evidence(
+        factor.quantity, QUANTITIES[factor.quantity].unit, term.target, bare.unit,
+        weight.T @ np.where(fine, values, 0.0) / count, *sides[0], *sides[1], weight.T @ given[:, 0] / count,
+    )  # fmt: skip
+
+
+def _own(term: Term, factor: Factor) -> tuple[Factor, ...]:
+    return tuple(one for one in term.factors if one.quantity == factor.quantity)
+
+
+def _others(term: Term, factor: Factor) -> tuple[Factor, ...]:
+    return tuple(one for one in term.factors if one.quantity != factor.quantity)
+
+
+def _profile(one: HasRows, term: Term, cut: Cut) -> tuple[Array, Array]:
+    problem = one.problem
+    _, step, covariance = Profile.of(problem).gain(one.cut_columns(term, cut))
+    return step, np.sqrt(np.maximum(np.diag(covariance), 0.0) * problem.excess)
+
+
+def quantity_of(factor: Factor, known: Array) -> Array:
+    """Values (N,) of a factor's quantity; an angle between minus and plus half a turn."""
+    plain = Factor(factor.quantity, x=factor.x, y=factor.y)
+    target = next(iter(TARGETS))
+    out = np.empty((len(known), 1))
+    sizes(rows_of([Term(target, 1.0, (plain,))]), known, out)
+    values = out[:, 0]
+    return np.asarray(np.angle(np.exp(1j * values)) if QUANTITIES[factor.quantity].circular else values, float)
+
+
+def _usual(term: Term, known: Array) -> float:
+    out = np.empty((len(known), 1))
+    sizes(rows_of([term]), known, out)
+    return float(np.sqrt(np.mean(np.minimum(out**2, 1e30))))

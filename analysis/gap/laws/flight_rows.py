@@ -1,0 +1,166 @@
+"""Flights as a regression: how far each candidate's acceleration would have moved the frames.
+
+A term's acceleration along the path is integrated twice, with what friction and drag make of the velocity that it adds
+(a disk that hardly slides follows the floor, whatever pulls at it); the flight's own start state, which no law knows,
+is projected out of residual, nuisances and candidates alike.  The law that is chosen is fitted again by the flights'
+own equation of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.compiled import compiled
+from analysis.flights.evidence import flight_rows, usable_flights
+from analysis.flights.fit import SHARED, FlightFits, whiten
+from analysis.flights.known_states import known_states
+from analysis.flights.model import STATES
+from analysis.flights.noise import GROSS_SD
+from analysis.gap.laws.regression import Regression
+from analysis.gap.selection.flight_candidates import FlightFit, prior_of
+from ovines.core.laws.kernel import pushes
+from ovines.core.laws.terms import Term, rows_of
+
+Array = NDArray[np.float64]
+# Steps of the integration in a frame: a force of 4 mm range beside the wall is crossed in two frames.
+SUBSTEPS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class _Flight:
+    """One flight: ``times`` (S,) of the integration with what laws ``know`` there and how the acceleration answers
+    velocities (``damping``, (S, 3, 3)), the frames' places ``at`` (N,) among them, whitening, robust weights (N, 3) and
+    an orthonormal basis (3 N, 6) of what the start state moves."""
+
+    times: Array
+    know: Array
+    damping: Array
+    at: NDArray[np.int64]
+    place: Array
+    angle: Array
+    weight: Array
+    own: Array
+
+    def projected(self, rows: Array) -> Array:
+        """Whitened rows (N, 3, C) without what the start state takes, (3 N, C)."""
+        flat = (rows * self.weight[:, :, None]).reshape(-1, rows.shape[2])
+        return np.asarray(flat - self.own @ (self.own.T @ flat), float)
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRegression:
+    """The flights of a series: the ``problem`` without a law, and columns of any law's terms."""
+
+    problem: Regression
+    flights: tuple[_Flight, ...]
+
+    @property
+    def known(self) -> Array:
+        """What laws know at all the frames, (N, KNOWN_SIZE)."""
+        return np.vstack([one.know[one.at] for one in self.flights])
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds to the residuals' model."""
+        packed = rows_of(terms)
+        return np.vstack([_columns(one, _given(one, packed)) for one in self.flights])
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
+        packed = rows_of([term])
+        return np.vstack([_columns(one, _given(one, packed) * cut(one.know)[:, None, :]) for one in self.flights])
+
+
+def flight_regression(fitted: FlightFit) -> FlightRegression:
+    """The flights of a fit that may speak for what all share, its free parameters as nuisances."""
+    names = [n for n in fitted.columns if n in SHARED]
+    columns = sorted(SHARED.index(n) for n in names)
+    flights: list[_Flight] = []
+    residuals: list[Array] = []
+    nuisances: list[Array] = []
+    block: list[int] = []
+    run: list[int] = []
+    for number, fits in enumerate(fitted.fits):
+        for k in np.flatnonzero(usable_flights(fits)):
+            one, residual, rows = _linearised(fits, int(k), columns, fitted)
+            residuals.append(residual)
+            nuisances.append(rows)
+            block += [len(flights)] * len(residual)
+            run += [number] * len(residual)
+            flights.append(one)
+    prior = prior_of([SHARED[c] for c in columns], fitted.fits[0].run.contact_radius_m)
+    problem = Regression(
+        np.concatenate(residuals) if residuals else np.zeros(0),
+        np.vstack(nuisances) if nuisances else np.zeros((0, len(columns))),
+        prior,
+        np.array(block, np.int64),
+        np.array(run, np.int64),
+    )
+    return FlightRegression(problem, tuple(flights))
+
+
+def _linearised(fits: FlightFits, k: int, columns: Sequence[int], fitted: FlightFit) -> tuple[_Flight, Array, Array]:
+    seen = flight_rows(fits, k, columns)
+    white = fitted.noise.whitening(
+        seen.index, seen.time_s, np.ascontiguousarray(seen.sd[:, 0]), np.ascontiguousarray(seen.sd[:, 2])
+    )
+    rows, residual = seen.rows.copy(), seen.residual.copy()
+    whiten(rows, residual, *white)
+    weight = np.minimum(1.0, GROSS_SD / np.maximum(np.abs(residual), 1e-300))
+    local = (rows[:, :, :STATES] * weight[:, :, None]).reshape(-1, STATES)
+    size = np.sqrt(np.sum(local**2, 0))
+    u, s, _ = np.linalg.svd(local / np.where(size > 0, size, 1.0), full_matrices=False)
+    times, at = _grid(seen.time_s)
+    one = _Flight(times, *known_states(fits, k, times), at, *white, weight, u[:, s > 1e-9 * s.max()])
+    moved = one.projected(np.concatenate([residual[:, :, None], rows[:, :, STATES:]], 2))
+    return one, moved[:, 0], moved[:, 1:]
+
+
+def _grid(time_s: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Times (S,) that divide every interval between seen frames, no step longer than a frame's share, and where the
+    frames are among them."""
+    period = float(np.median(np.diff(time_s)))
+    steps = np.maximum(np.round(np.diff(time_s) / period).astype(int), 1) * SUBSTEPS
+    at = np.concatenate([[0], np.cumsum(steps)])
+    return np.interp(np.arange(at[-1] + 1), at, time_s), at
+
+
+@compiled
+def _respond(times: Array, damping: Array, given: Array, moved: Array) -> None:
+    """``moved`` (S, 3, T): displacements under accelerations ``given`` (S, 3, T), from rest; trapezoid rule, implicit
+    in what ``damping`` makes of the velocities."""
+    count = given.shape[2]
+    speed, ahead, unit = np.zeros((3, count)), np.zeros((3, count)), np.eye(3)
+    for i in range(len(times) - 1):
+        h = times[i + 1] - times[i]
+        inverse = np.linalg.inv(unit - 0.5 * h * damping[i + 1])
+        forward = unit + 0.5 * h * damping[i]
+        turn = inverse @ forward
+        for j in range(count):
+            for m in range(3):
+                total = 0.0
+                for n in range(3):
+                    total += turn[m, n] * speed[n, j]
+                    total += inverse[m, n] * 0.5 * h * (given[i, n, j] + given[i + 1, n, j])
+                ahead[m, j] = total
+            for m in range(3):
+                moved[i + 1, m, j] = moved[i, m, j] + 0.5 * h * (speed[m, j] + ahead[m, j])
+                speed[m, j] = ahead[m, j]
+
+
+def _given(one: _Flight, packed: Array) -> Array:
+    """Accelerations (S, 3, T) of packed terms."""
+    given = np.empty((len(one.times), 3, len(packed)))
+    pushes(packed, one.know, given)
+    return given
+
+
+def _columns(one: _Flight, given: Array) -> Array:
+    """What accelerations ``given`` (S, 3, C) make of the frames: whitened, without the start state, (3 N, C)."""
+    moved = np.zeros_like(given)
+    _respond(one.times, one.damping, given, moved)
+    rows = np.ascontiguousarray(moved[one.at])
+    whiten(rows, np.zeros(rows.shape[:2]), one.place, one.angle)
+    return one.projected(rows)

@@ -1,0 +1,98 @@
+"""A law as it is told: formula, numbers with intervals, how far it closes the gap on runs held out, what else it may
+be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.candidate import with_coefficients
+from analysis.gap.laws.evidence import Evidence
+from analysis.gap.laws.search import Found, Rival
+from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.formula import as_latex, as_text
+from ovines.core.laws.terms import WrittenLaw
+
+Array = NDArray[np.float64]
+NORMAL_90 = 1.645
+DRAWS, BAND = 400, (0.05, 0.95)
+
+
+@dataclass(frozen=True, eq=False)
+class Other:
+    """Another formula: how much of the chosen one's held-out gain it has, and whether the data tell them apart."""
+
+    law: WrittenLaw
+    share: float
+    told_apart: bool
+
+
+@dataclass(frozen=True, eq=False)
+class LawFound:
+    """``law`` in the world's frame and ``rig_law`` in the rig's; ``numbers`` name -> (value, sd, unit) in the world;
+    ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``;
+    ``paths`` of the flights by run, before and after."""
+
+    law: WrittenLaw
+    rig_law: WrittenLaw
+    numbers: dict[str, tuple[float, float, str]]
+    p: float
+    before: Array
+    after: Array
+    floor: Array
+    others: tuple[Other, ...]
+    evidence: Evidence | None = None
+    paths: tuple[list[Array], list[Array]] | None = None
+
+    def shrinkage(self, rng: np.random.Generator) -> tuple[float, float, float]:
+        """Share of the gap that the law closes on runs that its coefficients have not seen, with a 90 % interval over
+        runs; unclipped."""
+
+        def ratio(weight: Array) -> float:
+            whole = float(weight @ (self.before - self.floor))
+            return float(weight @ (self.before - self.after)) / whole if whole > 0 else 0.0
+
+        n = len(self.before)
+        drawn = [ratio(np.bincount(rng.integers(0, n, n), minlength=n).astype(float)) for _ in range(DRAWS)]
+        value = ratio(np.ones(n))
+        low, high = (float(x) for x in np.quantile(drawn, BAND))
+        return value, min(low, value), max(high, value)
+
+    def entry(self, file: str, rng: np.random.Generator) -> dict[str, Any]:
+        """As diagnosis.json has it."""
+        value, low, high = self.shrinkage(rng)
+        return {
+            "stage": self.law.stage,
+            "formula": as_text(self.law),
+            "latex": as_latex(self.law),
+            "parameters": {
+                name: {"value": v, "low": v - NORMAL_90 * sd, "high": v + NORMAL_90 * sd, "unit": unit}
+                for name, (v, sd, unit) in self.numbers.items()
+            },
+            "shrinkage": value,
+            "shrinkage_low": low,
+            "shrinkage_high": high,
+            "p": self.p,
+            "others": [
+                {"formula": as_text(one.law), "gain": one.share, "told_apart": one.told_apart} for one in self.others
+            ],
+            "file": file,
+        }
+
+
+def others_of(found: Found, frame: RigFrame) -> tuple[Other, ...]:
+    """The nearest other formulas, in the world."""
+    return tuple(_other(one, frame) for one in found.rivals)
+
+
+def _other(one: Rival, frame: RigFrame) -> Other:
+    law = WrittenLaw(with_coefficients(one.candidate.terms, one.coefficients, one.covariance))
+    return Other(in_world(law, frame), one.gain, one.told_apart)
+
+
+def in_world(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
+    """A law of the rig's frame in the world's."""
+    return law.moved(frame.turn_rad, frame.origin_m.tolist())

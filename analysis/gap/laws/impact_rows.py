@@ -1,0 +1,145 @@
+"""Impacts as a regression: restitution, tangential impulse, spin and contact distance, each over its own error.
+
+Rows come in four parts, one per impact each, and a term has entries in the part of what it acts on.  How far each part
+answers its target follows from the contact law: restitution moves the normal speed after the impact, wall friction the
+impulse of impacts that slide, tangential restitution of those that stick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse, sticks
+from analysis.flights.fit import FlightFits
+from analysis.gap.laws.regression import Regression
+from analysis.gap.selection.held_laws import known_at_impacts
+from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Term, WrittenLaw, rows_of
+from ovines.robust import MEDIAN_TO_SD
+
+Array = NDArray[np.float64]
+# Gross errors count as so many sds.
+CLIP_SD = 5.0
+# Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
+LEAST_SHARE = 0.01
+TANGENTIAL = ("wall_friction", "tangential_restitution")
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactRegression:
+    """The impacts of a series: the ``problem`` without a law, what laws ``known`` (K, KNOWN_SIZE) at each of them, and
+    how the rows of all parts answer a unit of each target (``answers``: target -> (M,))."""
+
+    problem: Regression
+    known: Array
+    answers: dict[str, Array]
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds to the residuals' model."""
+        size = np.empty((len(self.known), len(terms)))
+        sizes(rows_of(terms), self.known, size)
+        out = np.zeros((len(self.problem.residual), len(terms)))
+        for j, term in enumerate(terms):
+            if term.target in self.answers:
+                out[:, j] = self.answers[term.target] * np.tile(size[:, j], len(out) // len(size))
+        return out
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (K, B) that ``cut`` gives what is known."""
+        weight = cut(self.known)
+        return self.columns([term]) * np.tile(weight, (len(self.problem.residual) // len(weight), 1))
+
+
+def law_regression(
+    impacts: ImpactFit,
+    fits: Sequence[FlightFits],
+    restitution_terms: Sequence[str],
+    law: WrittenLaw | None = None,
+) -> ImpactRegression:
+    """Normal, tangential and angular residuals of the law, restitution's terms, wall friction and beta_0 as nuisances.
+
+    ``law``: one that is known to act, whose part of restitution's scatter is none."""
+    data = impacts.data
+    count = len(data)
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    normal, design = _normal(data, restitution_terms, _restitution_of(law, known))
+    tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
+    angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
+    residual = np.concatenate([normal, tangential / tangential_sd, data.angular / angular_sd])
+    nuisances = np.zeros((3 * count, design.shape[1] + 2))
+    nuisances[:count, : design.shape[1]] = design
+    none = np.zeros(count)
+    # Of the spin that the impulse has left a share is lost; the impulse is measured by the contact point's speed, in
+    # which that spin is, too.
+    q = data.inertia_factor
+    left = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
+    lost = left * q / (1 + q)
+    answers = {
+        "restitution": np.concatenate([design[:, 0], none, none]),
+        "wall_friction": np.concatenate([none, slides / tangential_sd, none]),
+        "tangential_restitution": np.concatenate([none, stuck / tangential_sd, none]),
+        "spin_kept": np.concatenate([none, lost / tangential_sd, lost * q / angular_sd]),
+    }
+    nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
+    return ImpactRegression(
+        _clipped(residual, nuisances, np.tile(np.arange(count), 3), np.tile(data.run, 3)),
+        known,
+        answers,
+    )
+
+
+def distance_regression(impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactRegression:
+    """Contact distances of a round wall, radius, centre and the disk's own centre as nuisances."""
+    wall, at = impacts.wall, impacts.data.index
+    sd = np.hypot(wall.impacts.sd("gap")[at], wall.scatter_m)
+    azimuth, body = wall.impacts.azimuth_rad[at], wall.impacts.body_rad[at]
+    shapes = [np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)]
+    nuisances = np.column_stack(shapes) / sd[:, None]
+    problem = _clipped(wall.residual_m[at] / sd, nuisances, np.arange(len(at)), impacts.data.run)
+    return ImpactRegression(
+        problem, known_at_impacts(impacts.data, impacts.junctions, fits), {"contact_radius": 1 / sd}
+    )
+
+
+def _restitution_of(law: WrittenLaw | None, known: Array) -> Array | None:
+    """What a law adds to restitution, (K,)."""
+    terms = [] if law is None else [term for term in law.terms if term.target == "restitution"]
+    if not terms:
+        return None
+    out = np.empty((len(known), len(terms)))
+    sizes(rows_of(terms), known, out)
+    return np.asarray(out.sum(1), float)
+
+
+def _normal(data: LawData, restitution_terms: Sequence[str], law: Array | None) -> tuple[Array, Array]:
+    design = restitution_design(data, restitution_terms)
+    coefficients, _, scatter, _ = fit_restitution(data, design)
+    if law is not None:
+        scatter = fit_restitution(data, np.column_stack([design, law]))[2]
+    sd = np.hypot(data.normal_sd, scatter * data.before)
+    return (data.after - design @ coefficients * data.before) / sd, design * (data.before / sd)[:, None]
+
+
+def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array, Array]:
+    """Residual of the impulse, its sd, and its change with wall friction and beta_0."""
+    law = impacts.law
+    wanted = stick_impulse(data, law.tangential_restitution)
+    stick = sticks(data, law.wall_friction, law.tangential_restitution)
+    scatter = law.tangential_scatter if np.isfinite(law.tangential_scatter) else 0.0
+    sd = np.hypot(data.tangential_sd, max(scatter, LEAST_SHARE) * data.normal_impulse)
+    predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
+    slides = np.where(stick, 0.0, np.sign(wanted) * data.normal_impulse)
+    stuck = np.where(stick, -data.slip / data.mobility, 0.0)
+    return data.tangential_impulse - predicted, sd, slides, stuck
+
+
+def _clipped(residual: Array, nuisances: Array, block: NDArray[np.int64], run: NDArray[np.int64]) -> Regression:
+    # Gross against what the impacts usually leave, not against noise alone: a missing law is no gross error.
+    parts = np.split(np.nan_to_num(residual), max(len(block) // max(len(np.unique(block)), 1), 1))
+    limits = [CLIP_SD * max(1.0, MEDIAN_TO_SD * float(np.median(np.abs(one)))) for one in parts if len(one)]
+    residual = np.concatenate([np.clip(one, -top, top) for one, top in zip(parts, limits, strict=False)])
+    return Regression(residual, np.nan_to_num(nuisances), np.zeros(nuisances.shape[1]), block, run.astype(np.int64))

@@ -1,0 +1,209 @@
+"""What candidates explain of a residual, each run predicted by the others, and what chance would explain.
+
+Rows are whitened observations, so that a sum of squares is a fall of -2 log L.  Rows of a block (a flight, an impact)
+share whatever noise did to them: chance is drawn by turning the sign of each block's residual, which keeps sizes and
+correlations within a block whatever they are.  Turned is what the best candidate leaves (ter Braak 1992), not what it
+explains: a strong law would otherwise pass for strong noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# Blocks stand in for runs where there is only one.
+FOLDS_OF_ONE_RUN = 5
+# A column of which so little is left beside the others is none: rounding's.
+LEAST_LEFT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """``residual`` (M,) whitened; ``nuisances`` (M, P) fitted along with prior weights ``prior`` (P,), 1/variance;
+    ``block`` (M,) and ``run`` (M,) numbers of each row's flight or impact, and run."""
+
+    residual: Array
+    nuisances: Array
+    prior: Array
+    block: NDArray[np.int64]
+    run: NDArray[np.int64]
+
+    @property
+    def folds(self) -> NDArray[np.int64]:
+        """The part (M,) with which a row is held out."""
+        if len(np.unique(self.run)) > 1:
+            return np.unique(self.run, return_inverse=True)[1]
+        return self.block % FOLDS_OF_ONE_RUN
+
+    @property
+    def excess(self) -> float:
+        """Variance of what the nuisances leave over that of the noise, at least 1."""
+        left = self.residual - self.nuisances @ self.fitted(self.nuisances, self.prior)
+        return max(1.0, float(left @ left) / max(len(left) - self.nuisances.shape[1], 1))
+
+    def fitted(self, columns: Array, prior: Array) -> Array:
+        """Least squares coefficients of ``columns`` (M, C) with prior weights (C,)."""
+        information = columns.T @ columns + np.diag(prior)
+        return _inverse(information) @ (columns.T @ self.residual)
+
+    def with_columns(self, columns: Array) -> Regression:
+        """``columns`` (M, C) among what is fitted along."""
+        free = np.zeros(columns.shape[1])
+        return Regression(
+            self.residual,
+            np.column_stack([self.nuisances, columns]),
+            np.concatenate([self.prior, free]),
+            self.block,
+            self.run,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """Normal equations of nuisances (P) and columns: ``information`` (R, C, C) of each fold, ``scores`` (B, C) of each
+    block, ``fold`` (B,) of each block; ``prior`` (C,)."""
+
+    information: Array
+    scores: Array
+    fold: NDArray[np.int64]
+    prior: Array
+    held: int
+
+
+def forms_of(problem: Regression, columns: Array) -> Forms:
+    """Normal equations of a problem with further ``columns`` (M, C)."""
+    every = np.column_stack([problem.nuisances, columns])
+    blocks, block = np.unique(problem.block, return_inverse=True)
+    folds = problem.folds
+    fold_of = np.zeros(len(blocks), np.int64)
+    fold_of[block] = folds
+    information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
+    prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
+    return Forms(information, _scores(problem, columns, problem.residual), fold_of, prior, problem.nuisances.shape[1])
+
+
+def gains_by_chance(
+    problem: Regression,
+    columns: Array,
+    groups: Sequence[Sequence[int]],
+    best: int,
+    drawn: tuple[int, np.random.Generator],
+) -> tuple[Array, Array]:
+    """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
+    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), each
+    block's sign drawn."""
+    forms = forms_of(problem, columns)
+    gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0]
+    if best < 0:
+        best = int(np.argmax(gains))
+    taken = problem.with_columns(columns[:, list(groups[best])])
+    left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
+    # What was fitted has taken a part of the noise of as many blocks.
+    count = len(forms.fold)
+    left = left * np.sqrt(count / max(count - len(groups[best]), 1))
+    noise = replace(forms, scores=_scores(problem, columns, left))
+    draws, rng = drawn
+    signs = rng.choice([-1.0, 1.0], (draws, count))
+    return gains, held_out_gains(noise, groups, signs).max(1)
+
+
+def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
+    """Scores (B, C) of each block."""
+    every = np.column_stack([problem.nuisances, columns])
+    blocks, block = np.unique(problem.block, return_inverse=True)
+    scores = np.zeros((len(blocks), every.shape[1]))
+    np.add.at(scores, block, every * residual[:, None])
+    return scores
+
+
+def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) -> Array:
+    """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns (places among
+    those of :func:`forms_of`) is fitted beside the nuisances; ``signs`` (D, B) of the blocks' residuals."""
+    by_fold = np.stack(
+        [signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(len(forms.information))]
+    )
+    total, score = forms.information.sum(0) + np.diag(forms.prior), by_fold.sum(0)
+    gains = np.zeros((len(signs), len(groups)))
+    held = forms.held
+    for own, here in zip(forms.information, by_fold, strict=True):
+        rest, rest_score = total - own, score - here
+        inverse = _inverse(rest[:held, :held])
+        turn = inverse @ rest[:held, held:]  # (P, C): what nuisances take of each column
+        left = rest[held:, held:] - rest[:held, held:].T @ turn
+        pushed = rest_score[:, held:] - rest_score[:, :held] @ turn
+        # Own fold's forms once the nuisances follow the others' solution.
+        nuisance = rest_score[:, :held] @ inverse
+        own_left = own[held:, held:] - turn.T @ own[:held, held:] - own[held:, :held] @ turn
+        own_left += turn.T @ own[:held, :held] @ turn
+        own_score = here[:, held:] - here[:, :held] @ turn
+        own_score -= nuisance @ (own[:held, held:] - own[:held, :held] @ turn)
+        full = np.diag(rest)[held:]
+        for g, group in enumerate(groups):
+            at = np.asarray(group)
+            block = left[np.ix_(at, at)]
+            if np.any(np.diag(block) <= LEAST_LEFT * full[at]):
+                continue
+            step = pushed[:, at] @ _inverse(block)
+            gains[:, g] += 2 * np.sum(step * own_score[:, at], 1) - np.einsum(
+                "da,ab,db->d", step, own_left[np.ix_(at, at)], step
+            )
+    return gains
+
+
+def held_out_squares(problem: Regression, columns: Array) -> Array:
+    """Sums of squares (R,) of each fold's residuals when nuisances and ``columns`` (M, C) follow the other folds."""
+    every = np.column_stack([problem.nuisances, columns])
+    prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
+    folds = problem.folds
+    information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
+    score = np.array([every[folds == r].T @ problem.residual[folds == r] for r in range(folds.max() + 1)])
+    out = np.zeros(len(information))
+    for r in range(len(out)):
+        here = folds == r
+        step = _inverse(information.sum(0) - information[r] + np.diag(prior)) @ (score.sum(0) - score[r])
+        out[r] = np.sum((problem.residual[here] - every[here] @ step) ** 2)
+    return out
+
+
+def _inverse(information: Array) -> Array:
+    """Inverse after scaling to a unit diagonal; what has no information keeps none."""
+    if not len(information):
+        return information
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    return np.asarray(
+        np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-11, hermitian=True) * np.outer(scale, scale),
+        float,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A problem with its nuisances projected out: what single candidates explain of all runs together."""
+
+    basis: Array
+    residual: Array
+
+    @staticmethod
+    def of(problem: Regression) -> Profile:
+        """Prior weights as further rows, so that projection is least squares."""
+        rows = np.vstack([problem.nuisances, np.diag(np.sqrt(problem.prior))])
+        size = np.sqrt(np.sum(rows**2, 0))
+        u, s, _ = np.linalg.svd(rows[:, size > 0] / size[size > 0], full_matrices=False)
+        basis = u[:, s > 1e-9 * max(s.max(initial=0.0), 1e-300)]
+        residual = np.concatenate([problem.residual, np.zeros(len(problem.prior))])
+        return Profile(basis, residual - basis @ (basis.T @ residual))
+
+    def gain(self, columns: Array) -> tuple[float, Array, Array]:
+        """Fall of the sum of squares, coefficients (C,) and their covariance (C, C) of ``columns`` (M, C)."""
+        more = len(self.residual) - len(columns)
+        columns = np.vstack([columns, np.zeros((more, columns.shape[1]))])
+        left = columns - self.basis @ (self.basis.T @ columns)
+        covariance = _inverse(left.T @ left)
+        score = left.T @ self.residual
+        step = covariance @ score
+        return float(step @ score), step, covariance

@@ -1,0 +1,254 @@
+"""The choice of a formula: forward by held-out runs, numbers inside searched, what another may replace replaced, and a
+chance that counts every candidate that was tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from analysis.gap.laws.candidate import Candidate
+from analysis.gap.laws.regression import Forms, Profile, Regression, forms_of, gains_by_chance, held_out_gains
+from analysis.gap.selection.null_distribution import by_chance
+from ovines.core.laws.terms import MOST_TERMS, Term
+
+Array = NDArray[np.float64]
+Columns = Callable[[Sequence[Term]], Array]
+# Signs drawn; one series in a hundred over four stages; parts of a law at the most.
+DRAWS, LEVEL, MOST_PARTS = 199, 0.01 / 4, 3
+# A further part must explain this share of what the law explains.
+LEAST_SHARE = 0.02
+# A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
+# unknown).
+PER_UNKNOWN = 4.0
+# Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
+NEIGHBOURS, AS_GOOD = 2, 9.0
+# Evaluations of the search inside a candidate, per number.
+TRIALS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another formula: its ``gain`` on held-out runs against that of the chosen one, and whether the data tell it from
+    that."""
+
+    candidate: Candidate
+    coefficients: Array
+    covariance: Array
+    gain: float
+    told_apart: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A chosen formula: its parts, coefficients of all terms with covariance (T, T), sds of the numbers inside,
+    held-out ``gain`` over no law, ``p`` of the first part by chance, rivals of the strongest part."""
+
+    parts: tuple[Candidate, ...]
+    coefficients: Array
+    covariance: Array
+    number_sd: tuple[Array, ...]
+    gain: float
+    p: float
+    rivals: tuple[Rival, ...]
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Terms of all parts, in the coefficients' order."""
+        return tuple(term for part in self.parts for term in part.terms)
+
+
+def find_law(
+    problem: Regression, columns: Columns, candidates: Sequence[Candidate], rng: np.random.Generator
+) -> tuple[Found | None, float]:
+    """The formula that held-out runs ask for, None where chance finds as much; and how often chance does."""
+    parts: list[Candidate] = []
+    first_p, gained = 1.0, 0.0
+    rivals: tuple[Rival, ...] = ()
+    table, groups = columns_of(candidates, columns)
+    scale = problem.excess
+    while len(parts) < MOST_PARTS:
+        held = with_parts(problem, columns, parts)
+        forms = forms_of(held, table)
+        gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0] / scale
+        best = _simplest(candidates, gains)
+        null = gains_by_chance(held, table, groups, best, (DRAWS, rng))[1] / scale
+        p = by_chance(null, float(gains[best]))
+        if not parts:
+            first_p = p
+        if p > LEVEL or gains[best] < LEAST_SHARE * gained:
+            break
+        part = searched(held, columns, candidates[best])
+        if sum(len(one.terms) for one in (*parts, part)) > MOST_TERMS:
+            break
+        if not parts:
+            gained = float(gains[best])
+            rivals = _rivals(held, columns, candidates, gains, part, scale)
+        parts.append(part)
+        parts = _replaced(problem, columns, parts, candidates, forms_table=(table, groups))
+    if not parts:
+        return None, first_p
+    return _measured(problem, columns, parts, first_p, rivals, scale), first_p
+
+
+def columns_of(candidates: Sequence[Candidate], columns: Columns) -> tuple[Array, list[list[int]]]:
+    """Columns (M, C) of all candidates, scaled to unit length, and the places of each."""
+    terms = [term for one in candidates for term in one.terms]
+    table = columns(terms)
+    size = np.sqrt(np.sum(table**2, 0))
+    table = table / np.where(size > 0, size, 1.0)
+    ends = np.cumsum([len(one.terms) for one in candidates])
+    return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
+
+
+def with_parts(problem: Regression, columns: Columns, parts: Sequence[Candidate]) -> Regression:
+    """The problem with the parts of a law fitted along."""
+    terms = [term for part in parts for term in part.terms]
+    return problem.with_columns(columns(terms)) if terms else problem
+
+
+def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:
+    """The best candidate, each of its unknowns having to earn its place."""
+    return int(np.argmax(gains - PER_UNKNOWN * np.array([one.unknowns for one in candidates])))
+
+
+def searched(problem: Regression, columns: Columns, candidate: Candidate) -> Candidate:
+    """The candidate at the numbers that explain most of all runs."""
+    if not candidate.numbers:
+        return candidate
+    profile = Profile.of(problem)
+    free = _Numbers(candidate)
+
+    def misfit(moved: Array) -> float:
+        return -profile.gain(columns(free.at(moved).terms))[0]
+
+    n = len(candidate.numbers)
+    simplex = np.vstack([np.zeros(n), np.eye(n)])
+    found = minimize(
+        misfit,
+        np.zeros(n),
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "maxfev": TRIALS * n, "xatol": 0.01, "fatol": 0.05},
+    )
+    return free.at(found.x)
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """A candidate's numbers in units of their steps, scales by their logarithm, about where it stands."""
+
+    candidate: Candidate
+
+    def at(self, moved: Array) -> Candidate:
+        one = self.candidate
+        numbers = [
+            number * float(np.exp(np.clip(m * step, -4, 4))) if positive else number + m * step
+            for number, m, step, positive in zip(one.numbers, moved, one.steps, one.positive, strict=True)
+        ]
+        return one.at(numbers)
+
+    def sd(self, moved_sd: Array) -> Array:
+        one = self.candidate
+        return np.array(
+            [
+                (abs(number) if positive else 1.0) * step * sd
+                for number, sd, step, positive in zip(one.numbers, moved_sd, one.steps, one.positive, strict=True)
+            ]
+        )
+
+
+def _rivals(
+    problem: Regression,
+    columns: Columns,
+    candidates: Sequence[Candidate],
+    gains: Array,
+    chosen: Candidate,
+    scale: float,
+) -> tuple[Rival, ...]:
+    """The nearest other forms, their numbers searched, too."""
+    order = np.argsort(-gains)
+    names: list[str] = []
+    out = []
+    ours = _gain(problem, columns, chosen) / scale
+    for i in order:
+        one = candidates[i]
+        if one.name == chosen.name or one.name in names or gains[i] <= 0:
+            continue
+        names.append(one.name)
+        other = searched(problem, columns, one)
+        profile = Profile.of(problem)
+        _, step, covariance = profile.gain(columns(other.terms))
+        gain = _gain(problem, columns, other) / scale
+        out.append(Rival(other, step, covariance * scale, gain / ours if ours > 0 else 0.0, ours - gain > AS_GOOD))
+        if len(out) == NEIGHBOURS:
+            break
+    return tuple(out)
+
+
+def _gain(problem: Regression, columns: Columns, one: Candidate) -> float:
+    table, groups = columns_of([one], columns)
+    forms = forms_of(problem, table)
+    return float(held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0, 0])
+
+
+def _replaced(
+    problem: Regression,
+    columns: Columns,
+    parts: list[Candidate],
+    candidates: Sequence[Candidate],
+    forms_table: tuple[Array, list[list[int]]],
+) -> list[Candidate]:
+    """Earlier parts chosen once more beside the later ones: what a single part imitated may be another beside two."""
+    if len(parts) < 2:
+        return parts
+    table, groups = forms_table
+    for i in range(len(parts) - 1):
+        others = [one for j, one in enumerate(parts) if j != i]
+        held = with_parts(problem, columns, others)
+        forms = forms_of(held, table)
+        ones = np.ones((1, len(forms.fold)))
+        gains = held_out_gains(forms, groups, ones)[0] / problem.excess
+        best = candidates[_simplest(candidates, gains)]
+        if best.name == parts[i].name or best.name in [one.name for one in others]:
+            continue
+        trial = searched(held, columns, best)
+        if _gain(held, columns, trial) > _gain(held, columns, parts[i]) + AS_GOOD * problem.excess:
+            parts = [*parts[:i], trial, *parts[i + 1 :]]
+    return parts
+
+
+def _measured(
+    problem: Regression, columns: Columns, parts: Sequence[Candidate], p: float, rivals: tuple[Rival, ...], scale: float
+) -> Found:
+    """Coefficients and numbers of the parts together, with the sds that both leave each other."""
+    terms = [term for part in parts for term in part.terms]
+    profile = Profile.of(problem)
+    _, step, _ = profile.gain(columns(terms))
+    # Derivatives with respect to numbers inside, at the coefficients found.
+    jacobian, place = [columns(terms)], 0
+    moved: list[_Numbers] = []
+    for part in parts:
+        own = step[place : place + len(part.terms)]
+        place += len(part.terms)
+        free = _Numbers(part)
+        moved.append(free)
+        for i in range(len(part.numbers)):
+            h = np.zeros(len(part.numbers))
+            h[i] = 0.05
+            ahead, behind = (columns(free.at(sign * h).terms) @ own for sign in (1.0, -1.0))
+            jacobian.append(((ahead - behind) / 0.1)[:, None])
+    _, _, covariance = profile.gain(np.hstack(jacobian))
+    covariance = covariance * scale
+    count, sds, at = len(terms), [], len(terms)
+    for free in moved:
+        n = len(free.candidate.numbers)
+        sds.append(free.sd(np.sqrt(np.maximum(np.diag(covariance)[at : at + n], 0.0))))
+        at += n
+    table = columns(terms)
+    forms: Forms = forms_of(problem, table)
+    gain = float(held_out_gains(forms, [list(range(count))], np.ones((1, len(forms.fold))))[0, 0]) / scale
+    return Found(tuple(parts), step, covariance[:count, :count], tuple(sds), gain, p, rivals)

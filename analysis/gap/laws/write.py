@@ -1,0 +1,29 @@
+"""The laws of a diagnosis: one for each stage in which something is left."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.gap.ladder import Ladder
+from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE
+
+
+def write_laws(ladder: Ladder, rng: np.random.Generator) -> tuple[LawFound, ...]:
+    """Laws for what is left in flights, impacts and the wall's shape, in this order; none where nothing is left or
+    chance would find as much.
+
+    A law comes on top of what the named effects explain, and is asked of the same runs."""
+    left = {one.stage for one in ladder.structure}
+    runs, frame, impacts = ladder.series.runs, ladder.series.frame, ladder.impacts.fitted
+    laws: list[LawFound | None] = []
+    if "flight" in left:
+        laws.append(find_flight_law(runs, ladder.flights.named, frame, rng))
+    if impacts is not None and "impact" in left:
+        fits = ladder.flights.fitted.fits
+        laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
+    if impacts is not None and "geometry" in left:
+        laws.append(find_wall_law(impacts, ladder.flights.fitted.fits, frame, NEGLIGIBLE["distance"], rng))
+    return tuple(one for one in laws if one is not None)

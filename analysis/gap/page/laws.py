@@ -1,0 +1,186 @@
+"""The laws written for what is left: formula, numbers, residual before and after, path, what else it may be."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
+from analysis.flights.runs import Run
+from analysis.gap.diagnose import Diagnosis
+from analysis.gap.laws.evidence import Evidence
+from analysis.gap.laws.found_law import NORMAL_90, LawFound
+from analysis.gap.page.first_screen import chance
+from analysis.gap.prediction.predict import measured_paths
+from analysis.report.numbers import interval, percent, with_unit
+from analysis.report.page import Page, Section
+from ovines.core.laws.formula import as_latex, as_text
+from ovines.core.laws.formula import legend as symbols
+from ovines.core.laws.words import QUANTITIES, TARGETS
+
+Array = NDArray[np.float64]
+# Of the flight that is drawn: as many frames at the least.
+FEWEST_FRAMES = 20
+# LaTeX of the symbols as plain characters.
+PLAIN = {
+    r"\hat ": "", r"\vec ": "", r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\omega": "ω",
+    r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", "{": "", "}": "", "_": "",
+}  # fmt: skip
+FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
+# Shown in mm where a quantity is a length.
+SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}
+
+
+def laws_section(page: Page, diagnosis: Diagnosis) -> None:
+    """A section where something is left: each law with its evidence, or why there is none."""
+    summary = diagnosis.summary
+    if not summary["left"]:
+        return
+    section = page.add_section("The missing law", "law")
+    if not diagnosis.laws:
+        section.add_missing(
+            "a formula for what is left",
+            "no candidate beats chance on runs held out, or what is left lies in the measurement, for which no law is "
+            "written.",
+        )
+        return
+    section.add_text(
+        "For what no effect of the library explains, a formula was looked for among functions of the disk's own "
+        "quantities, chosen by how well it predicts runs that its coefficients have not seen. It is a description that "
+        "the data support, not a proof of its cause: look at the other formulas below."
+    )
+    for number, (law, entry) in enumerate(zip(diagnosis.laws, summary["laws"], strict=True), 1):
+        _one(section, number, law, entry, diagnosis)
+
+
+def _one(section: Section, number: int, law: LawFound, entry: dict[str, object], diagnosis: Diagnosis) -> None:
+    section.add_heading(f"Law {number}, of the {law.law.stage}")
+    section.add_figure(f"law-{number}-formula", formula_figure(law), as_text(law.law), as_text(law.law))
+    closes = percent(float(str(entry["shrinkage"])))
+    low, high = (percent(float(str(entry[f"shrinkage_{end}"]))) for end in ("low", "high"))
+    section.add_text(
+        f"It closes {closes} ({low.removesuffix(' %')} to {high}, 90 %) of the squared error above the floor on runs "
+        f"held out. By chance a formula of the dictionary does so well {chance(law.p)}. It stands in {entry['file']}: "
+        f"ovines simulate reads it (laws in a scenario), ovines diagnose --law {entry['file']} holds it."
+    )
+    rows = [
+        (
+            name,
+            f"{with_unit(value, '' if unit == '1' else unit, digits=4)}",
+            interval(value - NORMAL_90 * sd, value + NORMAL_90 * sd),
+        )
+        for name, (value, sd, unit) in law.numbers.items()
+    ]
+    section.add_table(
+        ("number", "value", "90 % interval"), rows, "The law's numbers, in the world's frame and SI units."
+    )
+    section.add_table(
+        ("symbol", "meaning"),
+        [(_plain_symbol(symbol), meaning) for symbol, meaning in symbols(law.law)],
+        text_columns=(0, 1),
+    ) if symbols(law.law) else None
+    if law.evidence is not None:
+        section.add_figure(
+            f"law-{number}-evidence",
+            evidence_figure(law.evidence),
+            "What the model lacks along the law's direction, fitted freely in bins of the quantity that the law "
+            "follows: without the law (red) and with it (blue), sd as bars; black: the formula.",
+            "Missing quantity over its covariate before and after the law",
+        )
+    if law.paths is not None:
+        figure = path_figure(diagnosis.ladder.series.runs, law)
+        if figure is not None:
+            section.add_figure(
+                f"law-{number}-path",
+                figure,
+                "The flight in which the law changes most, predicted from its own start with coefficients of the other "
+                "runs: what the model misses without and with the law.",
+                "Residual of one flight over time without and with the law",
+            )
+    if law.others:
+        section.add_table(
+            ("other formula", "its gain over this one's", "told apart"),
+            [(as_text(one.law), percent(one.share), "yes" if one.told_apart else "no") for one in law.others],
+            "The nearest other formulas. Those that the data do not tell apart are as good an answer.",
+            text_columns=(0, 2),
+        )
+
+
+def _plain_symbol(latex: str) -> str:
+    for old, new in PLAIN.items():
+        latex = latex.replace(old, new)
+    return latex
+
+
+def formula_figure(law: LawFound) -> Figure:
+    """The formula, set as one."""
+    figure, axes = new_figure(height_in=FORMULA_HEIGHT_IN, margins_in=(0.0, 0.0, 0.0, 0.0))
+    axes[0, 0].set_axis_off()
+    said = as_latex(law.law)
+    size = min(FORMULA_PT, FORMULA_PT * 90 / max(len(said), 1) + 3)
+    figure.text(0.5, 0.5, f"${said}$", ha="center", va="center", fontsize=size, color=BLACK)
+    return figure
+
+
+def evidence_figure(found: Evidence) -> Figure:
+    """Missing quantity in bins, before and after, and the law."""
+    figure, axes = new_figure()
+    ax = axes[0, 0]
+    factor, unit = SHOWN.get(found.unit, (1.0, found.unit))
+    order = np.argsort(found.covariate)
+    x = found.covariate[order] * factor
+    ax.axhline(0.0, color=GREY, lw=0.8)
+    for values, sd, colour, name in (
+        (found.before, found.before_sd, RED, "without the law"),
+        (found.after, found.after_sd, BLUE, "with it"),
+    ):
+        ax.errorbar(x, values[order], sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
+    ax.plot(x, found.law[order], color=BLACK, lw=1.2, label="the law")
+    told = QUANTITIES[found.name].meaning
+    label(ax, f"{told} [{unit}]" if unit != "1" else told, _missing(found), math=False)
+    legend(ax)
+    return figure
+
+
+def _missing(found: Evidence) -> str:
+    target = TARGETS[found.target]
+    unit = "" if found.target_unit == "1" else f" [{found.target_unit}]"
+    what = {"flight": "missing acceleration", "impact": "missing", "geometry": "missing"}[target.stage]
+    if target.unit == "1":
+        what = "missing"
+    return f"{what}: {target.meaning}{unit}"
+
+
+def path_figure(runs: tuple[Run, ...], law: LawFound) -> Figure | None:
+    """Residual of the flight that the law changes most, over its time."""
+    assert law.paths is not None
+    best: tuple[float, int, int] | None = None
+    for number, run in enumerate(runs):
+        before, after = (paths[number] for paths in law.paths)
+        for k, flight in enumerate(run.flights):
+            at = slice(flight.first, flight.last + 1)
+            moved = np.hypot(*(before[at, :2] - after[at, :2]).T)
+            if np.count_nonzero(np.isfinite(moved)) >= FEWEST_FRAMES:
+                size = float(np.nanmedian(moved))
+                if best is None or size > best[0]:
+                    best = (size, number, k)
+    if best is None:
+        return None
+    _, number, k = best
+    run = runs[number]
+    at = slice(run.flights[k].first, run.flights[k].last + 1)
+    time = 1e3 * (run.data.time_s[at] - run.data.time_s[at][0])
+    figure, axes = new_figure(1, 2, gap_in=(0.75, 0.36))
+    measured = measured_paths(run)[at, :2]
+    for column, axis in enumerate("xy"):
+        ax = axes[0, column]
+        for paths, colour, name in zip(law.paths, (RED, BLUE), ("without the law", "with it"), strict=True):
+            ax.plot(
+                time, 1e3 * (measured - paths[number][at, :2])[:, column], ".-", ms=3, lw=0.8, color=colour, label=name
+            )
+        ax.axhline(0.0, color=GREY, lw=0.8)
+        label(ax, f"time in the flight [ms], {run.data.name}", f"measured - predicted, {axis} [mm]", math=False)
+        if column == 0:
+            legend(ax)
+    return figure

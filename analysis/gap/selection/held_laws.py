@@ -1,0 +1,77 @@
+"""Written laws that the nominal model holds, taken out of the impacts: what is left follows the plain contact law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.impacts import Junctions
+from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
+from analysis.flights.fit import FlightFits, impact_before
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import law_of
+from ovines.core.laws.words import TARGETS
+
+Array = NDArray[np.float64]
+# A contact law is fitted to so many impacts.
+FEWEST = 4
+
+
+def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> LawData:
+    """``data`` as it would be without the laws that the runs hold: each number of the contact law less what a law adds
+    to it there."""
+    rows = fits[0].run.law
+    impact = {name: TARGETS[name].code for name in TARGETS if TARGETS[name].stage == "impact"}
+    if len(data) < FEWEST or not np.isin(rows[:, W.TARGET], list(impact.values())).any():
+        return data
+    known = known_at_impacts(data, junctions, fits)
+    added = {name: np.array([law_of(code, rows, one) for one in known]) for name, code in impact.items()}
+    q = data.inertia_factor
+    lost = added["spin_kept"] * (junctions.radius_m * data.spin + data.tangential_impulse / q) * q / (1 + q)
+    data = replace(
+        data,
+        after=data.after - added["restitution"] * data.before,
+        tangential_impulse=data.tangential_impulse - lost,
+        angular=data.angular - q * lost,
+    )
+    law = fit_law(data)
+    stick = sticks(data, law.wall_friction, law.tangential_restitution)
+    slid = added["wall_friction"] * np.sign(stick_impulse(data, law.tangential_restitution)) * data.normal_impulse
+    stuck = -added["tangential_restitution"] * data.slip / data.mobility
+    return replace(data, tangential_impulse=data.tangential_impulse - np.where(stick, stuck, slid))
+
+
+def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> Array:
+    """What laws know before each impact of ``data`` (K, KNOWN_SIZE)."""
+    at = data.index
+    state, host, rate = junctions.state[at], junctions.host[at], junctions.host_rate[at]
+    known = np.zeros((len(data), W.KNOWN_SIZE))
+    known[:, W.VX], known[:, W.VY] = state[:, 3], state[:, 4]
+    known[:, W.UX], known[:, W.UY] = state[:, 3] - rate[:, 0], state[:, 4] - rate[:, 1]
+    known[:, W.X], known[:, W.Y] = state[:, 0], state[:, 1]
+    known[:, W.HX], known[:, W.HY] = state[:, 0] - host[:, 0], state[:, 1] - host[:, 1]
+    known[:, W.CONTACT_RADIUS] = np.hypot(known[:, W.HX], known[:, W.HY])
+    known[:, W.ANGLE], known[:, W.SPIN] = state[:, 2], data.spin
+    starts = np.array([fit.run.start_s for fit in fits])
+    known[:, W.TIME] = data.time_s - starts[data.run]
+    known[:, W.RUN], known[:, W.PHASE] = data.run, data.drive_rad
+    known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
+    before = [
+        impact_before(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)
+    ]
+    since = np.minimum(data.time_s - np.array(before), since_before(data))
+    known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
+    known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
+    return known
+
+
+def since_before(data: LawData) -> Array:
+    """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
+    order = np.lexsort((data.time_s, data.run))
+    since = np.full(len(data), np.inf)
+    same = data.run[order][1:] == data.run[order][:-1]
+    since[order[1:][same]] = np.diff(data.time_s[order])[same]
+    return since

@@ -1,0 +1,172 @@
+"""A written law as a formula: LaTeX for pages, one line of text for tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import QUANTITIES, TARGETS
+
+#: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
+CHANGES = {
+    "restitution": (r"\Delta\varepsilon", "restitution +="),
+    "wall_friction": (r"\Delta\mu_w", "wall friction +="),
+    "tangential_restitution": (r"\Delta\beta_0", "tangential restitution +="),
+    "spin_kept": (r"\Delta(\omega'/\omega)", "share of the spin kept +="),
+    "contact_radius": (r"\Delta R_c", "contact radius +="),
+    "spin": (r"\Delta\dot\omega", "spin' +="),
+}
+FLIGHT = (r"\Delta\vec a", "acceleration +=")
+
+
+def as_text(law: WrittenLaw) -> str:
+    """The law in one line: ``acceleration += -13.2 1/s^2 * radius * outwards``."""
+    parts = []
+    for left, terms in _sides(law):
+        said = " ".join(_text_term(term, first=i == 0) for i, term in enumerate(terms))
+        parts.append(f"{left[1]} {said}")
+    return "; ".join(parts)
+
+
+def as_latex(law: WrittenLaw) -> str:
+    """The law as a LaTeX formula, coefficients with their units."""
+    parts = []
+    for left, terms in _sides(law):
+        said = " ".join(_latex_term(term, first=i == 0) for i, term in enumerate(terms))
+        parts.append(f"{left[0]} = {said}")
+    return r",\quad ".join(parts)
+
+
+def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
+    sides: dict[tuple[str, str], list[Term]] = {}
+    for term in law.terms:
+        sides.setdefault(CHANGES.get(term.target, FLIGHT), []).append(term)
+    return list(sides.items())
+
+
+def _number(value: float, first: bool) -> str:
+    sign = "-" if value < 0 else ("" if first else "+ ")
+    if value < 0 and not first:
+        sign = "- "
+    return f"{sign}{abs(value):.4g}"
+
+
+def _text_term(term: Term, first: bool) -> str:
+    parts = [_number(term.coefficient, first) + ("" if term.unit == "1" else f" {term.unit}")]
+    parts += [_text_factor(one) for one in term.factors]
+    if term.target not in CHANGES:
+        own = TARGETS[term.target].own
+        at = {
+            "": "",
+            "angle": f"({term.x:.3g} rad)",
+            "axis": f"({term.x:.3g} rad)",
+        }.get(own, f"({_place(term)})")
+        parts.append(f"{term.target}{at}")
+    return " * ".join(parts)
+
+
+def _place(one: Term | Factor) -> str:
+    return f"{1e3 * one.x:.3g} mm, {1e3 * one.y:.3g} mm"
+
+
+def _text_factor(one: Factor) -> str:
+    unit = QUANTITIES[one.quantity].unit
+    own, name = QUANTITIES[one.quantity].own, one.quantity
+    if own in ("room", "host"):
+        name = f"{name}({_place(one)})"
+    elif own == "line":
+        name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
+    elif one.quantity == "velocity_along":
+        name = f"{name}({one.x:.3g} rad)"
+    elif one.x:
+        name = f"({name} - {one.x:.4g} {unit})"
+    if one.function == "power":
+        return name if one.order == 1 else f"{name}^{one.order:g}"
+    if one.function == "absolute_power":
+        return f"|{name}|" if one.order == 1 else f"|{name}|^{one.order:g}"
+    if one.function in ("cosine", "sine"):
+        inside = name if one.order == 1 else f"{one.order:g} {name}"
+        inside = inside if one.scale == 1 else f"{inside} / {one.scale:.4g} {unit}"
+        return f"{one.function[:3]}({inside})"
+    if one.function == "exponential":
+        return f"exp(-{name} / {one.scale:.4g} {unit})"
+    if one.function == "gaussian":
+        return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
+    if one.function == "below":
+        return f"[{name} < {one.scale:.4g} {unit}]"
+    return f"sign({name})"
+
+
+def _latex_number(value: float, first: bool) -> str:
+    said = _number(value, first)
+    if "e" in said:
+        base, power = said.split("e")
+        said = rf"{base}\cdot 10^{{{int(power)}}}"
+    return said
+
+
+def _latex_unit(unit: str) -> str:
+    if unit in ("1", "rad"):
+        return ""
+    for power in "234":
+        unit = unit.replace(f"^{power}", f"^{{{power}}}")
+    return rf"\,\mathrm{{{unit.replace(' ', chr(92) + ',')}}}"
+
+
+def _latex_term(term: Term, first: bool) -> str:
+    parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
+    parts += [_latex_factor(one) for one in term.factors]
+    if term.target not in CHANGES:
+        parts.append(TARGETS[term.target].symbol)
+    return r"\,".join(parts)
+
+
+def _latex_factor(one: Factor) -> str:
+    entry = QUANTITIES[one.quantity]
+    symbol, unit = entry.symbol, _latex_unit(entry.unit)
+    if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity != "velocity_along"):
+        symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
+    scale = _latex_number(one.scale, True) + unit
+    if one.function == "power":
+        return symbol if one.order == 1 else f"{symbol}^{{{one.order:g}}}"
+    if one.function == "absolute_power":
+        return rf"|{symbol}|" + ("" if one.order == 1 else f"^{{{one.order:g}}}")
+    if one.function in ("cosine", "sine"):
+        inside = ("" if one.order == 1 else f"{one.order:g}") + symbol
+        inside = inside if one.scale == 1 else rf"{inside}/{scale}"
+        return rf"\{one.function[:3]}({inside})"
+    if one.function == "exponential":
+        return rf"e^{{-{symbol}/{scale}}}"
+    if one.function == "gaussian":
+        return rf"e^{{-\frac{1}{2}({symbol}/{scale})^2}}"
+    if one.function == "below":
+        return rf"[{symbol}<{scale}]"
+    return rf"\mathrm{{sgn}}({symbol})"
+
+
+def legend(law: WrittenLaw) -> list[tuple[str, str]]:
+    """(LaTeX, meaning) of every symbol of the formula."""
+    out: dict[str, str] = {}
+    for term in law.terms:
+        if term.target not in CHANGES:
+            entry = TARGETS[term.target]
+            own = {"angle": f", at {term.x:.3g} rad", "axis": f", about the axis at {term.x:.3g} rad"}.get(
+                entry.own, f", at ({_place(term)})" if entry.own else ""
+            )
+            out[entry.symbol] = entry.meaning + own
+        for one in term.factors:
+            quantity = QUANTITIES[one.quantity]
+            own = ""
+            if quantity.own in ("room", "host"):
+                own = f", at ({_place(one)})"
+            elif one.quantity == "velocity_along":
+                own = f" of {one.x:.3g} rad"
+            elif quantity.own == "line":
+                own = f" of {one.y:.3g} rad"
+            out[quantity.symbol] = quantity.meaning + own
+    return list(out.items())
+
+
+def names_of(law: WrittenLaw) -> Sequence[str]:
+    """The quantities that the law follows."""
+    return list(dict.fromkeys(one.quantity for term in law.terms for one in term.factors))

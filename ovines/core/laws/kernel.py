@@ -1,0 +1,169 @@
+"""A packed law's terms, evaluated in compiled code: the same for the simulator, the flights' fits and the search."""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, compiled
+from ovines.core.laws import words as W
+
+# As the targets and quantities are numbered in `words`; a test holds them together.
+(
+    FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
+    FRICTION, MIRRORED_FRICTION, SPIN,
+) = range(14)  # fmt: skip
+(
+    Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
+    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK,
+) = range(18)  # fmt: skip
+POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN = range(8)
+# A direction of something so short (m, m/s) is none.
+SHORT = 1e-12
+
+
+@compiled
+def quantity(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity; ``x``, ``y`` its own place, or angle in ``x``; of a line its angle in ``y``."""
+    if code == Q_SPEED:
+        return math.hypot(known[W.VX], known[W.VY])
+    if code == Q_SLIDING:
+        return math.hypot(known[W.UX], known[W.UY])
+    if code == Q_RADIUS:
+        return math.hypot(known[W.HX], known[W.HY])
+    if code == Q_GAP:
+        return known[W.CONTACT_RADIUS] - math.hypot(known[W.HX], known[W.HY])
+    if code == Q_SPIN:
+        return known[W.SPIN]
+    if code == Q_TIME:
+        return known[W.TIME] - x
+    if code == Q_PHASE:
+        return known[W.PHASE] - x
+    if code == Q_SINCE:
+        return known[W.SINCE]
+    if code == Q_AZIMUTH:
+        return math.atan2(known[W.HY], known[W.HX]) - x
+    if code == Q_RUN:
+        return known[W.RUN] - x
+    if code == Q_ROOM:
+        return math.hypot(known[W.X] - x, known[W.Y] - y)
+    if code == Q_HOST:
+        return math.hypot(known[W.HX] - x, known[W.HY] - y)
+    if code == Q_ALONG:
+        return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
+    if code == Q_VELOCITY:
+        return math.cos(x) * known[W.VX] + math.sin(x) * known[W.VY]
+    if code == Q_APPROACH:
+        return known[W.APPROACH]
+    if code == Q_SLIP:
+        return known[W.SLIP]
+    if code == Q_BODY:
+        return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
+    return known[W.CLOCK] - x
+
+
+@compiled
+def factor(row: Floats, at: int, known: Floats) -> float:
+    """Value of the factor whose numbers start at ``at``."""
+    code = int(row[at + W.QUANTITY])
+    q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
+    function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]
+    if function == POWER:
+        return q if order == 1.0 else q**order
+    if function == ABSOLUTE:
+        return abs(q) ** order
+    if function == COSINE:
+        return math.cos(order * q / scale)
+    if function == SINE:
+        return math.sin(order * q / scale)
+    if function == EXPONENTIAL:
+        return math.exp(-q / scale)
+    if function == GAUSSIAN:
+        if code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK:
+            q = math.atan2(math.sin(q), math.cos(q))
+        return math.exp(-0.5 * (q / scale) ** 2)
+    if function == BELOW:
+        return 1.0 if q < scale else 0.0
+    return 1.0 if q > 0.0 else (-1.0 if q < 0.0 else 0.0)
+
+
+@compiled
+def size(row: Floats, known: Floats) -> float:
+    """Coefficient times factors of a term."""
+    value = row[W.COEFFICIENT]
+    for i in range(int(row[W.FACTORS])):
+        value *= factor(row, W.FIRST + W.FACTOR_SIZE * i, known)
+    return value
+
+
+@compiled
+def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
+    """Add ``times`` what a term of the flight gives to ``out`` (3,): acceleration along x and y, and of the spin."""
+    value = times * size(row, known)
+    target = int(row[W.TARGET])
+    x, y = 0.0, 0.0
+    if target == FIXED:
+        out[0] += value * math.cos(row[W.TARGET_X])
+        out[1] += value * math.sin(row[W.TARGET_X])
+        return
+    if target == SPIN:
+        out[2] += value
+        return
+    if target == FRICTION:
+        out[0] += value * known[W.FX]
+        out[1] += value * known[W.FY]
+        out[2] += value * known[W.FT]
+        return
+    if target == MIRRORED_FRICTION:
+        c, s = math.cos(2.0 * row[W.TARGET_X]), math.sin(2.0 * row[W.TARGET_X])
+        out[0] += value * (c * known[W.FX] + s * known[W.FY])
+        out[1] += value * (s * known[W.FX] - c * known[W.FY])
+        return
+    if target == OUTWARDS or target == SWIRL or target == MIRRORED_R:
+        x, y = known[W.HX], known[W.HY]
+    elif target == ALONG_V or target == ACROSS_V or target == MIRRORED_V:
+        x, y = known[W.VX], known[W.VY]
+    elif target == ALONG_U or target == ACROSS_U:
+        x, y = known[W.UX], known[W.UY]
+    elif target == FROM_ROOM:
+        x, y = known[W.X] - row[W.TARGET_X], known[W.Y] - row[W.TARGET_Y]
+    elif target == FROM_HOST:
+        x, y = known[W.HX] - row[W.TARGET_X], known[W.HY] - row[W.TARGET_Y]
+    length = math.hypot(x, y)
+    if length < SHORT:
+        return
+    x, y = x / length, y / length
+    if target == SWIRL or target == ACROSS_V or target == ACROSS_U:
+        x, y = -y, x
+    elif target == MIRRORED_V or target == MIRRORED_R:
+        c, s = math.cos(2.0 * row[W.TARGET_X]), math.sin(2.0 * row[W.TARGET_X])
+        x, y = c * x + s * y, s * x - c * y
+    out[0] += value * x
+    out[1] += value * y
+
+
+@compiled
+def pushes(rows: Floats, known: Floats, out: Floats) -> None:
+    """Fill ``out`` (N, 3, T) with what each of ``rows`` (T, ROW_SIZE) gives in each of the states ``known``
+    (N, KNOWN_SIZE)."""
+    out[:] = 0.0
+    for i in range(known.shape[0]):
+        for j in range(rows.shape[0]):
+            push(rows[j], 1.0, known[i], out[i, :, j])
+
+
+@compiled
+def sizes(rows: Floats, known: Floats, out: Floats) -> None:
+    """Fill ``out`` (N, T) with coefficient times factors of each of ``rows`` in each of the states ``known``."""
+    for i in range(known.shape[0]):
+        for j in range(rows.shape[0]):
+            out[i, j] = size(rows[j], known[i])
+
+
+@compiled
+def law_of(target: int, rows: Floats, known: Floats) -> float:
+    """Sum of the terms that act on one number (restitution, ...)."""
+    total = 0.0
+    for j in range(rows.shape[0]):
+        if int(rows[j, W.TARGET]) == target:
+            total += size(rows[j], known)
+    return total

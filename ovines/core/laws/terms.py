@@ -1,0 +1,170 @@
+"""A written law as data: terms of factors with coefficients, their units, their formula, and the engine's rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ovines.core.compiled import Floats
+from ovines.core.laws import words as W
+from ovines.core.laws.words import FUNCTIONS, QUANTITIES, TARGETS
+from ovines.core.refusal import require
+
+#: terms of a law at the most: each is a parameter of the flights' model
+MOST_TERMS = 8
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A function of a quantity: ``power`` q^n, ``absolute_power`` |q|^n, ``cosine`` cos(n q / s), ``sine``,
+    ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``.
+
+    ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
+    angle or instant that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
+
+    quantity: str
+    function: str = "power"
+    order: float = 1.0
+    scale: float = 1.0
+    x: float = 0.0
+    y: float = 0.0
+
+    def __post_init__(self) -> None:
+        known = self.quantity in QUANTITIES
+        require(known, f"quantity {self.quantity!r} of a law", "one of " + ", ".join(QUANTITIES), "correct the name")
+        known = self.function in FUNCTIONS
+        require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
+        numbers = (self.order, self.scale, self.x, self.y)
+        fine = all(map(math.isfinite, numbers)) and self.scale > 0
+        require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
+
+    @property
+    def powers(self) -> dict[str, float]:
+        """Powers of m, s and rad in the factor's unit."""
+        keeps = FUNCTIONS[self.function][1]
+        return powers_of(QUANTITIES[self.quantity].unit, self.order) if keeps else {}
+
+
+@dataclass(frozen=True)
+class Term:
+    """``coefficient`` (of what makes the product the target's unit) times ``factors``, in direction of ``target``;
+    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m).  ``sd``: of the coefficient."""
+
+    target: str
+    coefficient: float
+    factors: tuple[Factor, ...] = ()
+    x: float = 0.0
+    y: float = 0.0
+    sd: float = math.nan
+
+    def __post_init__(self) -> None:
+        known = self.target in TARGETS
+        require(known, f"target {self.target!r} of a law", "one of " + ", ".join(TARGETS), "correct the name")
+        fine = all(map(math.isfinite, (self.coefficient, self.x, self.y)))
+        require(fine, f"a term of {self.target} with {self.coefficient}", "finite numbers", "correct the term")
+        few = len(self.factors) <= W.MOST_FACTORS
+        require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coefficient."""
+        total = powers_of(TARGETS[self.target].unit)
+        for one in self.factors:
+            for base, power in one.powers.items():
+                total[base] = total.get(base, 0.0) - power
+        return in_words(total)
+
+    def row(self) -> list[float]:
+        """The term's row of a packed law."""
+        out = [float(TARGETS[self.target].code), self.x, self.y, self.coefficient, float(len(self.factors))]
+        for one in self.factors:
+            out += [QUANTITIES[one.quantity].code, one.x, one.y, FUNCTIONS[one.function][0], one.order, one.scale]
+        return out + [0.0] * (W.ROW_SIZE - len(out))
+
+
+@dataclass(frozen=True)
+class WrittenLaw:
+    """Terms that are added up; all act in one ``stage`` ("flight", "impact" or "geometry")."""
+
+    terms: tuple[Term, ...]
+
+    def __post_init__(self) -> None:
+        some = 1 <= len(self.terms) <= MOST_TERMS
+        require(some, f"a law of {len(self.terms)} terms", f"1 to {MOST_TERMS}", "split the law, or merge its terms")
+        one = len({TARGETS[t.target].stage for t in self.terms}) == 1
+        require(one, "a law of several stages", "terms of one stage", "write a law for each stage")
+
+    @property
+    def stage(self) -> str:
+        """Where it acts."""
+        return TARGETS[self.terms[0].target].stage
+
+    def moved(self, turn_rad: float, origin_m: Sequence[float] = (0.0, 0.0)) -> WrittenLaw:
+        """The same law told in a frame in which its own frame's x axis points to ``turn_rad`` and its origin lies at
+        ``origin_m``."""
+        return WrittenLaw(tuple(_moved_term(one, turn_rad, (origin_m[0], origin_m[1])) for one in self.terms))
+
+
+def rows_of(terms: Sequence[Term]) -> Floats:
+    """Packed rows (T, ROW_SIZE) of terms."""
+    return np.array([one.row() for one in terms], float).reshape(-1, W.ROW_SIZE)
+
+
+def powers_of(unit: str, times: float = 1.0) -> dict[str, float]:
+    """Powers of the base units in ``unit`` (m, s, rad, 1; ``m/s^2``), ``times`` over."""
+    top, _, bottom = unit.partition("/")
+    out: dict[str, float] = {}
+    for part, sign in ((top, 1.0), (bottom, -1.0)):
+        base, _, power = part.partition("^")
+        if base not in ("", "1", "rad"):
+            out[base] = out.get(base, 0.0) + sign * float(power or 1) * times
+    return out
+
+
+def in_words(powers: dict[str, float]) -> str:
+    """``m/s^2`` from powers of base units."""
+
+    def side(sign: float) -> str:
+        parts = [
+            base + ("" if abs(p) == 1 else f"^{abs(p):g}") for base, p in sorted(powers.items()) if sign * p > 1e-12
+        ]
+        return " ".join(parts)
+
+    top, bottom = side(1.0), side(-1.0)
+    if not bottom:
+        return top or "1"
+    return f"{top or '1'}/{bottom if ' ' not in bottom else '(' + bottom + ')'}"
+
+
+def _moved_term(term: Term, turn: float, origin: tuple[float, float]) -> Term:
+    x, y = _moved_own(TARGETS[term.target].own, term.x, term.y, turn, origin)
+    factors = []
+    for one in term.factors:
+        own = QUANTITIES[one.quantity].own
+        if one.quantity in ("phase", "clock", "body_angle"):  # no directions in the room
+            own = ""
+        fx, fy = _moved_own(own, one.x, one.y, turn, origin)
+        factors.append(replace(one, x=fx, y=fy))
+    return replace(term, x=x, y=y, factors=tuple(factors))
+
+
+def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, float]) -> tuple[float, float]:
+    c, s = math.cos(turn), math.sin(turn)
+    if own == "angle":
+        return wrapped(x + turn, W.TURN), y
+    if own == "axis":
+        return wrapped(x + turn, math.pi), y
+    if own == "line":
+        return x, wrapped(y + turn, W.TURN)
+    if own in ("room", "host"):
+        shift = origin if own == "room" else (0.0, 0.0)
+        return c * x - s * y + shift[0], s * x + c * y + shift[1]
+    return x, y
+
+
+def wrapped(angle: float, period: float) -> float:
+    """``angle`` within half a ``period`` of zero."""
+    return (angle + 0.5 * period) % period - 0.5 * period

@@ -1,0 +1,127 @@
+"""What a written law is made of: what it acts on, the quantities that it may follow, and functions of them.
+
+Every quantity is an invariant of the rig - a speed, a distance, an angle between things - so that a formula keeps its
+form when the world is turned; what has a direction in the room carries an angle of its own.  Names here are those of
+``law-1.toml``; the codes are those of compiled code (:mod:`ovines.core.laws.kernel`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+#: what a row of a packed law holds: target, its place or angle (2), coefficient, number of factors
+TARGET, TARGET_X, TARGET_Y, COEFFICIENT, FACTORS, FIRST = range(6)
+#: what a factor holds, from FIRST on: quantity, its place or angle (2), function, order, scale
+QUANTITY, QUANTITY_X, QUANTITY_Y, FUNCTION, ORDER, SCALE = range(6)
+FACTOR_SIZE, MOST_FACTORS = 6, 3
+ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
+
+#: what is known of the disk when a law is asked, by place in its vector: velocity in the room (m/s), velocity against
+#: the floor under it (m/s), place in the room (m), place from the Host's centre (m), contact radius (m), angle (rad),
+#: spin (rad/s), time from the run's start (s), phase of the drive (rad), time since the impact before (s), number of
+#: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
+#: that the floor's friction gives, the run's time at the drive's frequency (rad)
+(
+    VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
+    CLOCK,
+) = range(21)  # fmt: skip
+KNOWN_SIZE = 21
+#: a time since the impact before that is long enough to be forgotten (s)
+LONG_AGO_S = 1e6
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
+    its own means (none, "angle", "axis" of a mirror, "room" or "host" place), and the stage."""
+
+    code: int
+    unit: str
+    symbol: str
+    own: str
+    stage: str
+    meaning: str
+
+
+TARGETS: dict[str, Target] = {
+    name: Target(code, unit, symbol, own, stage, meaning)
+    for code, (name, unit, symbol, own, stage, meaning) in enumerate(
+        (
+            ("fixed_direction", "m/s^2", r"\vec e_{\varphi}", "angle", "flight", "a fixed direction in the room"),
+            ("outwards", "m/s^2", r"\hat r", "", "flight", "away from the Host's centre"),
+            ("swirl", "m/s^2", r"\hat z\times\hat r", "", "flight", "about the Host's centre"),
+            ("along_velocity", "m/s^2", r"\hat v", "", "flight", "along the velocity in the room"),
+            ("across_velocity", "m/s^2", r"\hat z\times\hat v", "", "flight", "to the left of the velocity"),
+            ("mirrored_velocity", "m/s^2", r"M_{\varphi}\hat v", "axis", "flight", "the velocity, mirrored"),
+            ("along_sliding", "m/s^2", r"\hat u", "", "flight", "along the velocity against the floor"),
+            ("across_sliding", "m/s^2", r"\hat z\times\hat u", "", "flight", "to the left of that"),
+            ("mirrored_radius", "m/s^2", r"M_{\varphi}\hat r", "axis", "flight", "the radius' direction, mirrored"),
+            ("from_place_in_room", "m/s^2", r"\hat d", "room", "flight", "away from a place of the room"),
+            ("from_place_in_host", "m/s^2", r"\hat d_H", "host", "flight", "away from a place of the Host"),
+            ("floor_friction", "1", r"\vec a_\mu", "", "flight", "the floor's friction, as a share of it"),
+            (
+                "mirrored_floor_friction", "1", r"M_{\varphi}\vec a_\mu", "axis", "flight",
+                "the floor's friction, mirrored, as a share of it",
+            ),
+            ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
+            ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
+            ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
+            ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
+            ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
+            ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
+        )
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a factor follows: unit, LaTeX, whether its ends meet, and what its place or angle means."""
+
+    code: int
+    unit: str
+    symbol: str
+    circular: bool
+    own: str
+    meaning: str
+
+
+QUANTITIES: dict[str, Quantity] = {
+    name: Quantity(code, unit, symbol, circular, own, meaning)
+    for code, (name, unit, symbol, circular, own, meaning) in enumerate(
+        (
+            ("speed", "m/s", "v", False, "", "speed in the room"),
+            ("sliding_speed", "m/s", "u", False, "", "speed against the floor"),
+            ("radius", "m", "r", False, "", "distance from the Host's centre"),
+            ("gap", "m", "g", False, "", "distance to a round wall"),
+            ("spin", "rad/s", r"\omega", False, "", "spin of the disk"),
+            ("time", "s", "t", False, "", "time from the run's start"),
+            ("phase", "rad", r"\phi", True, "angle", "phase of the drive's sine"),
+            ("since", "s", r"t_i", False, "", "time since the impact before"),
+            ("azimuth", "rad", r"\theta", True, "angle", "direction from the Host's centre, in the room"),
+            ("run", "1", "n", False, "", "number of the run, from 0"),
+            ("distance_in_room", "m", "d", False, "room", "distance from a place of the room"),
+            ("distance_in_host", "m", "d_H", False, "host", "distance from a place of the Host"),
+            ("along_host", "m", "s", False, "line", "place from the Host's centre along a direction"),
+            ("velocity_along", "m/s", r"v_{\varphi}", False, "angle", "velocity in the room along a direction"),
+            ("approach", "m/s", "v_n", False, "", "normal speed before the impact"),
+            ("slip", "m/s", "v_t", False, "", "tangential speed of the contact point before the impact"),
+            ("body_angle", "rad", r"\theta-\psi", True, "angle", "direction of the contact seen from the disk"),
+            ("clock", "rad", r"\omega_d t", True, "angle", "the run's time at the drive's frequency"),
+        )
+    )
+}
+
+#: name -> (code, does it keep the quantity's unit to the power of the order)
+FUNCTIONS: dict[str, tuple[int, bool]] = {
+    "power": (0, True),
+    "absolute_power": (1, True),
+    "cosine": (2, False),
+    "sine": (3, False),
+    "exponential": (4, False),
+    "gaussian": (5, False),
+    "below": (6, False),
+    "sign": (7, False),
+}
+TURN = 2 * math.pi

@@ -1,0 +1,40 @@
+"""What a written law may know of the disk, from the engine's state."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.laws import words as W
+from ovines.core.system import parameters as P
+
+
+@compiled
+def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
+    """The vector of :mod:`ovines.core.laws.words` at state ``y`` with its place ``at``; friction and the speeds before
+    an impact are left to the caller."""
+    known = np.zeros(W.KNOWN_SIZE)
+    known[W.VX], known[W.VY] = at[2], at[3]
+    known[W.UX], known[W.UY] = at[2], at[3]
+    if not k[P.ON_GROUND]:
+        known[W.UX] -= at[7] - at[9] * (at[1] - at[5])
+        known[W.UY] -= at[8] + at[9] * (at[0] - at[4])
+    known[W.X], known[W.Y] = at[0], at[1]
+    known[W.HX], known[W.HY] = at[0] - at[4], at[1] - at[5]
+    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = p[P.CONTACT_RADIUS], y[4], y[5]
+    known[W.TIME], known[W.RUN] = t, p[P.RUN_NUMBER]
+    known[W.CLOCK] = p[P.DRIVE_RATE] * t
+    known[W.PHASE] = known[W.CLOCK] + p[P.DRIVE_PHASE]
+    known[W.SINCE] = min(t - p[P.LAST_IMPACT], W.LONG_AGO_S)
+    return known
+
+
+@compiled
+def contact_known(t: float, y: Floats, at: Floats, contact: tuple[float, float, float], p: Floats, k: Ints) -> Floats:
+    """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed."""
+    known = known_of(t, y, at, p, k)
+    known[W.HX], known[W.HY] = math.cos(contact[0]), math.sin(contact[0])
+    known[W.APPROACH], known[W.SLIP] = contact[1], contact[2]
+    return known

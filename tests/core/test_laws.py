@@ -1,0 +1,153 @@
+"""Written laws in the simulator: listed effects written as formulas, turned worlds, files, refusals."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
+from ovines.core.laws import kernel
+from ovines.core.laws.formula import as_latex, as_text, legend
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import FUNCTIONS, QUANTITIES, TARGETS
+from ovines.errors import InputError
+from ovines.law_file import law_text, read_law
+
+RIG = Scenario(
+    "rig", Nes(0.01, 0.0246), Host(radius_m=0.05, motion="driven", drive=(Harmonic("x", 0.0164, 11.0, 0.3),)),
+    ImpactLaw(0.72, 0.13, 0.49), 0.15, FloorFriction(0.2), (0.03, -0.01, 0.1, 0.0, 0.0, 20.0),
+)  # fmt: skip
+TARGET_CODES = (
+    "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
+    "FRICTION MIRRORED_FRICTION SPIN"
+)
+QUANTITY_CODES = (
+    "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK"
+)
+#: an effect of the library, and the same as a formula
+AS_FORMULA = [
+    ("table_tilt", {"tilt_rad": 0.03, "direction_rad": 0.4}, Term("fixed_direction", 0.03 * 9.81, x=0.4)),
+    ("viscous_drag", {"rate_per_s": 0.6}, Term("along_velocity", -0.6, (Factor("speed"),))),
+    ("air_drag", {"rate_per_m": 0.45}, Term("along_velocity", -0.45, (Factor("speed", "power", 2.0),))),
+    ("friction_drift", {"relative_per_s": -0.8}, Term("floor_friction", -0.8, (Factor("time"),))),
+    (
+        "nes_rocking", {"relative": -0.5, "decay_s": 0.02},
+        Term("floor_friction", -0.5, (Factor("since", "exponential", 1.0, 0.02),)),
+    ),
+    (
+        "direction_dependent_restitution", {"amplitude": 0.1, "direction_rad": 0.5},
+        Term("restitution", 0.1, (Factor("azimuth", "cosine", x=0.5),)),
+    ),
+    (
+        "wall_lobes", {"amplitude": 2e-3, "order": 3.0, "direction_rad": 0.2},
+        Term("contact_radius", 2e-3 * 0.04, (Factor("azimuth", "cosine", 3.0, x=0.2),)),
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("effect", "sizes", "term"), AS_FORMULA, ids=[one[0] for one in AS_FORMULA])
+def test_a_listed_effect_written_as_a_formula_moves_the_disk_alike(effect, sizes, term):
+    """Integrated by other steps: paths agree to what impacts make of 1e-11."""
+    plain = simulate(RIG).motion["nes_x_m"]
+    listed = simulate(replace(RIG, effects={effect: sizes})).motion["nes_x_m"]
+    written = simulate(replace(RIG, laws=(WrittenLaw((term,)),))).motion["nes_x_m"]
+    assert np.abs(listed - plain).max() > 1e-5
+    np.testing.assert_allclose(written, listed, rtol=0, atol=1e-7)
+
+
+def test_every_law_turns_with_the_world():
+    """Start, drive and law turned by one angle give the turned path; every target and quantity is asked."""
+    turn = 0.7
+    c, s = math.cos(turn), math.sin(turn)
+    matrix = np.array([[c, -s], [s, c]])
+    law = WrittenLaw(
+        (
+            Term("fixed_direction", 0.3, (Factor("phase", "cosine"),), x=0.2),
+            Term("mirrored_velocity", -0.4, (Factor("speed"),), x=0.5),
+            Term("from_place_in_room", -60.0, (Factor("distance_in_room", x=0.01, y=0.005),), 0.01, 0.005),
+            Term("fixed_direction", 200.0, (Factor("along_host", x=0.002, y=0.3),), x=0.3),
+            Term("mirrored_floor_friction", 0.2, x=0.9),
+            Term("swirl", -3.0, (Factor("radius"),)),
+            Term("fixed_direction", -0.3, (Factor("velocity_along", x=1.1),), x=1.1),
+        )
+    )
+    impact = WrittenLaw((Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),))
+    x = simulate(replace(RIG, laws=(law, impact), duration_s=0.1))
+    start = np.array(RIG.initial_nes)
+    turned = replace(
+        RIG,
+        duration_s=0.1,
+        laws=(law.moved(turn), impact.moved(turn)),
+        host=replace(RIG.host, drive=(Harmonic("x", 0.0164 * c, 11.0, 0.3), Harmonic("y", 0.0164 * s, 11.0, 0.3))),
+        initial_nes=(*(matrix @ start[:2]), *(matrix @ start[2:4]), turn, 20.0),
+    )
+    y = simulate(turned)
+    path = np.column_stack([x.motion["nes_x_m"], x.motion["nes_y_m"]]) @ matrix.T
+    np.testing.assert_allclose(np.column_stack([y.motion["nes_x_m"], y.motion["nes_y_m"]]), path, rtol=0, atol=1e-8)
+
+
+def test_words_and_compiled_codes_are_the_same():
+    """Names of `words` against the numbers of `kernel`, one by one."""
+    flights = [one.code for one in TARGETS.values() if one.stage == "flight"]
+    assert [getattr(kernel, name) for name in TARGET_CODES.split()] == flights
+    numbered = [getattr(kernel, f"Q_{name}") for name in QUANTITY_CODES.split()]
+    assert numbered == [one.code for one in QUANTITIES.values()]
+    functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN"]
+    assert [getattr(kernel, name) for name in functions] == [code for code, _ in FUNCTIONS.values()]
+
+
+def test_a_law_file_comes_back_as_it_was_written(tmp_path):
+    """Numbers to eight digits, units checked on the way in."""
+    law = WrittenLaw(
+        (
+            Term("across_velocity", 0.005, (Factor("speed"), Factor("spin")), sd=1e-4),
+            Term("outwards", -0.3, (Factor("gap", "exponential", 1.0, 0.004),)),
+        )
+    )
+    path = tmp_path / "law-1.toml"
+    path.write_text(law_text(law, "a law"))
+    back = read_law(path)
+    assert [one.factors for one in back.terms] == [one.factors for one in law.terms]
+    assert [(one.target, one.coefficient, one.unit) for one in back.terms] == [
+        ("across_velocity", 0.005, "1"), ("outwards", -0.3, "m/s^2"),
+    ]  # fmt: skip
+    path.write_text(law_text(law, "a law").replace('unit = "m/s^2"', 'unit = "1/s"'))
+    with pytest.raises(InputError, match=r"unit '1/s' of term 2"):
+        read_law(path)
+
+
+def test_formulas_name_units_and_meanings():
+    """A line of text, LaTeX, and what each symbol means."""
+    law = WrittenLaw((Term("outwards", -13.3, (Factor("radius"),)),))
+    assert as_text(law) == "acceleration += -13.3 1/s^2 * radius * outwards"
+    assert as_latex(law) == r"\Delta\vec a = -13.3\,\mathrm{1/s^{2}}\,r\,\hat r"
+    assert ("r", "distance from the Host's centre") in legend(law)
+
+
+@pytest.mark.parametrize(
+    ("law", "word"),
+    [
+        (lambda: Term("outward", 1.0), "target 'outward'"),
+        (lambda: Factor("speeed"), "quantity 'speeed'"),
+        (lambda: Factor("speed", "cube"), "function 'cube'"),
+        (lambda: Factor("gap", "exponential", 1.0, 0.0), "scale"),
+        (lambda: WrittenLaw(()), "0 terms"),
+        (lambda: WrittenLaw((Term("outwards", 1.0), Term("restitution", 0.1))), "several stages"),
+    ],
+)
+def test_what_is_no_law_is_refused(law, word):
+    """Found, expected, do."""
+    with pytest.raises(ScenarioError, match=word):
+        law()
+
+
+def test_the_simulator_refuses_what_it_cannot_hold():
+    """A wall that follows the spin; a law in step with a drive that has no frequency."""
+    wall = WrittenLaw((Term("contact_radius", 1e-4, (Factor("spin"),)),))
+    with pytest.raises(ScenarioError, match="no cosine of the azimuth"):
+        simulate(replace(RIG, laws=(wall,)))
+    still = replace(RIG, host=Host(radius_m=0.05))
+    beat = WrittenLaw((Term("fixed_direction", 0.1, (Factor("phase", "cosine"),)),))
+    with pytest.raises(ScenarioError, match="without harmonics"):
+        simulate(replace(still, laws=(beat,)))
