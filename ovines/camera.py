@@ -158,16 +158,17 @@ class Triangulated:
 def triangulate_points(
     cameras: Sequence[Camera], uv_px: Sequence[ArrayLike], sd_px: Sequence[ArrayLike]
 ) -> Triangulated:
-    """World points seen by two cameras: the minimum of the weighted squared pixel errors.
+    """World points seen by two cameras or more: the minimum of the weighted squared pixel errors.
 
     Parameters
     ----------
-    cameras : two cameras
-    uv_px : two arrays (N, 2), full-sensor pixels
-    sd_px : two arrays (N,), standard deviation of each coordinate
+    cameras : two or more
+    uv_px : per camera (N, 2), full-sensor pixels; NaN where one of more than two did not see the point
+    sd_px : per camera (N,), standard deviation of each coordinate
 
-    Starts from the midpoint of the two rays and takes Gauss-Newton steps (Hartley and Zisserman,
-    Multiple View Geometry, ch. 12); vectorised over the points.
+    Starts from the point nearest to all rays and takes Gauss-Newton steps (Hartley and Zisserman,
+    Multiple View Geometry, ch. 12); vectorised over the points.  More than two views leave more than one residual:
+    ``epipolar_px`` is then NaN.  A point that fewer than two saw is NaN.
 
     Examples
     --------
@@ -177,13 +178,15 @@ def triangulate_points(
     >>> triangulate_points(cameras, pixels, [[0.1], [0.1]]).points_m.round(9).tolist()
     [[0.01, 0.02, 0.005]]
     """
-    if len(cameras) != 2:
+    if len(cameras) < 2:
         raise InputError(
-            f"{len(cameras)} cameras to triangulate with", "two cameras", "give two [[cameras]] in recording.toml"
+            f"{len(cameras)} camera to triangulate with", "two or more", "give two [[cameras]] in recording.toml"
         )
     pixels = [camera.without_field(uv) for camera, uv in zip(cameras, uv_px, strict=True)]
     cameras = [replace(camera, field=None) for camera in cameras]
     weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
+    if len(cameras) > 2:
+        return _triangulate_many(cameras, pixels, weights)
     points = midpoints(cameras, pixels)
     for _ in range(4):
         residual, jacobian = _stacked(cameras, pixels, weights, points)
@@ -203,6 +206,38 @@ def triangulate_points(
     return Triangulated(
         points, covariance, np.einsum("ni,ni->n", null, residual) * scale, np.sqrt(np.mean(pixel_residual**2, -1))
     )
+
+
+def _triangulate_many(cameras: Sequence[Camera], pixels: Sequence[Array], weights: Sequence[Array]) -> Triangulated:
+    """As `triangulate_points` of more than two cameras, each of which need not see every point."""
+    seen = np.stack([np.isfinite(uv).all(-1) & np.isfinite(w) for uv, w in zip(pixels, weights, strict=True)])
+    weights = [np.where(own, w, 0.0) for own, w in zip(seen, weights, strict=True)]
+    # The nearest point to all rays: sum of (1 - d d') over them, times x, is the same sum times their origins.
+    normal, right = np.zeros((seen.shape[1], 3, 3)), np.zeros((seen.shape[1], 3))
+    for camera, uv, own in zip(cameras, pixels, seen, strict=True):
+        ray = np.where(own[:, None], camera.rays(np.where(own[:, None], uv, camera.matrix[:2, 2])), 0.0)
+        across = own[:, None, None] * np.eye(3) - ray[:, :, None] * ray[:, None, :]
+        normal, right = normal + across, right + across @ camera.centre_m
+    enough = seen.sum(0) >= 2
+    normal[~enough] = np.nan
+    points = _solve(normal, right)
+    known = [np.where(own[:, None], uv, 0.0) for own, uv in zip(seen, pixels, strict=True)]
+    for _ in range(4):
+        residual, jacobian = _stacked(cameras, known, weights, points)
+        normal = np.swapaxes(jacobian, -1, -2) @ jacobian
+        points = points + _solve(normal, np.einsum("nij,ni->nj", jacobian, residual))
+    residual, jacobian = _stacked(cameras, known, weights, points)
+    normal = np.swapaxes(jacobian, -1, -2) @ jacobian
+    usable = np.isfinite(normal).all((-1, -2))
+    covariance = np.full_like(normal, np.nan)
+    covariance[usable] = np.linalg.inv(normal[usable])
+    square = np.zeros(len(points))
+    for k, weight in enumerate(weights):
+        off = residual[:, 2 * k : 2 * k + 2] / np.where(weight > 0, weight, 1.0)[:, None]
+        square += np.where(weight > 0, np.sum(off**2, -1), 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        reprojection = np.sqrt(square / (2 * seen.sum(0)))
+    return Triangulated(points, covariance, np.full(len(points), np.nan), np.where(usable, reprojection, np.nan))
 
 
 def baseline(cameras: Sequence[Camera]) -> Array:

@@ -132,7 +132,9 @@ class Recording:
         return [Path(name) for name in sorted(filter(os.path.isfile, found), key=_natural)]
 
     def entry(self) -> str:
-        """Where the recording enters the chain: "motion", "points", "tracks", "frames", or "impacts" alone."""
+        """Where the recording enters the chain: "motion", "points", "tracks", "frames", "impacts" alone, or "boards":
+        nothing but board images, to calibrate from.
+        """
         for name in ENTRY_TABLES:
             if (self.folder / f"{name}.parquet").is_file():
                 return name
@@ -140,6 +142,8 @@ class Recording:
             return "frames"
         if (self.folder / "impacts.parquet").is_file():
             return "impacts"
+        if self.board is not None and self.cameras:
+            return "boards"
         raise InputError(
             f"{self.folder}: no frames in [[cameras]] and no table",
             "frames of each camera, or tracks.parquet, points.parquet, motion.parquet or impacts.parquet beside "

@@ -58,6 +58,10 @@ class CameraSettings(Section):
     """Width and height of the window; left out: from its corner to the sensor's end. Example: `[4096, 688]`."""
     exposure_s: Positive | None = None
     """How long the shutter is open; with it the arc run through meanwhile is taken out. Example: `400e-6`."""
+    readout_s: Annotated[float, Field(ge=-1.0, le=1.0)] | None = None
+    """Rolling shutter: time from the first row of the window being read to the last (below 0: upwards); 0: all rows at
+    once. Left out: taken out where moving bodies surely show it. Example: `0.012`.
+    """
 
     @model_validator(mode="after")
     def _window_on_sensor(self) -> CameraSettings:

@@ -182,6 +182,13 @@ def _raise_world(found: Adjusted, board_height_m: float) -> None:
 
 def _ambiguous(board: Board) -> InputError:
     columns, rows = board.squares
+    if board.of_dots:
+        return InputError(
+            f"{board.kind} {columns} x {rows} look the same turned by half: nothing shows the cameras which one is the "
+            f"first",
+            "asymmetric circles of an odd number of rows, or a grid with three rings",
+            "calibrate with another board, or each camera by itself",
+        )
     return InputError(
         f"a chessboard of {columns} x {rows} squares looks the same turned by half: nothing shows the cameras which "
         f"corner is the first",

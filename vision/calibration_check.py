@@ -20,7 +20,7 @@ from ovines.recording import Recording
 from vision.calibration.boards import find_board
 from vision.frames.sources import open_sources, stream
 from vision.identity.layouts import Layout, layout_of
-from vision.identity.matching import Match, match_in_both
+from vision.identity.matching import Match, match_in_all
 from vision.markers.detect import find_discs
 from vision.markers.perspective import on_plane
 from vision.markers.row import U, V
@@ -127,7 +127,7 @@ def explained(
     """Markers, of both cameras together, that have a disc where the bodies' layouts want one."""
     found = 0
     for body, matches in _matches(pair, offsets, discs, layout, bodies):
-        best = match_in_both(matches, layout.of(body).stop - layout.of(body).start, SEARCH_RADIUS * layout.rig_m)
+        best = match_in_all(matches, layout.of(body).stop - layout.of(body).start, SEARCH_RADIUS * layout.rig_m)
         found += sum(match.n_found for match in best if match is not None)
     return found
 
@@ -159,7 +159,7 @@ def _refined(
     for body, matches in _matches(pair, offsets, discs, layout, bodies):
         place = layout.position_m[layout.of(body)]
         for camera, offset, seen, match in zip(
-            pair, offsets, discs, match_in_both(matches, len(place), SEARCH_RADIUS * layout.rig_m), strict=True
+            pair, offsets, discs, match_in_all(matches, len(place), SEARCH_RADIUS * layout.rig_m), strict=True
         ):
             if match is None:
                 continue
@@ -229,9 +229,11 @@ def refuse_foreign_tracks(
     """
     from vision.triangulate import triangulate
 
-    misfit = float(np.nanmedian(np.abs(points["epipolar_px"]))) if len(points) else np.inf
     names = [camera.name for camera in cameras if camera.name in set(tracks["camera"])]
-    if misfit < FOREIGN_PX or len(names) != 2:
+    if len(names) != 2:
+        return
+    misfit = float(np.nanmedian(np.abs(points["epipolar_px"]))) if len(points) else np.inf
+    if misfit < FOREIGN_PX:
         return
     other = dict(zip(names, names[::-1], strict=True))
     turned = [replace(camera, name=other.get(camera.name, camera.name)) for camera in cameras]
@@ -254,11 +256,12 @@ def refuse_foreign_tracks(
 
 def misfit_notes(points: pd.DataFrame) -> list[str]:
     """A note where the two cameras' rays hardly intersect and nothing simple explains it."""
-    misfit = float(np.nanmedian(np.abs(points["epipolar_px"]))) if len(points) else 0.0
+    residual = points["epipolar_px" if points["epipolar_px"].notna().any() else "reprojection_px"].dropna()
+    misfit = float(np.median(np.abs(residual))) if len(residual) else 0.0
     if misfit < FOREIGN_PX:
         return []
     return [
-        f"the two cameras' tracks miss each other by {misfit:.3g} px (median): check window_offset_px of both "
+        f"the cameras' tracks miss each other by {misfit:.3g} px (median): check window_offset_px of all "
         f"cameras, and that the calibration is theirs"
     ]
 
@@ -266,10 +269,12 @@ def misfit_notes(points: pd.DataFrame) -> list[str]:
 def length_notes(points: pd.DataFrame, recording: Recording) -> list[str]:
     """A note for lengths of the points that differ from `layout_m` by more than WRONG_LENGTH, all bodies together."""
     own, known = [], []
+    flat = points["z_m"].isna().all()  # of one camera: lengths as seen from above
+    points = points.assign(z_m=0.0) if flat else points
     for body in recording.bodies.values():
         if body.layout_m is None:
             continue
-        place = dict(zip(body.markers, np.array(body.layout_m, float), strict=True))
+        place = dict(zip(body.markers, np.array(body.layout_m, float) * [1, 1, not flat], strict=True))
         rows = points[points["marker"].isin(body.markers)]
         wide = rows.pivot(index="frame", columns="marker", values=["x_m", "y_m", "z_m"])
         seen = [marker for marker in body.markers if marker in set(rows["marker"])]

@@ -1,6 +1,6 @@
-"""Images to tracks: every marker's sub-pixel centre in every frame of both cameras, under its own name.
+"""Images to tracks: every marker's sub-pixel centre in every frame of all cameras, under its own name.
 
-The three bodies are tracked as rigid bodies in both cameras at once (`vision.tracking.tracker`).  See
+The three bodies are tracked as rigid bodies in all cameras at once (`vision.tracking.tracker`).  See
 `vision.identity.matching` for naming,
 `vision.markers.fit` for centres.
 """
@@ -21,6 +21,7 @@ from ovines.plausibility.calibration import refuse_camera_count
 from ovines.recording import Recording
 from vision.frames.dropped import DroppedFrames, find_dropped_frames, renumbered, true_numbers
 from vision.frames.dropped_by_both import as_dropped, find_common_gaps
+from vision.frames.rolling_shutter import without_rolling_shutter
 from vision.frames.sources import Source, open_sources, stream_chunks
 from vision.frames.times import frame_times
 from vision.identity.default_names import names_by_geometry
@@ -60,7 +61,7 @@ def track(
 
     Parameters
     ----------
-    recording : with frames of two cameras
+    recording : with frames of two cameras, of more, or of one where all moving bodies have their `layout_m`
     cameras : calibrated; the recording's cameras by name
     names : where markers are in the first frame (columns camera, marker, u_px, v_px, window pixels), for bodies
         without `layout_m`; None: as the geometry suggests, see `vision.identity.default_names`
@@ -107,6 +108,10 @@ def track(
     elif dropped:
         until = min(drop.from_frame for drop in dropped)
         tracks, rows = _timed(renumbered(tracks, dropped), recording), [row for row in rows if row["frame"] < until]
+    known = {name: tracker.layout.position_m[tracker.layout.of(b)] for b, name in enumerate(tracker.layout.bodies)
+             if tracker.layout.known[b]}  # fmt: skip
+    tracks, rolling = without_rolling_shutter(tracks, recording, by_name, known)
+    own_notes += rolling
     rims = expected_rims(recording, tracker.layout)
     placed = {name for name, body in recording.bodies.items() if body.layout_m}
     walls = wall_table(rows, *_instants(tracks))
@@ -134,7 +139,7 @@ def _track(
         for first, end in pairwise([0, *ends]):
             tracker.track(frames[first:end], pictures[first:end])
             frame, images = frames[end - 1], [image for image in pictures[end - 1] if image is not None]
-            if frame in chosen and first < end and len(images) == 2:
+            if frame in chosen and first < end and len(images) == len(tracker.cameras) > 1:
                 calibrated = [one.camera for one in tracker.cameras]
                 offsets, rims = [one.offset for one in tracker.cameras], expected_rims(recording, tracker.layout)
                 rows += rims_at(frame, images, calibrated, offsets, rims, tracker.centres_m(frame), rows)
@@ -148,6 +153,8 @@ def _track(
 def _dropped(tracks: pd.DataFrame, tracker: Tracker, recording: Recording) -> list[DroppedFrames]:
     """Frames dropped by one camera, and by both at once, all in the cameras' own numbers."""
     cameras, layout, offsets = [one.camera for one in tracker.cameras], tracker.layout, recording.window_offset_px
+    if len(cameras) != 2:  # one shows nothing missing; of more, which one dropped is not searched for
+        return []
     heights = dict(zip(layout.markers, layout.position_m[:, 2], strict=True))
     dropped = find_dropped_frames(tracks, cameras, offsets, heights)
     if "host" not in layout.bodies or not layout.known[layout.bodies.index("host")]:
@@ -220,9 +227,9 @@ def _table(tracker: Tracker, recording: Recording) -> pd.DataFrame:
     tracks = pd.concat(tables, ignore_index=True)
     if not len(tracks):
         raise InputError(
-            "no marker was found in any frame of either camera",
+            "no marker was found in any frame of any camera",
             f"round markers of {SMALLEST_PX:g} to {LARGEST_PX:.0f} px radius laid out as layout_m says, in focus, in "
-            f"both windows",
+            f"the windows",
             "check layout_m, the calibration and window_offset_px, or give --names names.csv",
         )
     return _timed(tracks, recording)

@@ -1,38 +1,47 @@
-"""Tracks of two cameras to points in the world, with standard deviations."""
+"""Tracks of two cameras or more, or of one camera over the plane, to points in the world, with standard deviations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 import pandas as pd
+from scipy.stats import chi2
 
 from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
 from ovines.robust import spread
+from vision.one_view import Height, points_in_plane
 
-# Where a track carries no sd, this stands in until the epipolar residuals of the recording give the real one.
+# Where a track carries no sd, this stands in until the residuals of the recording give the real one.
 FIRST_GUESS_SD_PX = 0.1
 
 
 def triangulate(
-    tracks: pd.DataFrame, cameras: Sequence[Camera], window_offset_px: Mapping[str, Sequence[float]]
+    tracks: pd.DataFrame,
+    cameras: Sequence[Camera],
+    window_offset_px: Mapping[str, Sequence[float]],
+    heights: Mapping[str, Height] | None = None,
 ) -> pd.DataFrame:
-    """Points in metres of every marker that both cameras saw in a frame.
+    """Points in metres of every marker that two cameras saw in a frame, or one camera where the heights are known.
 
     Parameters
     ----------
     tracks : table ``tracks`` (window pixels)
-    cameras : calibrated cameras; the two that the tracks name are used
+    cameras : calibrated cameras; those that the tracks name are used
     window_offset_px : per camera name, top-left corner (u, v) of its window on the sensor
+    heights : per marker its height over the sliding plane: what tracks of one camera need
+        (:func:`vision.one_view.marker_heights`)
 
     Returns
     -------
     table ``points``: frame, time_s (of the first camera), marker, position and sd in metres,
-    ``reprojection_px`` (RMS of the four coordinates) and ``epipolar_px`` (signed, the one residual that
-    two views leave over).  A marker that only one camera saw has no row.
+    ``reprojection_px`` (RMS of all coordinates) and, of two cameras, ``epipolar_px`` (signed, the one residual that
+    two views leave over; null of more).  A marker that only one of several cameras saw has no row.  One camera alone
+    gives no z: it is null, see :func:`vision.one_view.points_in_plane`.
 
-    Where ``sd_px`` is null, the sd is taken from the robust spread of the epipolar residual of the same markers.
+    Where ``sd_px`` is null, the sd is taken from the robust spread of the residuals of the same markers.
     """
     by_name = {camera.name: camera for camera in cameras}
     names = [name for name in by_name if name in set(tracks["camera"])]
@@ -43,43 +52,54 @@ def triangulate(
             f"one of the calibrated cameras {sorted(by_name)}",
             "give recording.toml and calibration.json the same camera names",
         )
-    if len(names) != 2:
+    if not names or (len(names) < 2 and heights is None):
         raise InputError(
             f"tracks of {len(names)} camera(s): {names}",
-            "tracks of two cameras",
-            "one camera alone gives no depth: check the second camera's tracks",
+            "tracks of every [[cameras]] of recording.toml",
+            "one camera alone gives no depth: check the second camera's tracks, or leave its [[cameras]] out if one "
+            "camera over the plane is all there is",
         )
-    views = []
-    for name in names:
-        view = tracks.loc[tracks["camera"] == name, ["frame", "time_s", "marker", "u_px", "v_px", "sd_px"]].copy()
-        offset = window_offset_px.get(name, (0, 0))
-        view["u_px"] = view["u_px"].astype(float) + offset[0]
-        view["v_px"] = view["v_px"].astype(float) + offset[1]
-        views.append(view)
-    pairs = views[0].merge(views[1], on=["frame", "marker"], suffixes=("", "_2"))
-    uv = [pairs[["u_px", "v_px"]].to_numpy(float), pairs[["u_px_2", "v_px_2"]].to_numpy(float)]
-    sd = [pairs[column].to_numpy(float) for column in ("sd_px", "sd_px_2")]
-    if any((s <= 0).any() for s in sd):
+    if (tracks["sd_px"] <= 0).any():
         raise InputError(
             "tracks with sd_px of 0 or below",
             "a standard deviation above 0, or null where it is unknown",
             "write null where it is unknown",
         )
-    unknown = np.isnan(sd[0]) | np.isnan(sd[1])
+    if len(names) == 1 and heights is not None:
+        return points_in_plane(tracks, by_name[names[0]], window_offset_px.get(names[0], (0, 0)), heights)
+    views = []
+    for k, name in enumerate(names):
+        view = tracks.loc[tracks["camera"] == name, ["frame", "time_s", "marker", "u_px", "v_px", "sd_px"]].copy()
+        offset = window_offset_px.get(name, (0, 0))
+        view["u_px"] = view["u_px"].astype(float) + offset[0]
+        view["v_px"] = view["v_px"].astype(float) + offset[1]
+        views.append(view.rename(columns={column: f"{column}_{k}" for column in ("time_s", "u_px", "v_px", "sd_px")}))
+    how = "inner" if len(names) == 2 else "outer"
+    rows = reduce(lambda one, other: one.merge(other, on=["frame", "marker"], how=how), views)
+    uv = [rows[[f"u_px_{k}", f"v_px_{k}"]].to_numpy(float) for k in range(len(names))]
+    seen = np.stack([np.isfinite(one).all(1) for one in uv])
+    sd = [rows[f"sd_px_{k}"].to_numpy(float) for k in range(len(names))]
+    unknown = np.any([own & np.isnan(s) for own, s in zip(seen, sd, strict=True)], axis=0)
     sd = [np.where(unknown, FIRST_GUESS_SD_PX, s) for s in sd]
-    pair = [by_name[name] for name in names]
-    result = triangulate_points(pair, uv, sd)
+    chosen = [by_name[name] for name in names]
+    result = triangulate_points(chosen, uv, sd)
     if unknown.any():
-        measured_px = spread(result.epipolar_px[unknown])
+        if len(names) == 2:
+            measured_px = spread(result.epipolar_px[unknown])
+        else:  # the sum of squares of 2 n coordinates has the median of chi squared with 2 n - 3
+            count = 2.0 * seen.sum(0)[unknown]
+            square = count * result.reprojection_px[unknown] ** 2 / chi2.median(np.maximum(count - 3.0, 1.0))
+            measured_px = float(np.sqrt(np.nanmedian(square)))
         if measured_px > 0:
             sd = [np.where(unknown, measured_px, s) for s in sd]
-            result = triangulate_points(pair, uv, sd)
+            result = triangulate_points(chosen, uv, sd)
     position_sd = np.sqrt(np.diagonal(result.covariance_m2, axis1=1, axis2=2))
+    times = rows[[f"time_s_{k}" for k in range(len(names))]].to_numpy(float)
     points = pd.DataFrame(
         {
-            "frame": pairs["frame"].to_numpy(),
-            "time_s": pairs["time_s"].to_numpy(float),
-            "marker": pairs["marker"].to_numpy(),
+            "frame": rows["frame"].to_numpy(),
+            "time_s": times[np.arange(len(times)), seen.argmax(0)],
+            "marker": rows["marker"].to_numpy(),
             **{f"{axis}_m": result.points_m[:, i] for i, axis in enumerate("xyz")},
             **{f"{axis}_sd_m": position_sd[:, i] for i, axis in enumerate("xyz")},
             "reprojection_px": result.reprojection_px,

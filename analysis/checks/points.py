@@ -42,7 +42,7 @@ def _reprojection(points: pd.DataFrame) -> Row | None:
         value,
         POOR_REPROJECTION_PX,
         value <= POOR_REPROJECTION_PX,
-        f"The two cameras' views of a marker miss each other by {figure(value)} px (median).",
+        f"The cameras' views of a marker miss each other by {figure(value)} px (median).",
         ALL,
         "Check window_offset_px and the extrinsic view, or calibrate again.",
     )
@@ -69,9 +69,9 @@ def worst_distance(points: pd.DataFrame, markers: list[str]) -> tuple[str, float
     """The pair whose distance varies most over what its sds say, that ratio, and the distance's robust sd (m); None
     without a pair.
     """
-    axes = ["x_m", "y_m", "z_m"]
+    axes = ["x_m", "y_m", "z_m"][: 2 if points["z_m"].isna().all() else 3]  # of one camera: as seen from above
     wide = points[points["marker"].isin(markers)].pivot(
-        index="frame", columns="marker", values=[*axes, "x_sd_m", "y_sd_m", "z_sd_m"]
+        index="frame", columns="marker", values=[*axes, *(f"{axis[0]}_sd_m" for axis in axes)]
     )
     worst = None
     for one, other in combinations([name for name in markers if ("x_m", name) in wide], 2):

@@ -139,8 +139,7 @@ def motion_from_points(
             "y_m": pose.xy_m[:, 1],
             "z_m": pose.z_m,
             "angle_rad": angle,
-            "x_sd_m": pose.xy_sd_m,
-            "y_sd_m": pose.xy_sd_m,
+            **{f"{axis}_sd_m": np.hypot(pose.xy_sd_m, _common_sd(points, recording, name, axis)) for axis in "xy"},
             "z_sd_m": pose.z_sd_m,
             "angle_sd_rad": pose.angle_sd_rad,
         }
@@ -151,6 +150,15 @@ def motion_from_points(
         table[f"{name}_spin_rad_per_s"] = _slopes(times, angle)
         table[f"{name}_markers"] = pd.array(pose.markers, dtype="Int64")
     return table
+
+
+def _common_sd(points: pd.DataFrame, recording: Recording, body: str, axis: str) -> float:
+    """What all markers of a body are off by together (m), which more of them do not average out."""
+    column = f"{axis}_common_sd_m"
+    if column not in points:
+        return 0.0
+    own = points.loc[points["marker"].isin(recording.bodies[body].markers), column]
+    return float(own.median()) if own.notna().any() else 0.0
 
 
 def _slopes(times: Array, values: Array) -> Array:

@@ -50,6 +50,8 @@ def host_circle(points: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     columns |= _named("mean", mean[:, :3], mean[:, 3])
     centre, radius, residual = fit_circles(position_m)
     columns |= _named("fit", centre, radius)
+    if points["z_m"].isna().all():  # one camera measures no height
+        columns |= {name: np.full(len(frames), np.nan) for name in columns if name.endswith("_z_m")}
     return pd.DataFrame({"frame": frames, "time_s": time_s, **columns, "fit_residual_m": residual})
 
 
@@ -66,6 +68,8 @@ def marker_positions(points: pd.DataFrame, markers: tuple[str, ...]) -> tuple[ND
     for i, marker in enumerate(markers):
         seen = points[marker_of == marker]
         position[np.searchsorted(frames, seen["frame"].to_numpy()), i] = seen[["x_m", "y_m", "z_m"]].to_numpy(float)
+    if len(points) and points["z_m"].isna().all():  # of one camera: as seen from above
+        position[..., 2] = np.where(np.isfinite(position[..., 0]), 0.0, np.nan)
     return frames, clock["time_s"].to_numpy(float), position
 
 

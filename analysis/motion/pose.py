@@ -196,7 +196,8 @@ def _keep_frame(measured: Array, design: Array, layout_sd_m: float) -> Array:
     if not np.isfinite(pose.angle_rad[0]):
         return measured
     local = (measured[:, 0] + 1j * measured[:, 1] - complex(*pose.xy_m[0])) * np.exp(-1j * pose.angle_rad[0])
-    return np.stack([local.real, local.imag, measured[:, 2] - pose.z_m[0]], -1)
+    height = measured[:, 2] - pose.z_m[0] if np.isfinite(pose.z_m[0]) else design[:, 2]  # one camera measures none
+    return np.stack([local.real, local.imag, height], -1)
 
 
 def unwrap_angle(time_s: Array, angle_rad: Array) -> Array:

@@ -47,7 +47,7 @@ def sliding_plane(points: pd.DataFrame, recording: Recording) -> SlidingPlane | 
         bodies.append(name)
         heights |= {marker: place[2] for marker, place in zip(body.markers, body.layout_m, strict=True)}
         off_m |= dict.fromkeys(body.markers, body.layout_sd_m or PLACEMENT_SD_M)
-    own = points[points["marker"].isin(list(heights))]
+    own = points[points["marker"].isin(list(heights)) & points["z_m"].notna()]
     if own["frame"].nunique() < FEWEST_FRAMES:
         return None
     markers = sorted(set(own["marker"]))

@@ -60,6 +60,7 @@ def _misfits(points: pd.DataFrame, body: str) -> list[Doubtful]:
     if not len(points):
         return []
     times_s = points.groupby("frame")["time_s"].first()
+    points = points.assign(z_m=0.0) if points["z_m"].isna().all() else points  # one camera sees from above
     places = {axis: points.pivot(index="frame", columns="marker", values=f"{axis}_m") for axis in "xyz"}
     names, xyz = (
         [str(one) for one in places["x"].columns],

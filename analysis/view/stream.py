@@ -158,7 +158,7 @@ def _points(stream: rr.RecordingStream, shown: Shown) -> None:
     if shown.points is None:
         return
     for body, rows in shown.points.groupby(shown.points["marker"].map(shown.body_of())):
-        places = rows[["x_m", "y_m", "z_m"]].to_numpy(float)
+        places = rows[["x_m", "y_m", "z_m"]].fillna({"z_m": 0.0}).to_numpy(float)  # one camera knows no z
         _send_points(stream, f"world/points/{body}", rows, places, str(body), POINT_M, shown.last_frame)
 
 

@@ -1,4 +1,4 @@
-"""`ovines board`: a ChArUco board true to scale, as PDF and SVG with a ruler, and its TOML."""
+"""`ovines board`: a board of squares or tags true to scale, as PDF and SVG with a ruler, and its TOML."""
 
 from __future__ import annotations
 
@@ -18,12 +18,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name", nargs="?", metavar="NAME", help="a board of calibration_boards/, or the new board's name"
     )
     parser.add_argument("--list", action="store_true", help="show the known boards and stop")
-    parser.add_argument("--squares", nargs=2, type=int, metavar=("COLUMNS", "ROWS"), help="a new board: its squares")
-    parser.add_argument("--square-mm", type=float, metavar="MM", help="a new board: edge of a square")
+    parser.add_argument(
+        "--kind",
+        choices=("charuco", "chessboard", "aprilgrid", "tags", "dots", "circles", "asymmetric circles"),
+        default="charuco",
+        help="a new board: aprilgrid is Kalibr's, tags are plain ones of any dictionary; of dots and circles, which "
+        "come printed, only the TOML is written (default: charuco)",
+    )
+    parser.add_argument(
+        "--squares", nargs=2, type=int, metavar=("COLUMNS", "ROWS"), help="a new board: its squares, or tags"
+    )
+    parser.add_argument("--square-mm", type=float, metavar="MM", help="a new board: edge of a square, or pitch of tags")
     parser.add_argument(
         "--marker-mm", type=float, metavar="MM", help="a new board: edge of a marker (default: 3/4 of the square)"
     )
-    parser.add_argument("--dictionary", default="DICT_5X5_100", help="a new board: its markers (default: DICT_5X5_100)")
+    parser.add_argument(
+        "--dictionary", help="a new board: its markers (default: DICT_5X5_100, of tags DICT_APRILTAG_36h11)"
+    )
+    parser.add_argument(
+        "--rings", nargs=3, metavar="COLUMN,ROW", help="a new board of dots: the three that are rings, rows downwards"
+    )
     parser.add_argument("--legacy", action="store_true", help="a new board: pattern of OpenCV before 4.6")
     parser.add_argument("--inverted", action="store_true", help="a new board: white for black")
     parser.add_argument(
@@ -58,22 +72,19 @@ def run(args: argparse.Namespace) -> int:
             raise InputError("--squares without --square-mm", "the edge of a square", "add --square-mm 15")
         if Path(args.name).name != args.name or args.name.startswith("."):
             raise InputError(f"name {args.name!r}", "a plain name without folders", "give the folder by --out")
-        marker_mm = args.marker_mm if args.marker_mm is not None else 0.75 * args.square_mm
-        board = board_from(
-            {
-                "squares": list(args.squares),
-                "square_size_m": round(1e-3 * args.square_mm, 9),
-                "marker_size_m": round(1e-3 * marker_mm, 9),
-                "dictionary": args.dictionary,
-                "legacy_pattern": args.legacy,
-                "inverted": args.inverted,
-            },
-            args.name,
-            "the command line",
-        )
-    if board.kind != "charuco":
+        board = board_from(_content(args), args.name, "the command line")
+    if board.of_dots and args.squares is not None:
+        toml = args.out / f"{board.name}.toml"
+        if toml.exists() and not args.force:
+            raise InputError(f"{toml} is there already", "a new name", "choose another, or write over it with --force")
+        write_text_whole(as_toml(board), toml)
+        print(toml)
+        return 0
+    if board.of_dots:
         raise InputError(
-            f"{board.name} is a board of kind {board.kind}", "a ChArUco board", "print others from their maker's file"
+            f"{board.name} is a board of kind {board.kind}",
+            "a board of squares or tags",
+            "print circles from their maker's file",
         )
     drawing = draw(board)
     wanted = {"pdf": as_pdf(drawing), "svg": as_svg(drawing).encode()}
@@ -95,3 +106,25 @@ def run(args: argparse.Namespace) -> int:
     width, height = drawing.page_mm
     print(f"page {width:g} x {height:g} mm; print at 100 % and check the ruler")
     return 0
+
+
+def _content(args: argparse.Namespace) -> dict[str, object]:
+    """What a new board's TOML would say."""
+    content: dict[str, object] = {
+        "kind": args.kind,
+        "squares": list(args.squares),
+        "square_size_m": round(1e-3 * args.square_mm, 9),
+        "inverted": args.inverted,
+    }
+    if args.kind == "dots":
+        try:
+            content["rings"] = [[int(part) for part in ring.split(",")] for ring in args.rings or ()]
+        except ValueError:
+            raise InputError(f"--rings {' '.join(args.rings)}", "three of COLUMN,ROW", "correct it") from None
+    if args.kind in ("charuco", "aprilgrid", "tags"):
+        marker_mm = args.marker_mm if args.marker_mm is not None else 0.75 * args.square_mm
+        usual = "DICT_5X5_100" if args.kind == "charuco" else "DICT_APRILTAG_36h11"
+        content |= {"marker_size_m": round(1e-3 * marker_mm, 9), "dictionary": args.dictionary or usual}
+    if args.kind == "charuco":
+        content["legacy_pattern"] = args.legacy
+    return content

@@ -199,12 +199,25 @@ def _times(recording: Recording) -> None:
         recording.times_s([])
         print(f"  times: {recording.settings.time.trigger}")
     elif recording.entry() == "frames":
+        if recording.frame_rate_hz is None and _filmed(recording):
+            print("  times: those of the videos")
+            return
         recording.times_s([0])
         print(f"  times: {recording.frame_rate_hz} frames per second")
 
 
+def _filmed(recording: Recording) -> bool:
+    """Whether every camera brings a video, which has times of its own."""
+    from vision.video import VIDEO_SUFFIXES
+
+    files = [recording.frame_files(camera.name) for camera in recording.cameras]
+    return all(len(own) == 1 and own[0].suffix.lower() in VIDEO_SUFFIXES for own in files)
+
+
 def _table(recording: Recording) -> None:
     entry = recording.entry()
+    if entry == "boards":
+        return
     if entry == "frames":
         for doubt in doubts(recording):
             print(f"  doubt: {doubt}")
@@ -249,7 +262,7 @@ def _effects(recording: Recording) -> None:
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:
     """What a stage would do, and what it lacks; a stage after one that would run waits for it."""
-    if one.name == "track":
+    if one.name in ("track", "triangulate"):
         try:
             refuse_camera_count(recording)
         except InputError as error:

@@ -45,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "caliscope or Anipose (CAMERA=FILE#SECTION, or FILE alone where it has the cameras' names)",
     )
     what.add_argument(
+        "--plane",
+        nargs="+",
+        metavar="CAMERA=FILE",
+        help="a camera from four or more known points: CSV of u_px, v_px, x_mm, y_mm (z_mm, sd_px)",
+    )
+    what.add_argument(
         "--trigger-signal",
         type=Path,
         metavar="FILE",
@@ -103,7 +109,7 @@ def run(args: argparse.Namespace) -> int:
     from ovines.importers.opencv_cameras import read_cameras
     from ovines.recording import read_recording
 
-    files = args.tracks or args.points or args.calibration or args.impacts or args.motion
+    files = args.tracks or args.points or args.calibration or args.impacts or args.motion or args.plane
     if args.trigger_signal is not None:
         write_trigger(args, read_recording(args.recording).folder if args.out is None else args.out)
         if not files:
@@ -111,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
     if not files:
         raise InputError(
             "nothing to import",
-            "--tracks, --points, --motion, --impacts, --calibration or --trigger-signal",
+            "--tracks, --points, --motion, --impacts, --calibration, --plane or --trigger-signal",
             "name the files; see ovines import --help",
         )
     recording = read_recording(args.recording)
@@ -122,6 +128,10 @@ def run(args: argparse.Namespace) -> int:
         convert.cameras_in_world(found, recording, args.unit, args.axes, args.calibrated_on) if found else ([], [])
     )
     tables: dict[str, pd.DataFrame] = {}
+    if args.plane:
+        if found:
+            raise InputError("--plane and --calibration", "one of the two", "leave one out")
+        cameras, tables["calibration_covariance"], notes = _from_points(args.plane, recording, args.unit)
     if args.tracks:
         files = _by_camera(args.tracks, names)
         tables["tracks"], said = convert.tracks_table(
@@ -164,18 +174,45 @@ def write_trigger(args: argparse.Namespace, out: Path) -> None:
     )
 
 
-def _by_camera(specs: Sequence[str], names: Sequence[str]) -> dict[str, Path]:
+def _by_camera(specs: Sequence[str], names: Sequence[str], option: str = "--tracks") -> dict[str, Path]:
     files = {}
     for spec in specs:
         camera, equals, path = spec.partition("=")
         if not equals or camera not in names:
             raise InputError(
-                f"--tracks {spec}",
+                f"{option} {spec}",
                 f"CAMERA=FILE with one of the recording's cameras: {', '.join(names) or 'none'}",
                 "say which camera's file it is",
             )
         files[camera] = Path(path)
     return files
+
+
+def _from_points(
+    specs: Sequence[str], recording: Recording, unit: str | None
+) -> tuple[list[Camera], pd.DataFrame, list[str]]:
+    """Cameras of ``--plane``, their covariance, and how well they are known."""
+    import pandas as pd
+
+    from ovines.importers.plane_points import read_plane_points
+    from vision.calibration.uncertainty import covariance_table
+    from vision.known_points import camera_of_known_points
+
+    cameras, tables, notes = [], [], []
+    files = _by_camera(specs, [camera.name for camera in recording.cameras], "--plane")
+    for settings in recording.cameras:
+        if settings.name not in files:
+            continue
+        seen = read_plane_points(files[settings.name], unit, settings.window_offset_px)
+        found = camera_of_known_points(settings.name, settings.sensor_size_px, *seen)
+        cameras.append(found.camera)
+        tables.append(covariance_table(found.covariance, found.labels))
+        notes.append(
+            f"{settings.name}: {len(seen[0])} known points, missed by {found.rms_px:.2g} px rms; focal length "
+            f"{found.camera.matrix[0, 0]:.4g} px, known to {100 * found.focal_sd:.2g} %: places at the points' own "
+            f"height do not need it, those of markers above or below them do (x_calibration_sd_m)"
+        )
+    return cameras, pd.concat(tables, ignore_index=True), notes
 
 
 def _lenses(
@@ -218,7 +255,7 @@ def _write(tables: Mapping[str, pd.DataFrame], cameras: Sequence[Camera], out: P
         raise InputError(f"--out {out} is a file", "a folder", "name another")
     sources = [
         Path(part.partition("#")[0])
-        for spec in (args.tracks or []) + (args.calibration or [])
+        for spec in (args.tracks or []) + (args.calibration or []) + (args.plane or [])
         for part in spec.rpartition("=")[2].split(",")
     ] + [path for path in (args.points, args.motion, args.impacts, args.world) if path]
     said = {

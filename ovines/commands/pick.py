@@ -113,11 +113,17 @@ def wanted_markers(recording: Recording, every: bool) -> list[str]:
 def _cameras(recording: Recording, out: Path) -> list[Camera]:
     """The recording's cameras; solved now where the recording brings board images and no calibration."""
     refuse_camera_count(recording)
+    if len(recording.cameras) == 1:
+        raise InputError(
+            f"one camera in {recording.folder}",
+            "two cameras: places in both name a marker that has no layout_m",
+            "give layout_m, or name the markers in a names.csv (columns camera,marker,u_px,v_px)",
+        )
     path = recording.calibration_file or out / "calibration.json"
     if recording.calibration_file is None:
         run_stages(recording, out, "calibrate")
     by_name = {camera.name: camera for camera in calibrated(path, recording)}
-    return [by_name[one.name] for one in recording.cameras]
+    return [by_name[one.name] for one in recording.cameras[:2]]  # further ones find what these two have named
 
 
 def prepare(
@@ -135,7 +141,7 @@ def prepare(
     from vision.identity.picker import Frame, PickWindow, centres
     from vision.markers.detect import find_discs
 
-    images = _first_images(recording)
+    images = _first_images(recording)[: len(cameras)]
     fits = [find_discs(image) for image in images]
     offsets = [recording.camera(camera.name).window_offset_px for camera in cameras]
     names = [camera.name for camera in cameras]

@@ -271,6 +271,14 @@ def board_page() -> str:
         "",
         *HEADER,
         *(key.row() for key in BOARD_KEYS),
+        "",
+        "One of each kind lies in `calibration_boards/`: "
+        + ", ".join(f"`{path.name}`" for path in sorted((ROOT / "calibration_boards").glob("*.toml")))
+        + ".",
+        "",
+        "A board that looks the same turned by half (a chessboard of two even or two odd counts, symmetric circles, "
+        "asymmetric circles of an even number of rows) calibrates one camera; several are refused. Circle grids have "
+        "to be seen whole, of ChArUco, ringed dots and tags a part serves.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -279,17 +287,34 @@ BOARD_KEYS = (
     Key("name", "What messages call the board", "text", "the file's name", '"charuco_5x7_8mm"'),
     Key(
         "kind",
-        "ChArUco board, chessboard, or grid of dots",
-        '`"charuco"`, `"chessboard"`, `"dots"`',
+        "ChArUco board, chessboard, dots with three rings, OpenCV's circle grids, Kalibr's AprilGrid, or plain tags",
+        '`"charuco"`, `"chessboard"`, `"dots"`, `"circles"`, `"asymmetric circles"`, `"aprilgrid"`, `"tags"`',
         '`"charuco"`',
         '"charuco"',
     ),
-    Key("squares", "Columns and rows of squares, or of dots", "2 × whole number at least 2", "", "[5, 7]"),
+    Key("squares", "Columns and rows of squares, dots or tags", "2 × whole number at least 2", "", "[5, 7]"),
     Key(
-        "square_size_m", "Edge of a square, or the dots' pitch; measure it on the print", "number above 0", "", "0.008"
+        "square_size_m",
+        "Edge of a square, or pitch of dots and tags (edge and gap); of asymmetric circles half the distance of two in "
+        "a row; measure it on the print",
+        "number above 0",
+        "",
+        "0.008",
     ),
-    Key("marker_size_m", "ChArUco: edge of a marker, less than a square's", "number above 0", "ChArUco: none", "0.006"),
-    Key("dictionary", "ChArUco: OpenCV's name of the markers' dictionary", "text", "ChArUco: none", '"DICT_5X5_50"'),
+    Key(
+        "marker_size_m",
+        "ChArUco and tags: edge of a marker, less than `square_size_m`",
+        "number above 0",
+        "ChArUco, tags: none",
+        "0.006",
+    ),
+    Key(
+        "dictionary",
+        "ChArUco and tags: OpenCV's name of the markers' dictionary",
+        "text",
+        "ChArUco, tags: none",
+        '"DICT_5X5_50"',
+    ),
     Key("legacy_pattern", "ChArUco: printed in the pattern of OpenCV before 4.6", "true or false", "`false`", "false"),
     Key("inverted", "Printed white for black", "true or false", "`false`", "false"),
     Key(

@@ -24,6 +24,14 @@ class Rig:
     frequency_hz: float | None = None
     acceleration_g: float | None = None
     prototype: str | None = None
+    frames: str | None = None
+    intrinsic: str | None = None
+    extrinsic: str | None = None
+
+    @property
+    def of_board_alone(self) -> bool:
+        """Whether it only calibrates: board images were named, and no frames."""
+        return self.intrinsic is not None and self.frames is None
 
 
 # The thesis' prototypes: OVINES1 is pushed by hand, OVINES3 alone has markers on the ground; drives of Tables 18, 20.
@@ -48,21 +56,25 @@ def recording_text(rig: Rig, name: str) -> str:
         "format = 1",
         f"name = {_quoted(name)}",
         "",
-        "[time]",
-        f"frame_rate_hz = {rig.rate_hz!r}",
-        '# trigger = "trigger.csv"              # frame,time_s as measured; wins over frame_rate_hz',
-        "",
     ]
+    if not rig.of_board_alone:
+        lines += [
+            "[time]",
+            f"frame_rate_hz = {rig.rate_hz!r}",
+            '# trigger = "trigger.csv"              # frame,time_s as measured; wins over frame_rate_hz',
+            "",
+        ]
     for camera in rig.cameras:
-        frames = f"{camera}.{ending}" if filmed else f"{camera}/*.{ending}"
+        frames = rig.frames or (f"{camera}.{ending}" if filmed else f"{camera}/*.{ending}")
         lines += [
             "[[cameras]]",
             f"name = {_quoted(camera)}",
-            f"frames = {_quoted(frames)}",
+            *([] if rig.of_board_alone else [f"frames = {_quoted(frames)}"]),
             f"sensor_size_px = [{rig.sensor_px[0]}, {rig.sensor_px[1]}]",
             "# window_offset_px = [0, 1192]          # <- top-left corner of the part of the sensor that was kept",
             "# window_size_px = [4096, 688]          # <- and its size; left out: the whole sensor",
             "# exposure_s = 800e-6",
+            "# readout_s = 0.012                     # rolling shutter: from the first row read to the last",
             "",
         ]
     lines += ["[calibration]"]
@@ -70,8 +82,11 @@ def recording_text(rig: Rig, name: str) -> str:
         lines += [f"file = {_quoted(rig.calibration)}"]
     else:
         intrinsic, extrinsic = (
-            _quoted(f"calibration/{{camera}}/{stem}.{ending}")
-            for stem in (("intrinsic" if filmed else "intrinsic/*"), "extrinsic")
+            _quoted(given or f"calibration/{{camera}}/{stem}.{ending}")
+            for given, stem in (
+                (rig.intrinsic, "intrinsic" if filmed else "intrinsic/*"),
+                (rig.extrinsic, "extrinsic"),
+            )
         )
         lines += [
             f"board = {_quoted(rig.board)}             # <- a name of calibration_boards/, or a board's TOML file",
@@ -79,6 +94,8 @@ def recording_text(rig: Rig, name: str) -> str:
             f"extrinsic = {extrinsic}     # one view of the board in the world position",
             '# file = "../calibration.json"         # instead of the three: a calibration that is solved',
         ]
+    if rig.of_board_alone:
+        return "\n".join(lines) + "\n"
     ground = [
         "[bodies.ground]                        # markers at rest; leave the section out when there are none",
         'markers = ["G1", "G2", "G3"]',

@@ -15,7 +15,7 @@ from ovines.law_file import read_law
 from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
-from ovines.plausibility.calibration import calibrated
+from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.motion import host_at_rest, refuse_uninformative
 from ovines.plausibility.recording import refuse_contradictions
 from ovines.recording import Recording
@@ -24,6 +24,7 @@ from ovines.tables import read_table
 if TYPE_CHECKING:
     from analysis.gap.series import Series
 
+TESTED = 2  # cameras whose clocks, windows and plane the diagnosis tests against each other
 ORDER = ("frames", "tracks", "points", "motion")
 
 
@@ -50,6 +51,12 @@ def load_series(
             f"{recordings[entries.index('impacts')].folder} brings impacts alone, others of the series bring motion",
             "recordings of one kind",
             "diagnose them apart",
+        )
+    if "boards" in entries:
+        raise InputError(
+            f"{recordings[entries.index('boards')].folder} brings board images alone",
+            "recordings of a disk that moves",
+            "leave it out of the series; its calibration.json serves them as [calibration] file",
         )
     entry = max(entries, key=ORDER.index)
     tables: list[pd.DataFrame] = []
@@ -89,7 +96,7 @@ def load_series(
     if entry == "motion":
         series = from_motions(recordings, motions, held)
     else:
-        whole = len(tracks) == len(recordings)
+        whole = len(tracks) == len(recordings) and all(len(recording.cameras) == TESTED for recording in recordings)
         series = from_points(
             recordings,
             points,
@@ -131,13 +138,15 @@ def triangulate_again(
     """Points of the tracks with the second camera's window moved by ``shift_px``: what the diagnosis calls after a
     correction.
     """
+    from vision.one_view import one_view_heights
     from vision.triangulate import triangulate
 
+    refuse_camera_count(recording)
     offsets: dict[str, list[float]] = {name: list(offset) for name, offset in recording.window_offset_px.items()}
-    second = cameras[1].name
+    second = cameras[1].name if len(recording.cameras) > 1 else None
     if second in offsets:
         offsets[second] = [offsets[second][0] + shift_px[0], offsets[second][1] + shift_px[1]]
-    return triangulate(tracks, cameras, offsets)
+    return triangulate(tracks, cameras, offsets, one_view_heights(recording))
 
 
 def _cameras_of(recording: Recording, folder: Path) -> list[Camera]:

@@ -84,8 +84,10 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
     from vision.calibration.uncertainty import with_calibration_sd
     from vision.calibration_check import length_notes, misfit_notes, refuse_foreign_tracks
+    from vision.one_view import one_view_heights, one_view_notes
     from vision.triangulate import triangulate as triangulate_tracks
 
+    refuse_camera_count(context.recording)
     tracks = read_table(context.path("tracks.parquet"), "tracks")
     refuse_contradictions(context.recording, tracks)
     if context.recording.entry() == "tracks":
@@ -94,14 +96,19 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     if "lens_field.parquet" in context.inputs:
         tables = [read_table(context.path(f"{name}.parquet"), name) for name in ("lens_field", "lens_terms")]
         cameras = with_fields(cameras, lens_fields(*tables))
-    points = triangulate_tracks(tracks, cameras, context.recording.window_offset_px)
+    heights = one_view_heights(context.recording)
+    points = triangulate_tracks(tracks, cameras, context.recording.window_offset_px, heights)
+    context.notes.extend(one_view_notes(context.recording, tracks, points, cameras))
     refuse_foreign_tracks(tracks, points, cameras, context.recording.window_offset_px)
     context.notes.extend(track_notes(tracks, points, context.recording))
     context.notes.extend(misfit_notes(points))
     context.notes.extend(length_notes(points, context.recording))
     if "calibration_covariance.parquet" in context.inputs:
         covariance = read_table(context.path("calibration_covariance.parquet"), "calibration_covariance")
-        points = with_calibration_sd(points, cameras, covariance)
+        own = {camera.name for camera in context.recording.cameras}
+        seen_by = [camera for camera in cameras if camera.name in own]
+        levels = None if heights is None else {marker: height.place_m[2] for marker, height in heights.items()}
+        points = with_calibration_sd(points, seen_by, covariance, levels)
     return {"points.parquet": points}
 
 

@@ -25,6 +25,7 @@ ENTRY_STAGE = {
     "points": "analyse",
     "motion": "analyse",
     "impacts": "identify",
+    "boards": "calibrate",
 }
 MOTION_OR_IMPACTS = "motion.parquet or impacts.parquet"
 CALIBRATION_PAGE = "calibration.html"  # beside the stage's own files, made from them
@@ -88,7 +89,7 @@ STAGES: tuple[Stage, ...] = (
     ),
     Stage(
         "triangulate",
-        "markers of two cameras -> points in metres",
+        "markers of the cameras -> points in metres",
         reads=("tracks.parquet", "calibration.json"),
         may_read=("calibration_covariance.parquet", "lens_terms.parquet", "lens_field.parquet"),
         writes=("points.parquet",),
@@ -145,6 +146,8 @@ def stage(name: str) -> Stage:
 def stages_of(recording: Recording) -> tuple[Stage, ...]:
     """The stages that a recording needs: from where it enters to the report."""
     entry = recording.entry()
+    if entry == "boards":
+        return STAGES[:1]
     names = [one.name for one in STAGES]
     chosen = STAGES[names.index(ENTRY_STAGE[entry]) :]
     if entry in ("frames", "tracks") and recording.calibration_file is None:

@@ -32,14 +32,17 @@ def calibrated(path: Path, recording: Recording) -> list[Camera]:
 
 
 def refuse_camera_count(recording: Recording) -> None:
-    """`InputError` where a recording enters at its frames with another number of cameras than tracking follows."""
-    if recording.entry() == "frames" and len(recording.cameras) != TRACKED:
-        names = ", ".join(camera.name for camera in recording.cameras)
+    """`InputError` where one camera is to place markers whose heights nobody gave."""
+    if recording.entry() not in ("frames", "tracks") or len(recording.cameras) != 1:
+        return
+    without = [
+        name for name, body in recording.bodies.items() if name != "ground" and body.markers and body.layout_m is None
+    ]
+    if without:
         raise InputError(
-            f"{len(recording.cameras)} camera{'s'[: len(recording.cameras) != 1]} in {recording.folder} ({names})",
-            "two: markers are tracked in two cameras at once",
-            "leave the others' [[cameras]] out; a rig of one camera, or of more, is calibrated by `ovines calibrate`, "
-            "and tracks of another program enter by `ovines import --tracks`",
+            f"one camera in {recording.folder} ({recording.cameras[0].name}), and no layout_m of {', '.join(without)}",
+            "two cameras, or the markers' heights: the third number of each place in layout_m",
+            "add layout_m, or a second [[cameras]]",
         )
 
 
@@ -58,5 +61,4 @@ def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
                 )
 
 
-TRACKED = 2  # cameras: a body's pose and names come from both at once
 CLOSEST = 1e-3  # of their distance: nearer ones see depth a thousand times worse than the picture's directions

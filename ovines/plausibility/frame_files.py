@@ -61,7 +61,7 @@ def refuse_no_video(path: Path, camera: CameraSettings) -> None:
     """`InputError` for a file that is no video, or whose header claims more frames than its bytes can hold."""
     import cv2
 
-    from vision.frames.sources import VIDEO_SUFFIXES
+    from vision.video import VIDEO_SUFFIXES
 
     opened, count = False, 0.0
     if path.suffix.lower() in VIDEO_SUFFIXES:  # OpenCV takes other names for a pattern of pictures, and complains of it

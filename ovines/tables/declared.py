@@ -183,14 +183,24 @@ TABLES: dict[str, Table] = {
                 FRAME,
                 TIME,
                 text("marker", "name of the marker"),
-                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xyz"),
+                *(number(f"{axis}_m", f"{axis}, world frame") for axis in "xy"),
+                maybe("z_m", "z, world frame; null where one camera saw the plane"),
                 *(maybe(f"{axis}_sd_m", f"standard deviation of {axis}_m") for axis in "xyz"),
                 *(
                     optional(
                         f"{axis}_calibration_sd_m",
-                        f"standard deviation of {axis}_m from the calibration alone, not in {axis}_sd_m",
+                        f"standard deviation of {axis}_m from the calibration alone (and, with one camera, the "
+                        f"marker's height), not in {axis}_sd_m",
                     )
                     for axis in "xyz"
+                ),
+                *(
+                    optional(
+                        f"{axis}_common_sd_m",
+                        f"standard deviation of {axis}_m that all markers of a body share (one camera, a body that "
+                        f"leaves the plane), not in {axis}_sd_m",
+                    )
+                    for axis in "xy"
                 ),
                 maybe("reprojection_px", "RMS distance from the measured image points"),
                 optional("epipolar_px", "signed residual across the epipolar line, the one that two views leave over"),

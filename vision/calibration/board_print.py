@@ -1,4 +1,4 @@
-"""A ChArUco board true to scale on a page, as SVG and PDF, with a ruler to check the print.
+"""A board of squares or tags true to scale on a page, as SVG and PDF, with a ruler to check the print.
 
 Both are lists of rectangles and a few words, so they are written here and need no drawing library.  Lengths in mm.
 """
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.calibration.boards import Board, charuco_rectangles
+from vision.calibration.boards import Board, printed_rectangles
 
 PAGES_MM = {
     "A4": (210.0, 297.0),
@@ -36,7 +36,8 @@ class Drawing:
 
 def draw(board: Board) -> Drawing:
     """The board on the smallest A-page that holds it, or on a page of its own size when none does."""
-    width, height = (1e3 * side for side in board.size_m)
+    x, y, _ = printed_rectangles(board)
+    width, height = 1e3 * np.ptp(x), 1e3 * np.ptp(y)
     need = width + 2 * BORDER_MM, height + 2 * BORDER_MM + RULER_MM
     page = next((size for size in PAGES_MM.values() if need[0] <= size[0] and need[1] <= size[1]), need)
     left, top = 0.5 * (page[0] - width), BORDER_MM
@@ -53,17 +54,17 @@ def draw(board: Board) -> Drawing:
 
 def _caption(board: Board, ruler_mm: int) -> str:
     prints = [word for word, said in (("legacy pattern", board.legacy_pattern), ("inverted", board.inverted)) if said]
-    return (
-        f"{board.name}: {board.squares[0]} x {board.squares[1]}, square {1e3 * board.square_size_m:g} mm, marker "
-        f"{1e3 * board.marker_size_m:g} mm, {board.dictionary}{''.join(', ' + word for word in prints)}. "
-        f"Print at 100 %: the ruler is {ruler_mm} mm."
-    )
+    each = "pitch" if board.of_tags else "square"
+    said = [f"{board.squares[0]} x {board.squares[1]}", f"{each} {1e3 * board.square_size_m:g} mm"]
+    if board.kind != "chessboard":
+        said += [f"marker {1e3 * board.marker_size_m:g} mm", board.dictionary]
+    return f"{board.name}: {', '.join(said + prints)}. Print at 100 %: the ruler is {ruler_mm} mm."
 
 
 def _black(board: Board, left: float, top: float) -> list[tuple[float, float, float, float]]:
     """Runs of black cells, one rectangle a run; runs below each other of one width become one."""
-    x, y, black = charuco_rectangles(board)
-    x, y = left + 1e3 * x, top + 1e3 * y
+    x, y, black = printed_rectangles(board)
+    x, y = left + 1e3 * (x - x[0]), top + 1e3 * (y - y[0])
     found: list[tuple[float, float, float, float]] = []
     open_runs: dict[tuple[int, int], int] = {}
     for row in range(len(black) + 1):
@@ -149,15 +150,15 @@ def _pdf_text(text: str) -> str:
 
 def as_toml(board: Board) -> str:
     """The board's TOML, as :func:`vision.calibration.boards.read_board` takes it."""
-    return "\n".join(
-        [
-            f'kind = "{board.kind}"',
-            f"squares = [{board.squares[0]}, {board.squares[1]}]",
-            f"square_size_m = {board.square_size_m:g}",
-            f"marker_size_m = {board.marker_size_m:g}",
-            f'dictionary = "{board.dictionary}"',
-            f"legacy_pattern = {str(board.legacy_pattern).lower()}",
-            f"inverted = {str(board.inverted).lower()}",
-            "",
-        ]
-    )
+    lines = [
+        f'kind = "{board.kind}"',
+        f"squares = [{board.squares[0]}, {board.squares[1]}]",
+        f"square_size_m = {board.square_size_m:g}",
+    ]
+    if board.dictionary:
+        lines += [f"marker_size_m = {board.marker_size_m:g}", f'dictionary = "{board.dictionary}"']
+    if board.kind == "charuco":
+        lines.append(f"legacy_pattern = {str(board.legacy_pattern).lower()}")
+    if board.rings:
+        lines.append(f"rings = {[list(ring) for ring in board.rings]}")
+    return "\n".join([*lines, f"inverted = {str(board.inverted).lower()}", ""])

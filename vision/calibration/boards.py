@@ -1,7 +1,8 @@
 """Calibration boards: what is printed on them and where their points lie.
 
 A board's own frame is OpenCV's: origin at the outer corner of the first square (of a dot grid: at its
-first dot), x along the columns, y down the rows, z into the paper.  The world that one view of it
+first dot, of tags at the first one's outer corner), x along the columns, y down the rows, z into the paper.
+The world that one view of it
 defines is that frame turned to look at the cameras: ``X_world = diag(1, -1, -1) X_board``.
 """
 
@@ -22,7 +23,7 @@ from ovines.errors import InputError
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).resolve().parents[2] / "calibration_boards"
-KINDS = ("charuco", "chessboard", "dots")
+KINDS = ("charuco", "chessboard", "dots", "circles", "asymmetric circles", "aprilgrid", "tags")
 DICTIONARIES = tuple(sorted(name for name in dir(cv2.aruco) if re.fullmatch(r"DICT_\w+", name)))
 MOST_SQUARES, MOST_M = 1000, 100.0  # per side, and lengths: more is a slip
 WORLD_FROM_BOARD = np.diag([1.0, -1.0, -1.0])
@@ -32,8 +33,10 @@ WORLD_FROM_BOARD = np.diag([1.0, -1.0, -1.0])
 class Board:
     """A flat calibration board.
 
-    ``squares``: (columns, rows) of squares, or of dots; ``square_size_m``: edge of a square, or the dots' pitch.
-    ``marker_size_m``, ``dictionary``, ``legacy_pattern``: ChArUco only.  ``inverted``: printed white for black.
+    ``squares``: (columns, rows) of squares, dots or tags; ``square_size_m``: edge of a square, or pitch of dots and
+    tags.  Of asymmetric circles, OpenCV's: a row's circles lie two pitches apart, every second row one pitch further.
+    ``marker_size_m``, ``dictionary``: ChArUco and tags; ``legacy_pattern``: ChArUco.  ``inverted``: printed white for
+    black.
     ``rings``: dots only, the three ring-shaped dots as (column, row), rows counted downwards, in any order.
     """
 
@@ -49,18 +52,49 @@ class Board:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """Width and height of all squares [m]."""
-        return self.squares[0] * self.square_size_m, self.squares[1] * self.square_size_m
+        """Width and height of all squares [m]; of tags from the first one's outer corner to the last one's."""
+        less = self.square_size_m - self.marker_size_m if self.of_tags else 0.0
+        wide = 2 if self.kind == "asymmetric circles" else 1
+        return wide * self.squares[0] * self.square_size_m - less, self.squares[1] * self.square_size_m - less
+
+    @property
+    def of_dots(self) -> bool:
+        """Whether its points are centres of dots."""
+        return self.kind in ("dots", "circles", "asymmetric circles")
+
+    @property
+    def of_tags(self) -> bool:
+        """Whether its points are corners of tags that stand apart."""
+        return self.kind in ("aprilgrid", "tags")
+
+    @property
+    def border_bits(self) -> int:
+        """Width of a tag's black frame, in bits: Kalibr's is twice as wide."""
+        return 2 if self.kind == "aprilgrid" else 1
 
     @property
     def ends_alike(self) -> bool:
         """Whether the board looks the same turned by half: nothing on it then shows which corner is the first."""
-        return self.kind == "chessboard" and sum(self.squares) % 2 == 0
+        if self.kind == "asymmetric circles":
+            return self.squares[1] % 2 == 0
+        return self.kind == "circles" or (self.kind == "chessboard" and sum(self.squares) % 2 == 0)
 
     def points_m(self) -> Array:
-        """Every point a view can give, in its own numbering, (N, 3): inner corners or dots, row by row."""
+        """Every point a view can give, in its own numbering, (N, 3): inner corners or dots, row by row; of tags, four
+        each, clockwise from the top left.
+        """
         columns, rows = self.squares
-        first = 0 if self.kind == "dots" else 1
+        if self.of_tags:
+            x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+            corner = self.square_size_m * np.stack([x.ravel(), y.ravel()], -1)[:, None]
+            tag = self.marker_size_m * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+            flat = (corner + tag).reshape(-1, 2)
+            return np.column_stack([flat, np.zeros(len(flat))])
+        if self.kind == "asymmetric circles":
+            x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+            flat = self.square_size_m * np.stack([(2 * x + y % 2).ravel(), y.ravel()], -1)
+            return np.column_stack([flat, np.zeros(len(flat))])
+        first = 0 if self.of_dots else 1
         x, y = np.meshgrid(np.arange(first, columns), np.arange(first, rows))
         return self.square_size_m * np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1).astype(float)
 
@@ -159,13 +193,13 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
     for flag in ("legacy_pattern", "inverted"):
         check(isinstance(content.get(flag, False), bool), flag, "true or false")
     rings = content.get("rings", [])
-    if kind == "charuco":
+    if kind in ("charuco", "aprilgrid", "tags"):
         marker: Any = content.get("marker_size_m")
         check(
             _positive(marker) and marker < square, "marker_size_m", f"a length in metres below square_size_m = {square}"
         )
         check(content.get("dictionary") in DICTIONARIES, "dictionary", f"one of {', '.join(DICTIONARIES)}")
-        needed = squares[0] * squares[1] // 2
+        needed = squares[0] * squares[1] // (2 if kind == "charuco" else 1)
         held = len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, content["dictionary"])).bytesList)
         check(
             needed <= held,
@@ -196,6 +230,34 @@ def board_from(content: Mapping[str, Any], name: str, where: str) -> Board:
 
 def _positive(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < MOST_M
+
+
+def printed_rectangles(board: Board) -> tuple[Any, Any, Any]:
+    """A board of squares as a grid of unequal lines: x (I,), y (J,) in metres and which cells are black (J-1, I-1)."""
+    if board.kind == "charuco":
+        return charuco_rectangles(board)
+    if board.kind == "chessboard":
+        x, y = (board.square_size_m * np.arange(n + 1) for n in board.squares)
+        return x, y, (np.add.outer(np.arange(len(y) - 1), np.arange(len(x) - 1)) % 2 == 0) != board.inverted
+    if not board.of_tags:
+        raise InputError(f"a board of kind {board.kind}", "squares or tags", "draw its circles instead")
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
+    bits = dictionary.markerSize + 2 * board.border_bits
+    gap = board.square_size_m - board.marker_size_m
+    within = board.marker_size_m * np.arange(bits + 1) / bits
+    columns, rows = board.squares
+    x, y = (np.concatenate([[-gap], (board.square_size_m * np.arange(n)[:, None] + within).ravel(),
+                            [n * board.square_size_m]]) for n in board.squares)  # fmt: skip
+    black = np.zeros((rows * (bits + 1) + 1, columns * (bits + 1) + 1), bool)
+    if board.kind == "aprilgrid":  # small squares between the tags' corners, and around
+        black[:: bits + 1, :: bits + 1] = True
+    for row in range(rows):
+        for column in range(columns):
+            number = (rows - 1 - row if board.kind == "aprilgrid" else row) * columns + column
+            image = cv2.aruco.generateImageMarker(dictionary, number, bits, borderBits=board.border_bits)
+            at = row * (bits + 1) + 1, column * (bits + 1) + 1
+            black[at[0] : at[0] + bits, at[1] : at[1] + bits] = image == 0
+    return x, y, black != board.inverted
 
 
 def charuco_rectangles(board: Board) -> tuple[Array, Array, Array]:

@@ -20,7 +20,9 @@ _EXTREMES = (5, 95)  # percentiles that stand for dark and light
 _DAMPING, _DAMPING_DOWN, _DAMPING_UP = 1e-3, 0.2, 10  # Levenberg's
 
 
-def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array) -> tuple[Array, Array]:
+def refine_corners(
+    image: NDArray[np.uint8], corners_px: Array, reach_px: Array, directions_rad: Array | None = None
+) -> tuple[Array, Array]:
     """Fit ``a + b erf(d1 / (s sqrt 2)) erf(d2 / (s sqrt 2))`` about each corner, d1 and d2 the distances to its edges.
 
     Parameters
@@ -28,6 +30,9 @@ def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array)
     image : (rows, columns) uint8
     corners_px : (N, 2) first guesses, good to about a pixel
     reach_px : (N,) radius of the neighbourhood that holds nothing but the corner
+    directions_rad : (N, 2) of the two edges of a dark corner on light paper, both with the dark to their right (u to
+        the right, v down); None: four fields meet, as on a chessboard.  A dark corner is ``a + b (1 - (1 + erf)(1 +
+        erf) / 2)``
 
     Returns
     -------
@@ -37,13 +42,14 @@ def refine_corners(image: NDArray[np.uint8], corners_px: Array, reach_px: Array)
     corners_px = np.asarray(corners_px, float)
     refined, sd = corners_px.copy(), np.full(len(corners_px), np.nan)
     for k, (corner, reach) in enumerate(zip(corners_px, reach_px, strict=True)):
-        fitted = _fit(image, corner, float(np.clip(reach, *REACH_PX)))
+        own = None if directions_rad is None else directions_rad[k]
+        fitted = _fit(image, corner, float(np.clip(reach, *REACH_PX)), own)
         if fitted is not None:
             refined[k], sd[k] = fitted
     return refined, sd
 
 
-def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, float] | None:
+def _fit(image: NDArray[np.uint8], corner: Array, reach: float, directions: Array | None) -> tuple[Array, float] | None:
     size = int(np.ceil(reach))
     column, row = np.rint(corner).astype(int)
     if column - size < 0 or row - size < 0 or column + size >= image.shape[1] or row + size >= image.shape[0]:
@@ -54,7 +60,10 @@ def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, 
     u, v, grey = u[inside].astype(float), v[inside].astype(float), patch[inside]
     p = _start(u - corner[0] + column, v - corner[1] + row, grey)
     p[[U, V]] = corner - (column, row)
-    damping, (model, jacobian) = _DAMPING, _model(p, u, v)
+    fields = 4 if directions is None else 2
+    if directions is not None:
+        p[[FIRST, SECOND]] = directions
+    damping, (model, jacobian) = _DAMPING, _model(p, u, v, fields)
     cost = float(np.sum((grey - model) ** 2))
     for _ in range(STEPS):
         normal = jacobian.T @ jacobian
@@ -64,7 +73,7 @@ def _fit(image: NDArray[np.uint8], corner: Array, reach: float) -> tuple[Array, 
             return None
         trial = p + step
         trial[BLUR] = np.clip(trial[BLUR], LEAST_BLUR_PX, WIDEST_BLUR * reach)
-        tried = _model(trial, u, v)
+        tried = _model(trial, u, v, fields)
         new_cost = float(np.sum((grey - tried[0]) ** 2))
         if new_cost < cost:
             small = np.abs(step[[U, V]]).max() < SETTLED_PX
@@ -114,8 +123,10 @@ def _start(u: Array, v: Array, grey: Array) -> Array:
     return np.array([0.0, 0.0, middle + np.pi / 4, middle - np.pi / 4, mean, half, 1.0])
 
 
-def _model(p: Array, u: Array, v: Array) -> tuple[Array, Array]:
-    """Grey and its derivatives (n, 7).  An edge of direction t has the distance -sin t du + cos t dv."""
+def _model(p: Array, u: Array, v: Array, fields: int) -> tuple[Array, Array]:
+    """Grey and its derivatives (n, 7) of four fields that meet, or of two: a dark corner on paper.  An edge of
+    direction t has the distance -sin t du + cos t dv.
+    """
     u0, v0, first, second, mean, half, blur = p
     du, dv = u - u0, v - v0
     scale = 1.0 / (blur * np.sqrt(2.0))
@@ -127,8 +138,13 @@ def _model(p: Array, u: Array, v: Array) -> tuple[Array, Array]:
         distances.append(distance)
         alongs.append(-np.cos(direction) * du - np.sin(direction) * dv)  # d distance / d direction
     # the light quadrant lies between the two directions, where the distances have opposite signs
-    value = mean - half * edges[0] * edges[1]
-    by_first, by_second = -half * slopes[0] * edges[1], -half * edges[0] * slopes[1]
+    if fields == 4:
+        shape = -edges[0] * edges[1]
+        by_first, by_second = -half * slopes[0] * edges[1], -half * edges[0] * slopes[1]
+    else:
+        shape = 1.0 - 0.5 * (1 + edges[0]) * (1 + edges[1])
+        by_first, by_second = -0.5 * half * slopes[0] * (1 + edges[1]), -0.5 * half * (1 + edges[0]) * slopes[1]
+    value = mean + half * shape
     jacobian = np.stack(
         [
             by_first * np.sin(first) + by_second * np.sin(second),
@@ -136,7 +152,7 @@ def _model(p: Array, u: Array, v: Array) -> tuple[Array, Array]:
             by_first * alongs[0],
             by_second * alongs[1],
             np.ones_like(u),
-            -edges[0] * edges[1],
+            shape,
             -(by_first * distances[0] + by_second * distances[1]) / blur,
         ],
         -1,

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from vision.calibration.boards import Board
 from vision.calibration.chessboard import detect_chessboard
+from vision.calibration.circle_grid import detect_circles
 from vision.calibration.corners import refine_corners
 from vision.calibration.dot_grid import detect_dots
+from vision.calibration.tag_grid import detect_tags
 from vision.markers.row import SD, U, V, radius_px
 
 Array = NDArray[np.float64]
@@ -61,14 +63,16 @@ def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
     """Points of ``board`` in a grey image; a view without points when it is not there.  Never raises for content."""
     if board.inverted:
         image = 255 - image
-    if board.kind == "dots":
-        known, fits = detect_dots(image, board)
+    if board.of_dots:
+        known, fits = detect_dots(image, board) if board.kind == "dots" else detect_circles(image, board)
         return View(
             name, known, fits[:, [U, V]], fits[:, SD], 2 * float(radius_px(fits).mean()) if len(fits) else np.nan, fits
         )
     if board.kind == "chessboard":
         seen = detect_chessboard(image, board)
         return _empty(name) if seen is None else View(name, np.arange(len(seen[0])), *seen)
+    if board.of_tags:
+        return View(name, *detect_tags(image, board))
     corners, numbers, markers, _ = _detector(board, image.shape).detectBoard(image)
     if corners is None or len(corners) == 0:
         return _empty(name)

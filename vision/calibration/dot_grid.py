@@ -39,8 +39,8 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
 
     The rings only show which dot is which: a ring's two edges make its centre less exact, so it is left out.
     """
-    for lit in _lights(image):
-        dots, rings = _blobs(lit)
+    for lit in lights(image):
+        dots, rings = dark_blobs(lit)
         placed = None
         if len(rings) == 3 and len(dots) >= FEWEST_DOTS:
             placed = _number(np.array([d[0] for d in dots]), np.array([r[0] for r in rings]), board)
@@ -48,7 +48,11 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
             break
     else:
         return NOTHING
-    chosen = [(number, dots[k]) for k, number in enumerate(placed) if number >= 0]
+    return fit_dots(image, [(number, dots[k]) for k, number in enumerate(placed) if number >= 0])
+
+
+def fit_dots(image: NDArray[np.uint8], chosen: Sequence[tuple[int, Blob]]) -> tuple[NDArray[np.int64], Array]:
+    """Numbers and fits of the numbered outlines that are dots."""
     starts = []
     for _, ((u, v), radius) in chosen:
         level, middle = _levels(image, u, v, radius)
@@ -61,7 +65,7 @@ def detect_dots(image: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int6
     return np.array([number for number, _ in chosen])[good], fits[good]
 
 
-def _lights(image: NDArray[np.uint8]) -> Iterator[NDArray[np.uint8]]:
+def lights(image: NDArray[np.uint8]) -> Iterator[NDArray[np.uint8]]:
     """The image, then the image over its own light: one threshold does for a grid under a lamp from one side no other
     way.
 
@@ -80,7 +84,7 @@ def _lights(image: NDArray[np.uint8]) -> Iterator[NDArray[np.uint8]]:
         yield np.asarray(cv2.divide(image, light, scale=FLAT_GREY), np.uint8)
 
 
-def _blobs(image: NDArray[np.uint8]) -> tuple[list[Blob], list[Blob]]:
+def dark_blobs(image: NDArray[np.uint8]) -> tuple[list[Blob], list[Blob]]:
     """Dark ellipses (centre, radius) without and with a hole."""
     _level, binary = cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
     contours, tree = cv2.findContours(binary, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)

@@ -18,6 +18,7 @@ from vision.calibration.board_diagnosis import alternatives, refuse_mirrored
 from vision.calibration.boards import Board, find_board
 from vision.calibration.detection import MINIMUM_POINTS, View, detect
 from vision.markers.row import U, V
+from vision.video import open_video
 
 TRIED = 4  # images of each camera in which another print of the board is looked for
 VIDEO_VIEWS, VIDEO_TRIED = 40, 6  # frames of a film that are views, and in which another print is looked for
@@ -214,7 +215,7 @@ def _check_size(image: Image, path: Path, camera: CameraSettings) -> None:
 
 
 def _frames(path: Path) -> int:
-    return int(cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_FRAME_COUNT))
+    return int(open_video(path).get(cv2.CAP_PROP_FRAME_COUNT))
 
 
 def _common_frames(paths: Sequence[Path], which: str) -> int | None:
@@ -230,7 +231,7 @@ def video_frames(
     path: Path, count: int | None = None, numbers: Iterable[int] | None = None
 ) -> Iterable[tuple[str, Image]]:
     """Grey frames of a video: ``count`` at equal steps, or those with the given numbers; named "frame_N"."""
-    video = cv2.VideoCapture(str(path))
+    video = open_video(path)
     total = int(video.get(cv2.CAP_PROP_FRAME_COUNT))
     if not video.isOpened() or total < 1:
         raise InputError(f"{path} cannot be read as a video", "a video file", "check the file")

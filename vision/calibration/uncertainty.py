@@ -4,7 +4,7 @@ frames.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -47,7 +47,7 @@ def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
 
 def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
     """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras: (n, 3, N_CAMERA
-    C).
+    C).  Of one camera they move in their planes: their heights are given.
     """
     by_point, by_parameter = [], []
     for c, camera in enumerate(cameras):
@@ -61,18 +61,33 @@ def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
         by_parameter.append(own)
         by_point.append(by_place @ camera.rotation)
     jacobian, moved = np.concatenate(by_point, 1), np.concatenate(by_parameter, 1)
+    if len(cameras) == 1:
+        in_plane = -np.linalg.solve(jacobian[..., :2], moved)
+        return np.concatenate([in_plane, np.zeros_like(in_plane[:, :1])], 1)
     transposed = jacobian.transpose(0, 2, 1)
     return np.asarray(-np.linalg.solve(transposed @ jacobian, transposed @ moved), float)
 
 
-def with_calibration_sd(points: pd.DataFrame, cameras: Sequence[Camera], covariance: pd.DataFrame) -> pd.DataFrame:
+def with_calibration_sd(
+    points: pd.DataFrame,
+    cameras: Sequence[Camera],
+    covariance: pd.DataFrame,
+    heights: Mapping[str, float] | None = None,
+) -> pd.DataFrame:
     """Table ``points`` with ``x_calibration_sd_m`` and so on: sd of each coordinate from the calibration alone.
 
-    Not in ``x_sd_m``: it hardly changes from frame to frame, and does not average out.
+    Not in ``x_sd_m``: it hardly changes from frame to frame, and does not average out.  Of one camera, with the
+    markers' ``heights``, it joins what the heights' own sd does; z stays null.
     """
-    matrix, places = covariance_of(covariance, cameras), points[["x_m", "y_m", "z_m"]].to_numpy(float)
+    matrix, places = covariance_of(covariance, cameras), points[["x_m", "y_m", "z_m"]].to_numpy(float, copy=True)
+    if heights is not None:
+        places[:, 2] = [heights[marker] for marker in points["marker"]]
     sd = np.empty(places.shape)
     for first in range(0, len(places), _AT_ONCE):
         moved = shifts(places[first : first + _AT_ONCE], cameras)
         sd[first : first + _AT_ONCE] = np.sqrt(np.sum((moved @ matrix) * moved, axis=-1))
-    return points.assign(**{f"{axis}_calibration_sd_m": sd[:, i] for i, axis in enumerate("xyz")})
+    names = [f"{axis}_calibration_sd_m" for axis in "xyz"]
+    if heights is not None:
+        sd[:, :2] = np.hypot(sd[:, :2], points[names[:2]].to_numpy(float))
+        sd[:, 2] = np.nan
+    return points.assign(**dict(zip(names, sd.T, strict=True)))

@@ -1,7 +1,7 @@
 """Frames of a recording, streamed: image files or a video per camera, decoded ahead in threads.
 
-Grey levels: 8 and 16 bit are kept as they are; colour becomes luma (0.299 R + 0.587 G + 0.114 B).  A picture
-that cannot be read is a named gap; one of the wrong size is refused.
+Grey levels: 8 and 16 bit are kept as they are (a video of 10 bit is decoded to 8); colour becomes luma
+(0.299 R + 0.587 G + 0.114 B).  A picture that cannot be read is a named gap; one of the wrong size is refused.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ import numpy as np
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
 from vision.frames.image_header import ImageError, read_header
+from vision.video import VIDEO_SUFFIXES, open_video, rotation_deg
 
-VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
 _LISTED, _NAMED_BAD = 8, 5  # frames named in a note on missing ones, and pictures that cannot be read
 _CHUNK = 8  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
 
@@ -41,7 +41,7 @@ class Source:
         """Frame numbers with a picture (a video's: as many as its header promises)."""
         if self.video is None:
             return sorted(self.files)
-        capture = cv2.VideoCapture(str(self.video))
+        capture = open_video(self.video)
         count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) if capture.isOpened() else 0
         capture.release()
         return list(range(max(count, 0)))
@@ -164,7 +164,8 @@ def _check_size(where: object, found: tuple[int, ...], expected: tuple[int, int]
 
 
 def _video_frames(source: Source) -> Iterator[np.ndarray]:
-    capture = cv2.VideoCapture(str(source.video))
+    assert source.video is not None
+    capture = open_video(source.video)
     try:
         if not capture.isOpened():
             raise InputError(
@@ -177,10 +178,21 @@ def _video_frames(source: Source) -> Iterator[np.ndarray]:
             if not good:
                 return
             image = _grey(image)
+            if image.shape == tuple(source.camera.window_px) != image.shape[::-1] and rotation_deg(source.video) % 180:
+                raise _turned(source.video, image.shape)
             _check_size(source.video, image.shape[::-1], source.camera.window_px)
             yield image
     finally:
         capture.release()
+
+
+def _turned(path: Path, shape: tuple[int, ...]) -> InputError:
+    return InputError(
+        f"{path}: pictures of {shape[1]} x {shape[0]} px that the file asks players to turn by {rotation_deg(path)} "
+        f"degrees",
+        "the sensor's own picture, which is not turned",
+        f"set sensor_size_px = [{shape[1]}, {shape[0]}] and calibrate with pictures that are not turned either",
+    )
 
 
 def stream(sources: list[Source], notes: list[str], workers: int = 2) -> Iterator[tuple[int, list[np.ndarray | None]]]:
@@ -198,12 +210,13 @@ def stream_chunks(
     """
     numbers = sorted(set().union(*(source.numbers() for source in sources)))
     readers = [_Reader(source, notes) for source in sources]
-    chunks = iter([numbers[i : i + _CHUNK] for i in range(0, len(numbers), _CHUNK)])
+    chunks = enumerate([numbers[i : i + _CHUNK] for i in range(0, len(numbers), _CHUNK)])
     with ThreadPoolExecutor(workers) as pool:
         waiting: deque[tuple[list[int], list[Future[Any]]]] = deque()
         while True:
-            while len(waiting) < 2 and (chunk := next(chunks, None)) is not None:
-                waiting.append((chunk, [pool.submit(reader.read, chunk) for reader in readers]))
+            while len(waiting) < 2 and (following := next(chunks, None)) is not None:
+                turn, chunk = following
+                waiting.append((chunk, [pool.submit(reader.read, chunk, turn) for reader in readers]))
             if not waiting:
                 break
             chunk, futures = waiting.popleft()
@@ -222,13 +235,21 @@ class _Reader:
         self.source, self.notes = source, notes
         self.bad = 0
         self.video = _video_frames(source) if source.video else None
-        self.lock = threading.Lock()  # a video is read in order
+        self.done, self.next = threading.Condition(), 0
 
-    def read(self, numbers: list[int]) -> list[np.ndarray | None]:
-        if self.video is not None:
-            with self.lock:
+    def read(self, numbers: list[int], turn: int) -> list[np.ndarray | None]:
+        """The pictures of some frames, the ``turn``-th of the calls: a video is read in their order, whichever of the
+        threads comes first.
+        """
+        if self.video is None:
+            return [self._file(number) for number in numbers]
+        with self.done:
+            self.done.wait_for(lambda: self.next == turn)
+            try:
                 return [self._next(number) for number in numbers]
-        return [self._file(number) for number in numbers]
+            finally:
+                self.next += 1
+                self.done.notify_all()
 
     def _next(self, number: int) -> np.ndarray | None:
         image = next(self.video, None) if self.video else None

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovines.recording import Recording, read_trigger
+from vision.video import UNEVEN, VIDEO_SUFFIXES, presented
+
+OTHER_RATE = 0.05  # by which a video's rate may differ from frame_rate_hz before it is slow motion
 
 _LISTED = 5  # frames named in a note
 
@@ -21,7 +24,7 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
     frames = np.asarray(frames)
     trigger = recording.settings.time.trigger
     if not trigger:
-        return recording.times_s(frames), []
+        return _shown_times(recording, frames) or (recording.times_s(frames), [])
     numbers, times_s = read_trigger(recording.path(trigger))
     notes = []
     base = first_number(recording)
@@ -56,6 +59,48 @@ def frame_times(recording: Recording, frames: ArrayLike) -> tuple[np.ndarray, li
         f"{trigger} has no time for {int(absent.sum())} frames ({first}{more}); interpolated between the "
         "pulses about them"
     )
+    return times, notes
+
+
+def _shown_times(recording: Recording, frames: np.ndarray) -> tuple[np.ndarray, list[str]] | None:
+    """Times and notes where videos say more than ``frame_rate_hz``: frames at uneven times, or no rate was given."""
+    shown = {}
+    for camera in recording.cameras:
+        files = recording.frame_files(camera.name) if camera.frames else []
+        if len(files) == 1 and files[0].suffix.lower() in VIDEO_SUFFIXES:
+            shown[camera.name] = presented(files[0])
+    known = {name: one for name, one in shown.items() if one is not None}
+    nominal_hz = recording.frame_rate_hz
+    if not known or (nominal_hz is not None and all(one.even for one in known.values())):
+        return None
+    name, first = next(iter(known.items()))
+    notes = []
+    scale = 1.0
+    if nominal_hz is not None and abs(first.rate_hz / nominal_hz - 1.0) > OTHER_RATE:
+        scale = first.rate_hz / nominal_hz
+        notes.append(
+            f"{name}: its video shows {first.rate_hz:.4g} frames per second and frame_rate_hz says {nominal_hz:g}: "
+            f"taken as slow motion, its times divided by {1 / scale:.4g}"
+        )
+    number, times_s = np.arange(len(first.times_s)), scale * first.times_s
+    usual_s = scale / first.rate_hz
+    times = np.interp(frames, number, times_s) + usual_s * np.maximum(frames - number[-1], 0)
+    if first.even:
+        notes.append(f"times are those of {name}'s video, {first.rate_hz:.6g} frames per second")
+    else:
+        most_s = scale * float(np.diff(first.times_s).max())
+        notes.append(
+            f"{name}: frames at uneven times (usually every {1e3 * usual_s:.3g} ms, once {1e3 * most_s:.3g} ms apart); "
+            f"the video's presentation times are used"
+        )
+    for other, one in list(known.items())[1:]:
+        count = min(len(one.times_s), len(first.times_s))
+        apart_s = scale * float(np.abs(one.times_s[:count] - first.times_s[:count]).max())
+        if apart_s > UNEVEN * usual_s:
+            notes.append(
+                f"{other} shows frames of one number up to {1e3 * apart_s:.3g} ms from {name}: cameras with clocks of "
+                f"their own do not see one instant, and places between them are wrong by what moves meanwhile"
+            )
     return times, notes
 
 

@@ -34,6 +34,7 @@ def names_by_geometry(
     if not bodies:
         return None, []
     images = next((pictures for _, pictures in stream(list(sources), [], 1)), [])
+    images, cameras = images[:2], cameras[:2]  # further cameras find what these two have named
     if len(images) != 2 or any(image is None for image in images):
         return None, []
     discs = [find_discs(image) for image in images if image is not None]

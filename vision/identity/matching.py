@@ -20,7 +20,7 @@ _AT_ONCE = 2000  # poses whose costs are taken together: each takes an array of 
 _PRIOR_SDS = (4.0, 5.0)  # of position and angle about the expected pose
 _SAME_POSE = 2.0  # tolerances within which two poses are one
 _ROUNDS = 3  # in which discs and pose settle
-_ALONE, _TOGETHER = 3, 5  # discs that name a body: in one camera alone, and in both together
+_ALONE, _TOGETHER = 3, 5  # discs that name a body: in one camera alone, and in two together
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,11 +178,11 @@ def _refine(
     return Match(pose, disc[0], total)
 
 
-def match_in_both(
+def match_in_all(
     matches: list[list[Match]], n_markers: int, reach_m: float, reach_rad: float = 0.12
 ) -> list[Match | None]:
-    """The pair of matches, one per camera, that agree about the pose, within `reach_m` and `reach_rad`, and together
-    cost least.
+    """The matches, one per camera, that agree about the pose, within `reach_m` and `reach_rad`, and together cost
+    least.
 
     A camera may see nothing of the body (None), at the price of all its markers missing; two markers of one camera
     alone are too few for a name, and so are two in each unless the body has no more.
@@ -190,18 +190,32 @@ def match_in_both(
     best: tuple[float, list[Match | None]] = (np.inf, [None] * len(matches))
     for i, own in enumerate(matches):
         for match in own:
+            together: list[Match | None] = [None] * len(matches)
+            together[i] = match
             if match.n_found >= _ALONE:
-                alone: list[Match | None] = [None] * len(matches)
-                alone[i] = match
                 total = match.cost + (len(matches) - 1) * n_markers * _MISSING
-                best = min(best, (total, alone), key=lambda each: each[0])
-    if len(matches) == 2:
-        for a in matches[0]:
-            for b in matches[1]:
-                apart = np.hypot(*(a.pose[:2] - b.pose[:2])) / reach_m
-                turned = abs(wrapped(a.pose[2] - b.pose[2])) / reach_rad
-                if apart < 1 and turned < 1 and a.n_found + b.n_found >= min(_TOGETHER, 2 * n_markers):
-                    total = a.cost + b.cost + apart**2 + turned**2
-                    if total < best[0]:
-                        best = (total, [a, b])
+                best = min(best, (total, list(together)), key=lambda each: each[0])
+            total = match.cost
+            for j, others in enumerate(matches):
+                if j != i:
+                    partner, price = _partner(match, others, n_markers, reach_m, reach_rad)
+                    together[j], total = partner, total + price
+            if sum(each is not None for each in together) > 1 and total < best[0]:
+                best = (total, together)
     return best[1]
+
+
+def _partner(
+    match: Match, others: list[Match], n_markers: int, reach_m: float, reach_rad: float
+) -> tuple[Match | None, float]:
+    """Another camera's match that agrees with this one at the least cost, and that cost; None: none agrees."""
+    best: tuple[Match | None, float] = (None, n_markers * _MISSING)
+    cheapest = np.inf
+    for other in others:
+        apart = np.hypot(*(match.pose[:2] - other.pose[:2])) / reach_m
+        turned = abs(wrapped(match.pose[2] - other.pose[2])) / reach_rad
+        price = other.cost + apart**2 + turned**2
+        enough = match.n_found + other.n_found >= min(_TOGETHER, 2 * n_markers)
+        if apart < 1 and turned < 1 and enough and price < cheapest:
+            best, cheapest = (other, price), price
+    return best

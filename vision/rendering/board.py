@@ -1,4 +1,4 @@
-"""Board views: a ChArUco board in perspective, through the lens, on a full sensor or a window of it."""
+"""Board views: a board in perspective, through the lens, on a full sensor or a window of it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
-from vision.calibration.boards import Board, charuco_rectangles
+from vision.calibration.boards import Board, printed_rectangles
 from vision.rendering.images import Look, View, finish
 
 Array = NDArray[np.float64]
 FINE = 4  # sub-samples per pixel and axis, each a box average of the print
 _REACH_BLURS, _REACH_PX = 5, 3  # about the board that are drawn: blurs, and pixels
+DOT_SHARE, RING_SHARE = 0.3, 0.55  # radius of a dot in pitches, and of a ring's hole in radii
 _FAR_M = 1e3  # of a line of the print that is beyond every picture
 
 
@@ -38,7 +39,7 @@ def render_board(
     rng: np.random.Generator | None = None,
     paper: Paper = Paper(),
 ) -> tuple[NDArray[np.uint8], Array]:
-    """One view of a ChArUco board.
+    """One view of a board.
 
     Parameters
     ----------
@@ -63,6 +64,8 @@ def render_board(
     width, height = view.size_px
     image = np.full((height, width), paper.background_grey)
     (w, h), margin_m = board.size_m, paper.margin_m
+    if board.of_dots or board.of_tags:  # both reach beyond the first point, by a pitch at most
+        margin_m += board.square_size_m
     outline = np.array(
         [
             [-margin_m, -margin_m, 0],
@@ -102,9 +105,11 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     x, y = ahead @ camera.rotation[:, 0], ahead @ camera.rotation[:, 1]
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
     margin_m, background = paper.margin_m, paper.background_grey
-    gx, gy, black = charuco_rectangles(board)
-    gx = np.concatenate([[-_FAR_M, -margin_m], gx, [board.size_m[0] + margin_m, _FAR_M]])
-    gy = np.concatenate([[-_FAR_M, -margin_m], gy, [board.size_m[1] + margin_m, _FAR_M]])
+    if board.of_dots:
+        return _dots(board, x, y, half, paper)
+    gx, gy, black = printed_rectangles(board)
+    gx = np.concatenate([[-_FAR_M, gx[0] - margin_m], gx, [gx[-1] + margin_m, _FAR_M]])
+    gy = np.concatenate([[-_FAR_M, gy[0] - margin_m], gy, [gy[-1] + margin_m, _FAR_M]])
     cells = np.full((len(gy) - 1, len(gx) - 1), background)
     cells[1:-1, 1:-1] = paper.ink_grey if board.inverted else paper.paper_grey
     cells[2:-2, 2:-2] = np.where(black, paper.ink_grey, paper.paper_grey)
@@ -116,3 +121,21 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
         sign_y * sign_x * integral((y + sign_y * half, x + sign_x * half)) for sign_y in (-1, 1) for sign_x in (-1, 1)
     )
     return np.asarray(background + total / (2 * half) ** 2)
+
+
+def _dots(board: Board, x: Array, y: Array, half: float, paper: Paper) -> Array:
+    """Grey of a grid of circles at places (x, y) of the board; each edge as a ramp as wide as the sub-sample's box."""
+    radius, pitch = DOT_SHARE * board.square_size_m, board.square_size_m
+    columns, rows = board.squares
+    row = np.clip(np.rint(y / pitch), 0, rows - 1)
+    step, shift = (2, row % 2) if board.kind == "asymmetric circles" else (1, 0)
+    column = np.clip(np.rint((x / pitch - shift) / step), 0, columns - 1)
+    nearest = np.hypot(x - pitch * (step * column + shift), y - pitch * row)
+    dark = np.clip(0.5 + (radius - nearest) / (2 * half), 0.0, 1.0)
+    for at in board.rings:
+        away = np.hypot(x - pitch * at[0], y - pitch * at[1])
+        dark = dark * np.clip(0.5 + (away - RING_SHARE * radius) / (2 * half), 0.0, 1.0)
+    low, high = board.points_m()[:, :2].min(0) - pitch, board.points_m()[:, :2].max(0) + pitch
+    on_paper = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
+    ink, sheet = (paper.paper_grey, paper.ink_grey) if board.inverted else (paper.ink_grey, paper.paper_grey)
+    return np.asarray(np.where(on_paper, sheet + dark * (ink - sheet), paper.background_grey))

@@ -1,4 +1,4 @@
-"""Ground markers that have no layout: the discs that both cameras see and that are no other body's."""
+"""Ground markers that have no layout: the discs that two cameras see and that are no other body's."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ def name_ground(
 ) -> tuple[np.ndarray, list[np.ndarray]] | None:
     """Positions (k, 3) in the world and each camera's fits (k, 20), clockwise from above beginning at -x.
 
+    The first two cameras find them; in any further one they are the discs where those positions are seen.
+
     None while the other bodies are not yet seen in both cameras, or fewer than `n_wanted` are found (unless
     `fewer` allows it).  Of too many, those most alike in size are taken.
     """
@@ -53,7 +55,7 @@ def name_ground(
     free = [own[~_taken(camera, own)] for camera, own in zip(cameras, discs, strict=True)]
     if not all(len(own) for own in free):
         return None
-    found = _stereo(cameras, free)
+    found = _stereo(cameras[:2], free[:2])
     host = bodies.index("host") if "host" in bodies else None
     centre = np.zeros(2)
     if host is not None and cameras[0].bodies.last_frame[host] == frame:
@@ -71,7 +73,17 @@ def name_ground(
         found = sorted(found, key=lambda each: abs(np.log(each.radius_m / radius)) + _MISSED * each.miss)[:n_wanted]
     found.sort(key=lambda each: (np.pi - np.arctan2(*(each.position_m[:2] - centre)[::-1])) % (2 * np.pi))
     positions = np.array([each.position_m for each in found])
-    return positions, [np.array([each.fits[i] for each in found]) for i in range(2)]
+    fits = [np.array([each.fits[i] for each in found]) for i in range(2)]
+    return positions, fits + [_seen_at(positions, *other) for other in zip(cameras[2:], free[2:], strict=True)]
+
+
+def _seen_at(positions_m: np.ndarray, camera: CameraTracker, discs: np.ndarray) -> np.ndarray:
+    """A further camera's discs (k, 20) at positions (k, 3) in the world; zeros where none lies there."""
+    uv = camera.camera.project(positions_m) - camera.offset
+    away = np.hypot(*(discs[None, :, [U, V]] - uv[:, None]).transpose(2, 0, 1))
+    nearest = away.argmin(1)
+    there = away[np.arange(len(uv)), nearest] < _TAKEN * radius_px(discs[nearest])
+    return np.where(there[:, None], discs[nearest], 0.0)
 
 
 def _taken(camera: CameraTracker, discs: np.ndarray) -> np.ndarray:

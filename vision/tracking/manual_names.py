@@ -112,18 +112,23 @@ def _build(body: int, cameras: Sequence[CameraTracker], picked: Sequence[dict[in
     """A body's layout from where its named markers are in space; its origin is below their middle."""
     layout = cameras[0].layout
     part = layout.of(body)
-    both = [m for m in range(part.start, part.stop) if all(m in own for own in picked)]
+    named = range(part.start, part.stop)
+    both = [m for m in named if sum(m in own for own in picked) > 1]
     if not both:
         raise InputError(
-            f"no marker of {layout.bodies[body]} named in both cameras and found there",
-            "the body's markers named in both cameras",
-            "add rows for the other camera",
+            f"no marker of {layout.bodies[body]} named in two cameras and found there",
+            "layout_m" if len(cameras) < 2 else "the body's markers named in two cameras",
+            "add layout_m: one camera does not tell heights" if len(cameras) < 2 else "add rows for the other camera",
         )
-    uv = [np.array([own[m][[U, V]] for m in both]) + one.offset for one, own in zip(cameras, picked, strict=True)]
-    found = triangulate_points([one.camera for one in cameras], uv, [np.ones(len(both))] * 2)
+    nowhere = np.full(2, np.nan)
+    uv = [
+        np.array([own[m][[U, V]] + one.offset if m in own else nowhere for m in both])
+        for one, own in zip(cameras, picked, strict=True)
+    ]
+    found = triangulate_points([one.camera for one in cameras], uv, [np.ones(len(both))] * len(cameras))
     points = dict(zip(both, found.points_m, strict=True))
     height = float(np.mean([point[2] for point in points.values()]))
-    for m in range(part.start, part.stop):
+    for m in named:
         if m not in points:
             one, own = next((one, own) for one, own in zip(cameras, picked, strict=True) if m in own)
             points[m] = on_plane(one.camera, own[m][None, [U, V]] + one.offset, height)[0]

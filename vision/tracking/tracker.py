@@ -1,4 +1,4 @@
-"""The three rigid bodies tracked through both cameras at once, frame by frame.
+"""The three rigid bodies tracked through all cameras at once, usually two, frame by frame.
 
 A frame costs a window per marker; the whole picture is searched only for a body that is lost.
 """
@@ -16,7 +16,7 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.identity.layouts import host_radius, layout_of
-from vision.identity.matching import Match, match_in_both, place
+from vision.identity.matching import Match, match_in_all, place
 from vision.markers.row import N_FIT
 from vision.tracking.camera_tracker import CameraTracker, Measured
 from vision.tracking.ground_markers import name_ground
@@ -59,7 +59,7 @@ def _ground_patience(recording: Recording, frames: int) -> int:
 
 
 class Tracker:
-    """Both cameras, frame by frame."""
+    """All cameras, frame by frame."""
 
     def __init__(
         self, recording: Recording, cameras: Sequence[Camera], names: pd.DataFrame | None, notes: list[str], frames: int
@@ -79,10 +79,10 @@ class Tracker:
         self.ground_every = max(_LEAST_EVERY, -(-(self.ground_until - _GROUND_FRAMES) // _GROUND_TRIES))
         self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
         self.first_frame = -1
-        self.pool = ThreadPoolExecutor(2)
+        self.pool = ThreadPoolExecutor(max(2, len(self.cameras)))
 
     def track(self, frames: list[int], pictures: list[list[np.ndarray | None]]) -> None:
-        """Track all bodies into more frames: several at once while both cameras are locked on them, else one by one."""
+        """Track all bodies into more frames: several at once while all cameras are locked on them, else one by one."""
         at = 0
         while at < len(frames):
             batch = slice(at, at + INDEPENDENT_FRAMES)
@@ -92,7 +92,7 @@ class Tracker:
                 at += 1
 
     def _track_independently(self, frames: list[int], pictures: list[list[Any]]) -> int:
-        """Each camera on its own through frames in which it needs no other; how many frames both did, and agreed in."""
+        """Each camera on its own through frames in which it needs no other; how many frames all did, and agreed in."""
         searching_ground = not self.layout.known.all() and self.tried_ground <= self.ground_until
         kinds = [[image is not None and image.dtype for image in pair] for pair in pictures]
         whole = next((k for k, kind in enumerate(kinds) if not all(kind) or kind != kinds[0]), len(kinds))
@@ -110,7 +110,9 @@ class Tracker:
             for i, camera in enumerate(self.cameras)
         ]
         ran = [job.result() for job in jobs]
-        done = self._frames_in_agreement(ran[0][0], ran[1][0])
+        done = len(ran[0][0])
+        for poses, _ in ran[1:]:
+            done = min(done, self._frames_in_agreement(ran[0][0], poses))
         for i, (poses, n_rows) in enumerate(ran):
             if len(poses) > done:
                 self.cameras[i].go_back(done)
@@ -125,14 +127,16 @@ class Tracker:
         return int(apart.argmax()) if apart.any() else together
 
     def _accept_locked(self, known: np.ndarray) -> np.ndarray:
-        """Accept every known body that both cameras are locked on; which (b,) those are.  What is left needs a
+        """Accept every known body that all cameras are locked on; which (b,) those are.  What is left needs a
         search.
         """
         locked = np.zeros(len(known), bool)
         for body in map(int, np.flatnonzero(known)):
             seen = [camera.status(body) for camera in self.cameras]
             poses = [camera.measured.pose[body] for camera in self.cameras]
-            locked[body] = seen[0].locked and seen[1].locked and not disagree(poses[0], poses[1], seen[0].agreement_m)
+            locked[body] = all(one.locked for one in seen) and not any(
+                disagree(poses[0], pose, seen[0].agreement_m) for pose in poses[1:]
+            )
             if locked[body]:
                 for camera in self.cameras:
                     camera.accept(body)
@@ -146,10 +150,14 @@ class Tracker:
         if self.names is not None and frame == self.first_frame:
             self._take_names(frame, images)
             return
-        known, (first, second) = layout.known.astype(np.int64), self.cameras
-        other = self.pool.submit(second.predict_and_measure, images[1], known, frame)
-        first.predict_and_measure(images[0], known, frame)
-        other.result()
+        known = layout.known.astype(np.int64)
+        others = [
+            self.pool.submit(camera.predict_and_measure, image, known, frame)
+            for camera, image in zip(self.cameras[1:], images[1:], strict=True)
+        ]
+        self.cameras[0].predict_and_measure(images[0], known, frame)
+        for other in others:
+            other.result()
         locked = self._accept_locked(known)
         for body in map(int, np.flatnonzero(self.layout.known & ~locked)):
             self._resolve(body, frame, images)
@@ -162,8 +170,8 @@ class Tracker:
         if any(image is None for image in images):
             raise InputError(
                 "the first frame is missing in one camera",
-                "the first frame of both, where the markers are named",
-                "remove the first frame of the other camera as well, and name the markers in the next",
+                "the first frame of all, where the markers are named",
+                "remove the first frame of the other cameras as well, and name the markers in the next",
             )
         discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
         for camera in self.cameras:
@@ -181,10 +189,11 @@ class Tracker:
         cameras = self.cameras
         seeing = [i for i, image in enumerate(images) if image is not None]
         kept = [i for i in seeing if cameras[i].status(body).within_gate]
-        if len(kept) == 2:
-            poses = [camera.measured.pose[body] for camera in cameras]
-            if disagree(poses[0], poses[1], cameras[0].status(body).agreement_m):
-                kept = [min(kept, key=lambda i: self._strain(i, body))]
+        if len(kept) > 1:
+            poses, within_m = [camera.measured.pose[body] for camera in cameras], cameras[0].status(body).agreement_m
+            agreeing = [[j for j in kept if not disagree(poses[i], poses[j], within_m)] for i in kept]
+            if any(len(own) < len(kept) for own in agreeing):  # the most that agree; of equals the least strained
+                kept = min(agreeing, key=lambda own: (-len(own), sum(self._strain(i, body) for i in own)))
         weak: dict[int, Measured] = {  # few markers may be any: look for the rest first
             i: cameras[i].snapshot(body)
             for i in kept
@@ -195,7 +204,8 @@ class Tracker:
         for i in missing:
             cameras[i].discard(body)
         if missing and kept:
-            self._search_beside(body, frame, images, kept[0], missing[0], kept)
+            for i in missing:
+                self._search_beside(body, frame, images, kept[0], i, kept)
         elif missing:
             self._search(body, frame, images, missing, kept)
         for i, measured in weak.items():
@@ -266,7 +276,7 @@ class Tracker:
                 found = [[match for match in own if match.n_found == n_markers] for own in found]
                 if not all(found):
                     continue
-            both = match_in_both(found, n_markers, max(map(self._sd_m, cameras)))
+            both = match_in_all(found, n_markers, max(map(self._sd_m, cameras)))
             for i, match in zip(missing, both, strict=True):
                 if match is not None and cameras[i].adopt(images[i], body, match, discs[i]):
                     kept.append(i)
@@ -329,6 +339,14 @@ class Tracker:
 
     def _name_ground(self, body: int, frame: int, images: list[Any]) -> None:
         """Ground markers without a layout are what is left over, once the Host is known."""
+        if len(self.cameras) < 2:
+            if not self.tried_ground:
+                self.notes.append(
+                    f"one camera does not tell how high the {self.layout.bodies[body]} markers are: without layout_m "
+                    f"they have no tracks"
+                )
+            self.tried_ground = self.ground_until + 1
+            return
         self.tried_ground += 1
         last_try = self.tried_ground == self.ground_until
         between = self.tried_ground > _GROUND_FRAMES and self.tried_ground % self.ground_every
