@@ -21,10 +21,14 @@ NEXT_TEST: dict[str, str] = {
     "against speed alone.",
     "direction_dependent_restitution": "Turn the ring by 90 degrees in its mount: a stiffness of the ring turns with "
     "it, one of the mount does not.",
+    "restitution_drift": "Repeat the first run at the end of the series, and once more after the ring has been turned: "
+    "wear stays at its place, warmth goes.",
     "finite_contact_time": "Film one impact at ten times the frame rate: the disk's centre goes past the contact "
     "radius by about v T / pi.",
     "wall_ellipticity": "Measure the ring's diameter along and across with calipers, and turn the ring by 45 degrees "
     "for one run.",
+    "wall_lobes": "Turn the ring in its mount by half a lobe for one run, and measure its diameter with calipers all "
+    "round: of an odd number of lobes the diameter shows nothing, a dial gauge on a rotary table does.",
     "wall_centre_offset": "Fit the wall's edge in the images (or touch it with a marked disk at four places) and "
     "compare with the markers' circle.",
     "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "

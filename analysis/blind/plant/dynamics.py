@@ -21,11 +21,14 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `host` (n, 6): lines that the Host
+    followed (`host_pose`), its swings after impacts among them."""
 
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
+    kicks: np.ndarray
+    host: np.ndarray
 
 
 @compiled
@@ -52,12 +55,23 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
 
 
 @compiled
+def _swing(row: Floats, axis: int, impulse: float, time: float, p: PlantParameters) -> None:
+    """The line that a mass on a damped spring follows from an impulse (N s) on."""
+    omega = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
+    row[0], row[1], row[2], row[3] = axis, impulse / (p.recoil_kg * omega), omega, 0.0
+    row[4], row[5] = time, p.recoil_damping * p.recoil_rad_per_s
+
+
+@compiled
 def _run(
-    duration_s: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats]:
+    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
-    impacts, held = np.empty((4000, 3)), np.empty((400, 2))
-    n, n_impact, n_held = 0, 0, 0
+    impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
+    n, n_impact, n_held, n_line = 0, 0, 0, lines.shape[0]
+    swings = np.zeros((n_line + (8000 if p.recoil_kg > 0.0 else 0), 6))
+    swings[:n_line] = lines
+    host = swings[:n_line]
     soft = p.contact_time_s > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
     sustained = 5.0 * p.contact_time_s
@@ -89,6 +103,12 @@ def _run(
         n += 1
         new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
+        kicks[n_impact, 0], kicks[n_impact, 1] = new[2] - state[2], new[3] - state[3]
+        if p.recoil_kg > 0.0:
+            for axis in range(2):
+                _swing(swings[n_line], axis, -kicks[n_impact, axis] * p.mass_kg, time, p)
+                n_line += 1
+            host = swings[:n_line]
         n_impact += 1
         if not soft:
             state = new
@@ -99,7 +119,13 @@ def _run(
         held[n_held, 0], held[n_held, 1] = since, time
         n_held += 1
     nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
-    return nodes[: n + 1].copy(), impacts[:n_impact].copy(), held[:n_held].copy()
+    return (
+        nodes[: n + 1].copy(),
+        impacts[:n_impact].copy(),
+        held[:n_held].copy(),
+        kicks[:n_impact].copy(),
+        swings[:n_line].copy(),
+    )
 
 
 def run_plant(
@@ -114,15 +140,16 @@ def run_plant(
     `host_harmonics` (n, 4): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine.
     `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.
     """
-    host_harmonics = np.ascontiguousarray(host_harmonics, dtype=np.float64)
-    position = host_pose(START_S, host_harmonics)[0]
+    lines = np.zeros((len(host_harmonics), 6))
+    lines[:, :4] = host_harmonics
+    position = host_pose(START_S, lines)[0]
     state = np.empty(8)
     state[:6] = initial
     state[0] += position[0]
     state[1] += position[1]
     state[6], state[7] = -1.0, 0.0
     scatter = rng.normal(size=4000)
-    return Motion(*_run(float(duration_s), state, parameters, host_harmonics, disk_friction_table(), scatter))
+    return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), scatter))
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:

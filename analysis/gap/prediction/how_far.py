@@ -24,19 +24,21 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
-from analysis.gap.selection.impact_candidates import ImpactFit, wall_prior
+from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, ImpactFit, wall_prior
 from analysis.gap.selection.impact_floor import impact_floor
+from analysis.gap.selection.lobed_wall import LOBE_TERMS
+from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
 WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
     "wall_centre_offset": ("centre_x", "centre_y"),
     "mass_centre_offset": ("disk_x", "disk_y"),
-    "wall_ellipticity": ("ellipse_c", "ellipse_s"),
+    "wall_ellipticity": ELLIPSE_TERMS,
+    "wall_lobes": LOBE_TERMS,
     "stated_radius": ("radius", "cylinder_radius"),
     "finite_contact_time": (),
 }
-RESTITUTION = ("speed_dependent_restitution", "direction_dependent_restitution")
 DRAWS = 400
 # Squared residuals over the variance count up to this: a wrong track is no gap.
 CUT = 1e4
@@ -156,11 +158,11 @@ def _impacts(
 
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
-    plain = after if any(c.effect in RESTITUTION for c in causes) else before
+    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) else before
     steps["recalibrated"]["impact"] = sums(plain, predict.predicted_impacts(plain, held))
     steps["noise_floor"]["impact"] = sums(after, impact_floor(after, terms))
     for cause in causes:
-        if cause.effect in RESTITUTION:
+        if cause.effect in RESTITUTION_EFFECTS:
             rest = [t for t in terms if t != cause.effect]
             by_effect[cause.effect] = sums(after, predict.predicted_impacts(after, rest)) - ahead
 
@@ -188,9 +190,10 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
     names = {t for effect in without for t in WALL_TERMS_OF[effect]}
     wall, stated = impacts.wall.wall, ladder.series.runs[0].data.wall.values()
     held = [t for t in wall.terms if t in names or (t.startswith("side") and {"centre_x", "radius"} & names)]
-    start = wall.moved({name: stated[name] - wall.values()[name] for name in held})
+    # Lobes are stated by nobody.
+    start = wall.moved({name: stated.get(name, 0.0) - wall.values()[name] for name in held})
     terms = tuple(t for t in impacts.wall.terms if t not in held)
-    finite = ladder.impacts.finite and "finite_contact_time" not in without
+    finite = ladder.impacts.shape.finite and "finite_contact_time" not in without
     junctions = impacts.junctions
     speed = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None]
     n = len(ladder.series.runs)
