@@ -26,7 +26,6 @@ from analysis.gap.selection.flight_steps import FlightSteps, select_flight_effec
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.series import Series
-from analysis.gap.thresholds import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 # Markers that are seen at times of their own displace a body with its velocity, which flights take for a force: up to
@@ -150,7 +149,7 @@ def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> 
             "all",
             "all",
             "a residual between the two cameras, of the Host or of lengths",
-            f.size / NEGLIGIBLE[f.effect],
+            f.size / f.least,
             f.significance**2,
             f.size,
             f.unit,

@@ -42,6 +42,8 @@ NEXT_TEST: dict[str, str] = {
     "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",
     "frame_rate_error": "Record the trigger on the acquisition card and give it as trigger.csv.",
     "plane_tilt": "Lay the board flat on the sliding floor for the extrinsic view.",
+    "motion_blur": "Halve the exposure (and double the light) in one run: what is smeared halves, frame times that "
+    "scatter do not care.",
     "trigger_jitter": "Record the trigger on the acquisition card and give it as trigger.csv.",
 }
 NONE_TEST = (

@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
-from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
+from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 
 Row = tuple[str, ...]
@@ -38,7 +38,7 @@ def measurement_rows(ladder: Ladder) -> list[Row]:
                 plain(name),
                 values,
                 f"{finding.significance:.1f}".replace("-", "−"),
-                _size(first, NEGLIGIBLE[name]),
+                _size(first, finding.least),
                 verdict,
             )
         )

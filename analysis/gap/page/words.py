@@ -36,6 +36,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "length_scale_error": ("Length scale", "the calibration's unit is off"),
     "frame_rate_error": ("Frame rate", "the true frame rate is not the nominal one"),
     "plane_tilt": ("Tilted world plane", "the world's z is not the sliding plane's normal"),
+    "motion_blur": ("Motion blur", "markers are found less well the faster they move"),
     "trigger_jitter": ("Trigger jitter", "the frames' times scatter"),
 }
 STAGES = {
@@ -61,7 +62,7 @@ _NAMES = {
     "restitution_fast": "restitution of fast impacts",
     "relative_per_s": "change over a run",
     "relative_per_run": "change from run to run",
-    "sd_s": "scatter of the frame times",
+    "sd_s": "scatter over the speed",
 }
 #: parameters that are ratios to 1
 RATIOS = ("ratio", "scale")

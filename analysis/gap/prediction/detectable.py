@@ -22,7 +22,6 @@ from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, conditions
 from analysis.gap.selection.impact_steps import HasLaw
-from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring
 
@@ -33,6 +32,7 @@ _MEASURED = {
     "frame_rate_error": "ratio",
     "plane_tilt": "x_rad",
     "trigger_jitter": "sd_s",
+    "motion_blur": "sd_s",
 }
 Entry = dict[str, Any]
 
@@ -51,7 +51,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             by_lens = lens and effect in ("plane_tilt", "sensor_window_offset")
             out[effect] = _entry(
                 parameter,
-                MEASUREMENT_NEGLIGIBLE[effect],
+                finding.least,
                 (LENS_TILTS if by_lens else SIGNIFICANCE) * sd,
                 (finding.size, sd),
             )
