@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.dynamics import Motion, run_plant, state_at
+from analysis.blind.plant.dynamics import Motion, host_at, run_plant, state_at
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Draft
 from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series
@@ -88,8 +87,8 @@ def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
     omega = 2.0 * np.pi * hz
     swing = omega * np.sqrt(1.0 - damping**2)
     for (instant, *_), kick in zip(motion.impacts, motion.kicks, strict=True):
-        host = host_pose(instant, motion.host)[0]
-        away = state_at(motion, np.array([instant]))[0, :2] - host[:2]
+        at = np.array([instant])
+        away = state_at(motion, at)[0, :2] - host_at(motion, at)[0, :2]
         away /= np.hypot(*away)
         late = np.maximum(time_s - instant, 0.0)
         start = -PlantParameters().mass_kg * (kick @ away) / mass
@@ -114,7 +113,7 @@ def _blurred(poses: Poses, time_s: np.ndarray, blur_s: float, rng: np.random.Gen
 def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     """Where the disk's middle and the Host are at `time_s`."""
     state = state_at(motion, time_s)
-    host = np.array([host_pose(t, motion.host)[0] for t in time_s])
+    host = host_at(motion, time_s)
     host[:, :2] += _rung(motion, draft, time_s)
     angle = state[:, 4]
     x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)

@@ -16,13 +16,19 @@ from numpy.typing import NDArray
 
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
+from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.flight_steps import FlightSteps, select_flight_effects, unexplained_misfit
+from analysis.gap.selection.flight_steps import (
+    FlightSteps,
+    first_flights,
+    select_flight_effects,
+    unexplained_misfit,
+)
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.series import Series
@@ -46,6 +52,7 @@ class Ladder:
     series: Series
     measurement: MeasurementTests
     findings: tuple[Finding, ...]
+    drive: DriveSteps
     flights: FlightSteps
     impacts: ImpactSteps
     centres: tuple[Cause, ...]
@@ -75,6 +82,9 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     corrected, findings, tests = correct(without_stated(series), withheld)
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
+    ground = ground_motion(series)
+    first = first_flights(corrected, effects)
+    drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
     flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
@@ -82,8 +92,9 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     rigid = rigid_structure(series, _clock_s(findings))
     felt = FELT_IN_FLIGHT * max((s.strength for s in rigid if s.unit == "s"), default=0.0)
     structure = [
-        *ground_motion(series),
+        *ground,
         *rigid,
+        *drive.structure,
         *_withheld_measurement(tests, withheld),
         *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
@@ -109,6 +120,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     # What [model] names is no cause, but a flight's effect of another size than it states is.
     resized = set(STATED_IN_FLIGHT) & set(stated_sizes(model))
     known = withheld.union(effects) - resized
+    causes += beyond_stated_drive(corrected, drive.causes)
     causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
@@ -116,6 +128,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         series=corrected,
         measurement=tests,
         findings=tuple(findings),
+        drive=drive,
         flights=flights,
         impacts=impacts,
         centres=tuple(offsets),

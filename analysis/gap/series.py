@@ -191,3 +191,13 @@ def with_blur(series: Series, sd_s: float) -> Series:
         motions.append(motion.assign(**wider))
     fresh = _of_motions(series.recordings, motions, series.frame)
     return replace(series, motions=fresh.motions, runs=fresh.runs)
+
+
+def with_host_moved(series: Series, moves: Sequence[Array]) -> Series:
+    """The Host's places moved by (N, 2; m) in each run."""
+    motions = [
+        motion.assign(host_x_m=motion["host_x_m"] + move[:, 0], host_y_m=motion["host_y_m"] + move[:, 1])
+        for motion, move in zip(series.motions, moves, strict=True)
+    ]
+    fresh = _of_motions(series.recordings, motions, series.frame)
+    return replace(series, motions=fresh.motions, runs=fresh.runs)

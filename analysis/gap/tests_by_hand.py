@@ -37,6 +37,12 @@ NEXT_TEST: dict[str, str] = {
     "radius.",
     "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "
     "recording.toml.",
+    "host_recoil": "Tap the Host at rest with a soft hammer and record it: it swings back as it does after impacts; a "
+    "heavier table recoils less.",
+    "host_ringing": "Tap the Host beside its markers with the shaker off: the markers ring at the frequency found; glue "
+    "them to the ring itself for one run.",
+    "host_sway": "Record the Host with the shaker off and the building at work, and once more with the table's air legs "
+    "blocked.",
     "camera_clock_offset": "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
     "sensor_window_offset": "Record the extrinsic board once in the recording's window and once on the full sensor.",
     "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",

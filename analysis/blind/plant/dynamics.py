@@ -21,14 +21,15 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `host` (n, 6): lines that the Host
-    followed (`host_pose`), its swings after impacts among them."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 6): those that the Host
+    followed (`host_pose`), `swings` (s, 2, 6) its swings along x and y, each from its own time on."""
 
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
     kicks: np.ndarray
-    host: np.ndarray
+    lines: np.ndarray
+    swings: np.ndarray
 
 
 @compiled
@@ -55,23 +56,33 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
 
 
 @compiled
-def _swing(row: Floats, axis: int, impulse: float, time: float, p: PlantParameters) -> None:
-    """The line that a mass on a damped spring follows from an impulse (N s) on."""
-    omega = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
-    row[0], row[1], row[2], row[3] = axis, impulse / (p.recoil_kg * omega), omega, 0.0
-    row[4], row[5] = time, p.recoil_damping * p.recoil_rad_per_s
+def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantParameters) -> None:
+    """Swings of the Host (2, 6) after the disk's velocity has changed at `time`: the Host takes the opposite momentum,
+    as a mass on a damped spring."""
+    for axis in range(2):
+        omega, decay, late = rows[axis, 2], rows[axis, 5], time - rows[axis, 4]
+        size = rows[axis, 1] * np.exp(-decay * late)
+        c, s = size * np.cos(omega * late + rows[axis, 3]), size * np.sin(omega * late + rows[axis, 3])
+        c -= (change_x if axis == 0 else change_y) * p.mass_kg / (p.recoil_kg * omega)
+        rows[axis, 1], rows[axis, 3], rows[axis, 4] = np.sqrt(c * c + s * s), np.arctan2(s, c), time
 
 
 @compiled
 def _run(
     duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
     impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
-    n, n_impact, n_held, n_line = 0, 0, 0, lines.shape[0]
-    swings = np.zeros((n_line + (8000 if p.recoil_kg > 0.0 else 0), 6))
-    swings[:n_line] = lines
-    host = swings[:n_line]
+    n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
+    gives = p.recoil_kg > 0.0
+    host = np.zeros((n_line + 2 if gives else n_line, 6))
+    host[:n_line] = lines
+    swings = np.zeros((nodes.shape[0] if gives else 0, 2, 6))
+    if gives:
+        for axis in range(2):
+            host[n_line + axis, 0], host[n_line + axis, 4] = axis, START_S
+            host[n_line + axis, 2] = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
+            host[n_line + axis, 5] = p.recoil_damping * p.recoil_rad_per_s
     soft = p.contact_time_s > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
     sustained = 5.0 * p.contact_time_s
@@ -96,6 +107,10 @@ def _run(
                     held[n_held, 0], held[n_held, 1] = since, time
                     n_held += 1
         if touching or gap >= 0.0:
+            if gives:
+                _push(host[n_line:], time + STEP_S, new[2] - state[2], new[3] - state[3], p)
+                swings[n_swing] = host[n_line:]
+                n_swing += 1
             time, state = time + STEP_S, new
             continue
         time, state = _touch(time, state, p, host, table)
@@ -104,11 +119,10 @@ def _run(
         new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
         kicks[n_impact, 0], kicks[n_impact, 1] = new[2] - state[2], new[3] - state[3]
-        if p.recoil_kg > 0.0:
-            for axis in range(2):
-                _swing(swings[n_line], axis, -kicks[n_impact, axis] * p.mass_kg, time, p)
-                n_line += 1
-            host = swings[:n_line]
+        if gives:
+            _push(host[n_line:], time, kicks[n_impact, 0], kicks[n_impact, 1], p)
+            swings[n_swing] = host[n_line:]
+            n_swing += 1
         n_impact += 1
         if not soft:
             state = new
@@ -124,7 +138,8 @@ def _run(
         impacts[:n_impact].copy(),
         held[:n_held].copy(),
         kicks[:n_impact].copy(),
-        swings[:n_line].copy(),
+        lines,
+        swings[:n_swing].copy(),
     )
 
 
@@ -157,3 +172,13 @@ def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
     before and after."""
     time = motion.nodes[:, 0]
     return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in range(1, 8)])
+
+
+def host_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
+    """Host (n, 4: x, y, rotation, z) at `time_s` (n,), swings included."""
+    out = np.empty((len(time_s), 4))
+    begins = motion.swings[:, 0, 4]
+    for i, (t, k) in enumerate(zip(time_s, np.searchsorted(begins, time_s, side="right"), strict=True)):
+        rows = motion.lines if k == 0 else np.vstack([motion.lines, motion.swings[k - 1]])
+        out[i] = host_pose(t, rows)[0]
+    return out

@@ -31,6 +31,9 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "mass_centre_offset": ("Mass centre off the disk's centre", "the disk is not balanced"),
     "centre_marker_offset": ("Centre marker off the disk's centre", "the marker at the centre is not at the centre"),
     "stated_radius": ("Stated radius of the wall", "the wall is nearer or farther than recording.toml says"),
+    "host_recoil": ("Recoil of the Host", "impacts push the Host off its drive, and it swings back"),
+    "host_ringing": ("Ringing of the Host's markers", "what carries the Host's markers rings after impacts"),
+    "host_sway": ("Sway of the Host", "the Host moves slowly beside its drive"),
     "camera_clock_offset": ("Clock offset between the cameras", "the second camera sees the world later or earlier"),
     "sensor_window_offset": ("Window offset of a camera", "a sensor window is elsewhere than the recording says"),
     "length_scale_error": ("Length scale", "the calibration's unit is off"),
@@ -55,6 +58,8 @@ _UNITS = (
     ("direction_rad", 57.29578, "°"),
     ("rad", 1e3, "mrad"),
     ("px", 1.0, "px"),
+    ("_hz", 1.0, "Hz"),
+    ("_kg", 1.0, "kg"),
     ("_m", 1e3, "mm"),
     ("_s", 1e6, "µs"),
 )
@@ -107,7 +112,7 @@ def parameter_words(parameter: str) -> str:
     """``speed_scale_m_per_s`` -> ``speed scale``."""
     if parameter in _NAMES:
         return _NAMES[parameter]
-    for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_m", "_s"):
+    for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_hz", "_kg", "_m", "_s"):
         if parameter.endswith(ending) and len(parameter) > len(ending):
             return parameter[: -len(ending)].replace("_", " ")
     return parameter.replace("_", " ")

@@ -123,6 +123,7 @@ def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
         _impacts(ladder, steps, by_effect, causes)
         _walls(ladder, steps, by_effect, causes)
     _measurement(ladder, steps, by_effect, causes)
+    _drive(ladder, steps, by_effect, causes)
     told: list[Cause | Structure] = [*causes, *ladder.structure]
     for stage, recalibrated in steps["recalibrated"].items():
         # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
@@ -211,6 +212,17 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         z2 = residual**2 / (seen.sd("gap") ** 2 + impacts.wall.scatter_m**2)
         out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
     return out
+
+
+def _drive(
+    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+) -> None:
+    """The Host's path beside its drive; a swing's share is learnt on the other runs."""
+    drive = ladder.drive
+    named = [c.effect for c in causes if c.stage == "drive"]
+    for name, stages in steps.items():
+        stages["drive"] = drive.error.get(name, np.zeros(len(ladder.series.runs)))
+    by_effect |= {effect: gain for effect, gain in drive.by_effect.items() if effect in named}
 
 
 def _measurement(

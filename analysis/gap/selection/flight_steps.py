@@ -149,6 +149,13 @@ def select_flight_effects(
     )
 
 
+def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
+    """The flights of the nominal model as impacts need them: one step of its parameters, nothing else asked."""
+    runs = series.runs
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
+    return fit(runs, nominal_model(effects or ["floor_friction"], stated), rounds=1, every_column=False)
+
+
 def _missing_friction(
     runs: Sequence[Run], nominal: FlightFit, effects: Sequence[str], withheld: frozenset[str]
 ) -> tuple[FlightFit, list[Cause]]:
