@@ -31,6 +31,7 @@ from analysis.gap.selection.flight_steps import (
 )
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
+from analysis.gap.selection.inertia import InertiaStep, inertia_step, stated_ratio, with_inertia
 from analysis.gap.series import Series
 
 Array = NDArray[np.float64]
@@ -53,6 +54,7 @@ class Ladder:
     measurement: MeasurementTests
     findings: tuple[Finding, ...]
     drive: DriveSteps
+    inertia: InertiaStep
     flights: FlightSteps
     impacts: ImpactSteps
     centres: tuple[Cause, ...]
@@ -83,8 +85,12 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
     ground = ground_motion(series)
+    corrected = with_inertia(corrected, stated_ratio(corrected))
     first = first_flights(corrected, effects)
+    inertia = inertia_step(first, stated_ratio(corrected))
     drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
+    if inertia.found and "inertia_error" not in withheld:
+        corrected = with_inertia(corrected, inertia.ratio)
     flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
@@ -95,6 +101,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *ground,
         *rigid,
         *drive.structure,
+        *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
         *_withheld_measurement(tests, withheld),
         *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
@@ -118,10 +125,10 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
     # What [model] names is no cause, but a flight's effect of another size than it states is.
-    resized = set(STATED_IN_FLIGHT) & set(stated_sizes(model))
+    resized = {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(model))
     known = withheld.union(effects) - resized
     causes += beyond_stated_drive(corrected, drive.causes)
-    causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in known]
+    causes += [c for c in (*of_flights, *impacts.causes, *centres, *inertia.cause(corrected)) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
         measured=series,
@@ -129,6 +136,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         measurement=tests,
         findings=tuple(findings),
         drive=drive,
+        inertia=inertia,
         flights=flights,
         impacts=impacts,
         centres=tuple(offsets),

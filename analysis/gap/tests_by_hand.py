@@ -33,16 +33,18 @@ NEXT_TEST: dict[str, str] = {
     "compare with the markers' circle.",
     "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "
     "centre at the spin's rate.",
+    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the inertia; "
+    "a caliper its radius, whose error looks alike.",
     "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
     "radius.",
     "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "
     "recording.toml.",
     "host_recoil": "Tap the Host at rest with a soft hammer and record it: it swings back as it does after impacts; a "
     "heavier table recoils less.",
-    "host_ringing": "Tap the Host beside its markers with the shaker off: the markers ring at the frequency found; glue "
-    "them to the ring itself for one run.",
-    "host_sway": "Record the Host with the shaker off and the building at work, and once more with the table's air legs "
-    "blocked.",
+    "host_ringing": "Tap the Host beside its markers with the shaker off: they ring at the frequency found; glue them "
+    "to the ring itself for one run.",
+    "host_sway": "Record the Host with the shaker off and the building at work, and once more with the air legs of the "
+    "table blocked.",
     "camera_clock_offset": "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
     "sensor_window_offset": "Record the extrinsic board once in the recording's window and once on the full sensor.",
     "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",

@@ -147,39 +147,43 @@ def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: fl
     """The line of one frequency (at most ``below_hz``), of any amplitude and phase in each path, that takes most of
     what is ``left`` (N, 2; m)."""
     longest = max(float(np.ptp(path.time_s)) for path in paths)
-    grid = np.arange(LINE_SPACING, below_hz * longest, LINE_SPACING) / longest
+    width = LINE_SPACING / longest
     white = [path.white(one) for path, one in zip(paths, left, strict=True)]
 
-    def fitted(hz: float) -> tuple[Array, Array, Array]:
-        """Gain of each path, amplitudes and sds."""
-        gains, amplitudes, sds = [], [], []
-        for path, one in zip(paths, white, strict=True):
-            turn = 2 * np.pi * hz * path.time_s
-            pair = np.column_stack([np.cos(turn), np.sin(turn)])
-            columns = path.white(np.repeat(pair[:, None, :], 2, axis=1))
-            amplitude, gain, variance = np.zeros(2, complex), 0.0, 0.0
-            for axis in range(2):
-                c = columns[:, axis]
-                inverse = np.linalg.pinv(c.T @ c, hermitian=True)
-                a = inverse @ (c.T @ one[:, axis])
-                amplitude[axis], gain = a[0] + 1j * a[1], gain + float(a @ (c.T @ one[:, axis]))
-                variance += 0.5 * float(np.trace(inverse)) / 2
-            gains.append(gain)
-            amplitudes.append(amplitude)
-            sds.append(float(np.sqrt(variance)))
-        return np.array(gains), np.array(amplitudes), np.array(sds)
+    def gain(hz: Array) -> Array:
+        return np.sum([_pairs(path, one, hz)[0] for path, one in zip(paths, white, strict=True)], 0)
 
-    totals = [float(fitted(hz)[0].sum()) for hz in grid]
-    k = int(np.argmax(totals))
-    width = LINE_SPACING / longest
-    found = minimize(
-        lambda u: -float(fitted(float(np.exp(u[0])))[0].sum()), np.log(grid[k : k + 1]), method="Nelder-Mead",
-        options={"initial_simplex": np.log([[grid[k]], [grid[k] + 0.5 * width]]), "xatol": 1e-5, "maxfev": 40},
-    )  # fmt: skip
-    hz = float(np.exp(found.x[0]))
-    gains, amplitudes, sds = fitted(hz)
-    h = 0.05 * width
-    curvature = (2 * gains.sum() - sum(float(fitted(hz + s * h)[0].sum()) for s in (-1, 1))) / h**2
-    return Line(
-        hz, float(np.sqrt(2 / curvature)) if curvature > 0 else width, amplitudes, sds, float(gains.sum()), gains
-    )
+    grid = np.arange(width, below_hz, width)
+    start = float(grid[int(np.argmax(gain(grid)))])
+    # Twice finer about the best, to a four-hundredth of a line's width.
+    for finer in (0.1, 0.01):
+        near: Array = np.asarray(start + width * finer * np.arange(-10, 11), float)
+        near = near[near > 0]
+        start = float(near[int(np.argmax(gain(near)))])
+    h = 0.1 * width
+    below, middle, above = gain(np.array([start - h, start, start + h]))
+    curvature = float(2 * middle - below - above) / h**2
+    told = [_pairs(path, one, np.array([start])) for path, one in zip(paths, white, strict=True)]
+    gains, amplitudes, sds = (np.array([one[k][..., 0] for one in told]) for k in range(3))
+    sd = float(np.sqrt(2 / curvature)) if curvature > 0 else width
+    return Line(start, sd, amplitudes, sds, float(gains.sum()), gains)
+
+
+def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, Array]:
+    """Of lines at ``hz`` (G,), each by itself: gains (G,), complex amplitudes (2, G) along x and y, and the sd (G,) of
+    a part of them."""
+    turn = 2 * np.pi * path.time_s[:, None] * hz
+    # Whitened for a frame of unit variance; both axes hold the same columns over their own sd.
+    rows = path.white(np.stack([np.cos(turn), np.sin(turn)], 1) * path.sd.reshape(1, 2, 1))
+    c, s = rows[:, 0], rows[:, 1]
+    cc, ss, cs = np.sum(c * c, 0), np.sum(s * s, 0), np.sum(c * s, 0)
+    determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    gain, variance = np.zeros(len(hz)), np.zeros(len(hz))
+    amplitude = np.zeros((2, len(hz)), complex)
+    for axis in range(2):
+        on_c, on_s = c.T @ white[:, axis], s.T @ white[:, axis]
+        a, b = (ss * on_c - cs * on_s) / determinant, (cc * on_s - cs * on_c) / determinant
+        gain += a * on_c + b * on_s
+        amplitude[axis] = path.sd[axis] * (a + 1j * b)
+        variance += path.sd[axis] ** 2 * (cc + ss) / determinant / 4
+    return gain, amplitude, np.sqrt(variance)

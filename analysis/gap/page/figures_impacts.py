@@ -48,6 +48,7 @@ VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
     "stated_radius": ("distance", ("azimuth in the Host", "approach speed")),
     "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
+    "inertia_error": ("angular", ("tangential impulse", "spin before")),
 }
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
 GOES_WITH = {
@@ -70,6 +71,7 @@ CIRCULAR = ("azimuth in the room", "azimuth in the Host", "azimuth in the disk",
 UNITS = {
     "approach speed": "m/s",
     "slip": "m/s",
+    "tangential impulse": "m/s",
     "spin before": "rad/s",
     "time in the run": "s",
     "run": "number",
@@ -155,6 +157,7 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
     plain: dict[str, Array] = {
         "approach speed": d.before,
         "slip": d.slip,
+        "tangential impulse": d.tangential_impulse,
         "spin before": d.spin,
         "time in the run": d.time_s,
         "run": d.run.astype(float) + 1,

@@ -29,6 +29,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "wall_lobes": ("Lobed wall", "the wall bulges at three or more places"),
     "wall_centre_offset": ("Wall centre off the markers' centre", "the wall is not where the Host's layout says"),
     "mass_centre_offset": ("Mass centre off the disk's centre", "the disk is not balanced"),
+    "inertia_error": ("Inertia of the disk", "impulses turn the disk more or less than its stated inertia says"),
     "centre_marker_offset": ("Centre marker off the disk's centre", "the marker at the centre is not at the centre"),
     "stated_radius": ("Stated radius of the wall", "the wall is nearer or farther than recording.toml says"),
     "host_recoil": ("Recoil of the Host", "impacts push the Host off its drive, and it swings back"),

@@ -98,6 +98,8 @@ def shows_in(one: Cause | Structure, stage: str) -> bool:
     """Whether a finding shows in the residuals of a stage: a contact that lasts shows in the contact distance."""
     if isinstance(one, Cause) and one.effect == "finite_contact_time":
         return stage in ("impact", "geometry")
+    if isinstance(one, Cause) and one.effect == "inertia_error":
+        return stage == "impact"
     if isinstance(one, Cause) and one.effect == "centre_marker_offset":
         return stage == "measurement"
     return one.stage == stage
@@ -166,6 +168,9 @@ def _impacts(
         if cause.effect in RESTITUTION_EFFECTS:
             rest = [t for t in terms if t != cause.effect]
             by_effect[cause.effect] = sums(after, predict.predicted_impacts(after, rest)) - ahead
+        elif cause.effect == "inertia_error" and ladder.inertia.held_out is not None:
+            by_effect[cause.effect] = ladder.inertia.held_out
+            steps["recalibrated"]["impact"] = steps["recalibrated"]["impact"] + ladder.inertia.held_out
 
 
 def _walls(
