@@ -125,7 +125,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
     # What [model] names is no cause, but a flight's effect of another size than it states is.
-    resized = {*STATED_IN_FLIGHT, "nes_rocking", "inertia_error"} & set(stated_sizes(model))
+    resized = {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(model))
     known = withheld.union(effects) - resized
     causes += beyond_stated_drive(corrected, drive.causes)
     causes += [c for c in (*of_flights, *impacts.causes, *centres, *inertia.cause(corrected)) if c.effect not in known]

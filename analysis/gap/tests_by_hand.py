@@ -17,8 +17,6 @@ NEXT_TEST: dict[str, str] = {
     "change of friction does not.",
     "friction_drift": "Repeat the first run at the end of the series and clean the floor before one in the middle: "
     "wear stays, dust goes.",
-    "nes_rocking": "Film an impact from the side, or lay a thin felt ring under the disk's rim: a disk that no longer "
-    "rocks is braked at once.",
     "speed_dependent_restitution": "Drop the disk against the wall at 0.3, 1 and 3 m/s by hand launches: restitution "
     "against speed alone.",
     "direction_dependent_restitution": "Turn the ring by 90 degrees in its mount: a stiffness of the ring turns with "
@@ -35,8 +33,8 @@ NEXT_TEST: dict[str, str] = {
     "compare with the markers' circle.",
     "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "
     "centre at the spin's rate.",
-    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the "
-    "inertia; a caliper its radius, whose error looks alike.",
+    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the inertia; "
+    "a caliper its radius, whose error looks alike.",
     "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
     "radius.",
     "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "

@@ -18,7 +18,6 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "its vertical acceleration changes the floor load and with it the friction",
     ),
     "friction_drift": ("Drift of the friction", "the floor friction changes over a run or over the series"),
-    "nes_rocking": ("Rocking of the disk", "after an impact it rocks on its rim and the floor brakes it otherwise"),
     "speed_dependent_restitution": ("Restitution that depends on speed", "harder impacts give back another share"),
     "direction_dependent_restitution": (
         "Restitution that depends on direction",

@@ -120,12 +120,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
         # The rms of mu z'' equals the negligible acceleration; the load's column is per unit of the measured z'', so
         # its sd is no length.
         return {name: _entry("amplitude_m", float(np.sqrt(2) * negligible / (friction * omega**2)), None)}
-    parameter = {
-        "viscous_drag": "rate_per_s",
-        "air_drag": "rate_per_m",
-        "friction_drift": "relative_per_s",
-        "nes_rocking": "relative",
-    }[name]
+    parameter = {"viscous_drag": "rate_per_s", "air_drag": "rate_per_m", "friction_drift": "relative_per_s"}[name]
     return {name: _entry(parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
 
 

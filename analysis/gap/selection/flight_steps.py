@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.model import GRAVITY_M_PER_S2, SETTLING_S
+from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
-from analysis.flights.stated_terms import DRIFT_OF_RUN, stated_sizes, stated_terms
+from analysis.flights.stated_terms import DRIFT_OF_RUN, stated_terms
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection.flight_candidates import (
     FlightFit,
@@ -27,7 +27,6 @@ from analysis.gap.selection.flight_candidates import (
 from analysis.gap.selection.flight_terms import EFFECT_TERMS, FlightTerm, terms
 from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, flight_null_distribution, threshold
-from analysis.gap.selection.rocking import Rocking, rocking, share_at_settling
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNIFICANCE
 
@@ -89,7 +88,8 @@ def select_flight_effects(
 
     Probes that explain more than any name stay in the model as structure, so that a cause which nobody listed neither
     hides a listed one nor is hidden by it."""
-    runs, stated = series.runs, _stated(series)
+    runs = series.runs
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
     nominal = fit(runs, nominal_model(effects, stated))
     base, causes = _missing_friction(runs, nominal, effects, withheld)
     units = rig_units(base)
@@ -127,10 +127,6 @@ def select_flight_effects(
         for t in chosen
         if t.named
     ]
-    rocks = next((c for c in causes if c.effect == "nes_rocking"), None)
-    if rocks is not None:
-        told = rocking(_fitted(runs, base, chosen, [t for t in chosen if t.name != rocks.effect], at_rest=True))
-        causes[causes.index(rocks)] = _with_decay(rocks, told)
     structure = [_structure(last[t.name], null_distribution, units) for t in chosen if not t.named]
     strongest = max((c.strength for c in causes), default=0.0) * units.negligible_m_per_s2
     left, left_p = left_in_flights(runs, base, units, rng, strongest)
@@ -155,19 +151,9 @@ def select_flight_effects(
 
 def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
     """The flights of the nominal model as impacts need them: one step of its parameters, nothing else asked."""
-    model = nominal_model(effects or ["floor_friction"], _stated(series))
-    return fit(series.runs, model, rounds=1, every_column=False)
-
-
-def _stated(series: Series) -> dict[str, float]:
-    """The terms of the flights to which ``[model.effect_parameters]`` gives sizes."""
-    model = series.recordings[0].model
-    terms = stated_terms(model, series.frame, [run.data.start_s for run in series.runs])
-    rocks = stated_sizes(model).get("nes_rocking")
-    if rocks is not None:
-        decay_s = rocks["decay_s"] / series.frame.factor("decay_s")
-        terms["friction_since"] = rocks["relative"] * share_at_settling(decay_s)
-    return terms
+    runs = series.runs
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
+    return fit(runs, nominal_model(effects or ["floor_friction"], stated), rounds=1, every_column=False)
 
 
 def _missing_friction(
@@ -223,20 +209,14 @@ def _needless(
 
 
 def _fitted(
-    runs: Sequence[Run],
-    base: FlightFit,
-    before: Sequence[FlightTerm],
-    after: Sequence[FlightTerm],
-    *,
-    at_rest: bool = False,
+    runs: Sequence[Run], base: FlightFit, before: Sequence[FlightTerm], after: Sequence[FlightTerm]
 ) -> FlightFit:
-    """``base``, which holds the terms ``before``, refitted with those of ``after``; the others stand where ``[model]``
-    states them, or nowhere (``at_rest``)."""
+    """``base``, which holds the terms ``before``, refitted with those of ``after``."""
     held = {c for t in after for c in t.columns}
     dropped = {c for t in before for c in t.columns} - held
     parameters = base.model.parameters.copy()
     for column in dropped & set(INDEX):
-        parameters[INDEX[column]] = 0.0 if at_rest else base.model.stated.get(column, 0.0)
+        parameters[INDEX[column]] = base.model.stated.get(column, 0.0)
     model = replace(
         base.model,
         parameters=parameters,
@@ -322,11 +302,7 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> C
             "relative_per_run": (float(trial.model.drift_per_run / share), _sd(trial, "drift_run") / share**2),
         }
     else:
-        column, parameter = {
-            "viscous_drag": ("viscous", "rate_per_s"),
-            "air_drag": ("air", "rate_per_m"),
-            "nes_rocking": ("friction_since", "relative"),
-        }[name]
+        column, parameter = {"viscous_drag": ("viscous", "rate_per_s"), "air_drag": ("air", "rate_per_m")}[name]
         parameters = {parameter: (float(p[INDEX[column]]), _sd(trial, column))}
     return Cause(
         name,
@@ -337,17 +313,6 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> C
         _main_coordinate(gain),
         "free flight",
     )
-
-
-def _with_decay(cause: Cause, told: Rocking | None) -> Cause:
-    """A rocking with the decay that the residuals tell, and the change at first that goes with it in the flights."""
-    (change, sd) = cause.parameters["relative"]
-    if told is None:
-        return replace(cause, parameters={"relative": (change, sd), "decay_s": (SETTLING_S, SETTLING_S)})
-    # The flights' term, whose decay is another, is the same change of friction: its size is what decides.
-    share = share_at_settling(told.decay_s)
-    relative = (change / share, float(np.hypot(sd / share, told.relative_sd)))
-    return replace(cause, parameters={"relative": relative, "decay_s": (told.decay_s, told.decay_sd_s)})
 
 
 def _main_coordinate(gain: Gain) -> str:

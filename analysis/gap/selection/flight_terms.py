@@ -20,7 +20,6 @@ EFFECT_TERMS = (
     FlightTerm("table_tilt", ("tilt_x", "tilt_y"), True),
     FlightTerm("vertical_motion", ("load",), True),
     FlightTerm("friction_drift", ("drift", "drift_run"), True),
-    FlightTerm("nes_rocking", ("friction_since",), True),
 )
 
 PROBE_TERMS = (
@@ -42,6 +41,7 @@ PROBE_TERMS = (
     FlightTerm("friction that follows the sliding speed", ("friction_speed",)),
     FlightTerm("friction that follows the direction of sliding", ("friction_axis", "friction_skew")),
     FlightTerm("friction that follows the drive's phase", ("friction_cos", "friction_sin")),
+    FlightTerm("friction that follows the time since the impact before", ("friction_since",)),
     FlightTerm("drag against the Host", ("host_drag",)),
     FlightTerm("force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y")),
 )
@@ -54,7 +54,6 @@ WITHHELD_NAMES = {
     "table_tilt": "a constant force in the room",
     "vertical_motion": "friction that follows the Host's z''",
     "friction_drift": "friction that follows time and run",
-    "nes_rocking": "friction that follows the time since the impact before",
 }
 
 
