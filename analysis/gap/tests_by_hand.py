@@ -33,8 +33,8 @@ NEXT_TEST: dict[str, str] = {
     "compare with the markers' circle.",
     "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "
     "centre at the spin's rate.",
-    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the inertia; "
-    "a caliper its radius, whose error looks alike.",
+    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the "
+    "inertia; a caliper its radius, whose error looks alike.",
     "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
     "radius.",
     "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "
