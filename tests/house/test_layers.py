@@ -29,6 +29,7 @@ ovines.core ovines.core.sweep vision.calibrate vision.tracking vision.walls anal
 ovines.scenario vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement
 ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures analysis.gap.selection
+analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations
 analysis.report analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
 analysis.view analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters

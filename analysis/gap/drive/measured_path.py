@@ -25,7 +25,7 @@ MOST_BESIDE = 0.2
 class MeasuredPath:
     """One run's Host beside its drive: ``time_s`` (N,) of the frames used, ``place`` (N, 2) as measured, ``run`` its
     number; ``sd`` (2,) of a frame, ``correlation`` from frame to frame, ``held`` (M, Q) orthonormal columns of the
-    drive, whitened."""
+    drive, whitened, and ``plain`` (N, Q) as they are."""
 
     run: int
     time_s: Array
@@ -33,6 +33,11 @@ class MeasuredPath:
     sd: Array
     correlation: float
     held: Array
+    plain: Array
+
+    def beside_drive(self, places: Array) -> Array:
+        """Places (N, 2; m) without what the drive explains."""
+        return np.asarray(places - self.plain @ (self.plain.T @ places))
 
     def white(self, columns: Array) -> Array:
         """``columns`` (N, 2, ...) as independent rows of unit variance without what the drive explains (M, 2, ...)."""
@@ -68,8 +73,9 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
         columns += [np.cos(k * turn), np.sin(k * turn)]
     # A frequency that is a little off, and a level that drifts.
     columns += [t * np.cos(turn), t * np.sin(turn)]
-    held, _ = np.linalg.qr(_whitened(np.column_stack(columns), correlation))
-    return MeasuredPath(number, t, place, sd, correlation, held)
+    drive = np.column_stack(columns)
+    held, _ = np.linalg.qr(_whitened(drive, correlation))
+    return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0])
 
 
 def with_noise_of(path: MeasuredPath, left: Array) -> MeasuredPath:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from analysis.gap.drive.swings import CELLS, LINES_TO, SWINGS, Line, Swing, best
 from analysis.gap.selection.null_distribution import chance_of_largest
 from analysis.gap.series import Series, with_host_moved
 from analysis.gap.thresholds import EQUIVALENT, IMPACT_GAIN, IMPROVED, SIGNIFICANCE
-from analysis.motion.drive import DriveFinding, drive_findings
+from analysis.motion.drive import BY_CHANCE, DriveFinding, drive_findings
 
 Array = NDArray[np.float64]
 # The Host is off its drive by less than this share of the contact radius (RMS over the runs): 2 um on the sample rig.
@@ -37,6 +38,7 @@ SURE_IN_RUN = float(chi2.isf(1e-3, 4))
 MOST_TERMS = 4
 # [model] states a size that is off by less than this share: it is the same.
 SAME_SHARE = 0.1
+NORMAL_90 = 1.645
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,38 @@ class DriveSteps:
     structure: tuple[Structure, ...] = ()
     error: dict[str, Array] = field(default_factory=dict)
     by_effect: dict[str, Array] = field(default_factory=dict)
+
+    def places(self, path: int) -> Array:
+        """What swings and lines do to the Host (N, 2; m) in one of the ``paths``."""
+        one = self.paths[path]
+        out = np.zeros((len(one.time_s), 2))
+        for swing in self.swings:
+            out += swing.places(self.pushes[one.run], one.time_s)
+        for line in self.lines:
+            out += line.places(path, one.time_s)
+        return out
+
+    def entry(self, names: Sequence[str]) -> dict[str, Any]:
+        """``drive`` of diagnosis.json; ``names`` of the runs."""
+        return {
+            "false_alarms": {"findings": BY_CHANCE, "beside": LEVEL},
+            "findings": [
+                {"stage": "drive", "run": names[f.run], "kind": f.kind, "size": f.size, "unit": f.unit}
+                | {"low": f.size - NORMAL_90 * f.sd, "high": f.size + NORMAL_90 * f.sd}
+                | {"p": f.p, "at": f.at, "found": f.found, "words": f.words}
+                for f in self.findings
+            ],
+            "beside": [
+                {"kind": s.effect, "frequency_hz": s.frequency_hz, "rms_m": rms_m(self, s), "gain": s.gain}
+                | {"held_out_gain": float(s.held_out.sum()), "p": chance(s, self.paths)}
+                for s in self.swings
+            ]
+            + [
+                {"kind": "line", "frequency_hz": one.frequency_hz, "rms_m": rms_m(self, one), "gain": one.gain}
+                | {"held_out_gain": None, "p": chance(one, self.paths)}
+                for one in self.lines
+            ],
+        }
 
 
 def drive_steps(
@@ -93,7 +127,7 @@ def _found(
         tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in kinds]
         if asks_for_lines:
             tried.append(best_line(paths, left, below))
-        tried = [one for one in tried if _chance(one, paths) < LEVEL]
+        tried = [one for one in tried if chance(one, paths) < LEVEL]
         if not tried:
             break
         terms.append(max(tried, key=lambda one: _beyond_chance(one, paths)))
@@ -130,10 +164,10 @@ def _again(
         terms[number] = (
             best_line(paths, left, below_hz) if isinstance(term, Line) else best_swing(term.effect, paths, pushes, left)
         )
-    return [one for one in terms if _chance(one, paths) < LEVEL]
+    return [one for one in terms if chance(one, paths) < LEVEL]
 
 
-def _chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:
+def chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:
     """How often the best of all that was tried gains so much by chance."""
     if isinstance(one, Swing):
         return chance_of_largest(one.gain, 1, CELLS)
@@ -153,11 +187,11 @@ def _surely(one: Swing, steps: DriveSteps, series: Series) -> bool:
         and float(one.held_out.sum()) > IMPACT_GAIN / 2
         and float(np.mean(one.held_out > 0)) >= IMPROVED
         and one.share > SIGNIFICANCE * float(np.sqrt(one.covariance[0, 0]))
-        and _rms(steps, one) > NEGLIGIBLE_SHARE * series.runs[0].data.contact_radius_m
+        and rms_m(steps, one) > NEGLIGIBLE_SHARE * series.runs[0].data.contact_radius_m
     )
 
 
-def _rms(steps: DriveSteps, one: Swing | Line) -> float:
+def rms_m(steps: DriveSteps, one: Swing | Line) -> float:
     """RMS (m) of what a term does to the Host."""
     squares = [
         np.sum(
@@ -178,23 +212,23 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
     for swing in steps.swings:
         if not _surely(swing, steps, series):
             continue
-        size = _rms(steps, swing)
+        size = rms_m(steps, swing)
         by_effect[swing.effect] = _by_run(steps.paths, swing.held_out, runs)
         if swing.effect in withheld:
             words = f"the impacts before (it swings at {swing.frequency_hz:.3g} Hz)"
-            structure.append(_structure(words, size, least, swing.gain, _chance(swing, steps.paths)))
+            structure.append(_structure(words, size, least, swing.gain, chance(swing, steps.paths)))
         else:
-            causes.append(_swing_cause(swing, size / least, series))
+            causes.append(replace(_swing_cause(swing, size / least, series), rivals=_rivals(swing, steps)))
     drive_hz = float(np.median([series.runs[p.run].data.host.frequency_hz for p in steps.paths]))
     for line in steps.lines:
-        size = _rms(steps, line)
+        size = rms_m(steps, line)
         slow = line.frequency_hz < SLOW_SHARE * drive_hz and not ground_moves
         if not slow or size < least or float(np.mean(line.each > SURE_IN_RUN)) < IMPROVED:
             continue
         by_effect["host_sway"] = by_effect.get("host_sway", np.zeros(runs)) + _by_run(steps.paths, line.each, runs)
         if "host_sway" in withheld or "host_sway" in {c.effect for c in causes}:
             words = f"time, at {line.frequency_hz:.3g} Hz beside the drive"
-            structure.append(_structure(words, size, least, line.gain, _chance(line, steps.paths)))
+            structure.append(_structure(words, size, least, line.gain, chance(line, steps.paths)))
         else:
             causes.append(_sway_cause(line, size / least, series, steps.paths))
     named = {c.effect for c in causes}
@@ -211,6 +245,15 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
         error=error,
         by_effect={effect: gain for effect, gain in by_effect.items() if effect in named},
     )
+
+
+def _rivals(swing: Swing, steps: DriveSteps) -> tuple[str, ...]:
+    """The other kind of swing, where it would have explained the path as well."""
+    terms: list[Swing | Line] = [*steps.swings, *steps.lines]
+    left = _left(terms, steps.paths, steps.pushes, terms.index(swing))
+    others = [one for one in SWINGS if one not in {s.effect for s in steps.swings}]
+    tried = [best_swing(effect, steps.paths, steps.pushes, left) for effect in others]
+    return tuple(one.effect for one in tried if swing.gain - one.gain < EQUIVALENT)
 
 
 def _by_run(paths: Sequence[MeasuredPath], values: Sequence[float] | Array, runs: int) -> Array:
@@ -273,12 +316,3 @@ def beyond_stated_drive(series: Series, causes: Sequence[Cause]) -> list[Cause]:
         return abs(value - stated[name]) < max(SIGNIFICANCE * sd, SAME_SHARE * abs(value))
 
     return [cause for cause in causes if not known(cause)]
-
-
-def rival_swing(causes: Sequence[Cause], gains: dict[str, float]) -> dict[str, tuple[str, ...]]:
-    """For each named swing the other one, where it would have explained the path as well."""
-    return {
-        c.effect: tuple(o for o in SWINGS if o != c.effect and c.gain - gains.get(o, -np.inf) < EQUIVALENT)
-        for c in causes
-        if c.effect in SWINGS
-    }

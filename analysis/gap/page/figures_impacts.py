@@ -138,8 +138,18 @@ def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel
         covariate_of(after, covariate),
         residual_of(after, ladder.impacts.restitution_terms, residual),
     )
+    if finding == "inertia_error":
+        y = y + 1e3 * _turned_otherwise(before.data, ladder.inertia.ratio)
     unit = "°" if covariate in CIRCULAR else UNITS[covariate]
     return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
+
+
+def _turned_otherwise(data: LawData, ratio: float) -> Array:
+    """What the angular law (K,; m/s) shows besides, when an inertia smaller by ``ratio`` than the data's is taken."""
+    right = data.inertia_factor
+    stated = right / ratio
+    impulse = data.tangential_impulse * (1 + 1 / right) / (1 + 1 / stated)
+    return np.asarray((stated - right) / (1 + right) * impulse, float)
 
 
 def covariate_of(fitted: ImpactFit, name: str) -> Array:

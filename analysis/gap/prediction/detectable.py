@@ -16,8 +16,10 @@ from analysis.contact.law import LawData
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.gap import thresholds as rules
+from analysis.gap.drive.steps import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
+from analysis.gap.selection import inertia
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, conditions
@@ -72,6 +74,12 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
             (size, sd),
         )
+    if steps.inertia.impulse is not None:
+        size, sd = abs(steps.inertia.ratio - 1), steps.inertia.sd
+        out["inertia_error"] = _entry("ratio", inertia.NEGLIGIBLE, rules.SIGNIFICANCE * sd, (size, sd))
+    if steps.drive.paths:
+        least = float(np.sqrt(2)) * NEGLIGIBLE_SHARE * steps.series.runs[0].data.contact_radius_m
+        out["host_sway"] = _entry("amplitude_m", least, None)
     out.setdefault("centre_marker_offset", _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, None))
     for cause in steps.causes:
         if cause.effect in out:

@@ -39,6 +39,8 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
     "stated_radius": ("radius", "cylinder_radius"),
     "finite_contact_time": (),
 }
+#: ... and those that turn its normals
+SHAPES = ("wall_ellipticity", "wall_lobes")
 DRAWS = 400
 # Squared residuals over the variance count up to this: a wrong track is no gap.
 CUT = 1e4
@@ -124,6 +126,7 @@ def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
     if ladder.impacts.fitted is not None:
         _impacts(ladder, steps, by_effect, causes)
         _walls(ladder, steps, by_effect, causes)
+        _normals(steps, by_effect, causes)
     _measurement(ladder, steps, by_effect, causes)
     _drive(ladder, steps, by_effect, causes)
     told: list[Cause | Structure] = [*causes, *ladder.structure]
@@ -217,6 +220,19 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         z2 = residual**2 / (seen.sd("gap") ** 2 + impacts.wall.scatter_m**2)
         out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
     return out
+
+
+def _normals(steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]) -> None:
+    """A wall's shape turns its normals, which the velocities after impacts feel: what no effect of the impact has taken
+    there belongs to the named shapes, as they share the distances."""
+    shapes = [c.effect for c in causes if c.effect in SHAPES and c.effect in by_effect]
+    total = sum(float(by_effect[effect].sum()) for effect in shapes)
+    if not total > 0:
+        return
+    taken = [by_effect[c.effect] for c in causes if c.effect in by_effect and shows_in(c, "impact")]
+    left = steps["recalibrated"]["impact"] - steps["with_effect"]["impact"] - np.sum(taken or [np.zeros(1)], 0)
+    for effect in shapes:
+        by_effect[effect] = by_effect[effect] + float(by_effect[effect].sum()) / total * left
 
 
 def _drive(
