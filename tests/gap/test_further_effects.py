@@ -100,8 +100,9 @@ def test_nothing_of_it_is_in_a_series_without_effect(tmp_path):
 def test_withheld_it_is_unknown_where_it_lies(tmp_path, effect, stage, word):
     found, _ = diagnosed(tmp_path / "series", effect, 1.0, 22, "white", frozenset({effect}))
     summary = found.summary
-    assert (summary["verdict"], summary["stage"]) == ("unknown", stage)
-    assert effect not in summary["effects"] and any(word in left["goes_with"] for left in summary["left"])
+    # An inertia that is off shows in the flights as well, whose floor turns the disk.
+    assert summary["verdict"] == "unknown" and effect not in summary["effects"]
+    assert any(left["stage"] == stage and word in left["goes_with"] for left in summary["left"])
 
 
 @pytest.mark.parametrize(
