@@ -47,9 +47,10 @@ def correct(
 
 
 def without_stated(series: Series) -> Series:
-    """``series`` without what ``[model.effect_parameters]`` says of its measurement."""
+    """``series`` without what ``[model.effect_parameters]`` says of its measurement, but for what a correction leaves
+    in the data: that is found and taken out again."""
     for effect, sizes in stated_sizes(series.recordings[0].model).items():
-        if effect in CORRECTIONS:
+        if effect in CORRECTIONS and effect not in KEPT:
             stated = {name: (value, 0.0) for name, value in sizes.items()}
             series = CORRECTIONS[effect](
                 series, Finding(effect, series.frame.rig_parameters(effect, stated), 0, 0, True)
