@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.dynamics import Motion, run_plant, state_at
+from analysis.blind.plant.dynamics import Motion, host_at, run_plant, state_at
+from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Draft
 from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series
 from analysis.blind.recording.noise import Noise, draw_noise
@@ -71,10 +71,50 @@ def draw_start(rng: np.random.Generator) -> np.ndarray:
     )
 
 
-def _poses(motion: Motion, draft: Draft, harmonics: np.ndarray, time_s: np.ndarray) -> Poses:
+def _with_sway(harmonics: np.ndarray, sway: tuple[float, float, float], phase_rad: float) -> np.ndarray:
+    """A run's harmonics and a slow line beside them, along its own direction."""
+    amplitude, hz, direction = sway
+    along = ((0, np.cos(direction)), (1, np.sin(direction)))
+    return np.vstack([harmonics, *([[axis, amplitude * c, 2.0 * np.pi * hz, phase_rad]] for axis, c in along)])
+
+
+def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
+    """What the Host's markers do beside the Host (n, 2): after each impact they swing along its normal's impulse."""
+    out = np.zeros((len(time_s), 2))
+    if draft.ringing is None:
+        return out
+    mass, hz, damping = draft.ringing
+    omega = 2.0 * np.pi * hz
+    swing = omega * np.sqrt(1.0 - damping**2)
+    for (instant, *_), kick in zip(motion.impacts, motion.kicks, strict=True):
+        at = np.array([instant])
+        away = state_at(motion, at)[0, :2] - host_at(motion, at)[0, :2]
+        away /= np.hypot(*away)
+        late = np.maximum(time_s - instant, 0.0)
+        start = -PlantParameters().mass_kg * (kick @ away) / mass
+        out += (start / swing * np.exp(-damping * omega * late) * np.sin(swing * late))[:, None] * away
+    return out
+
+
+def _blurred(poses: Poses, time_s: np.ndarray, blur_s: float, rng: np.random.Generator) -> Poses:
+    """Poses as they are found where faster bodies are found less well; the same for both cameras' `rng`."""
+    if blur_s == 0.0:
+        return poses
+    moved = []
+    for pose, angle in ((poses.nes, 3), (poses.host, 2)):
+        rate = np.gradient(pose, time_s, axis=0)
+        speed, seen = np.hypot(rate[:, 0], rate[:, 1]), pose.copy()
+        seen[:, :2] += blur_s * speed[:, None] * rng.standard_normal((len(pose), 2))
+        seen[:, angle] += blur_s * rate[:, angle] * rng.standard_normal(len(pose))
+        moved.append(seen)
+    return Poses(*moved)
+
+
+def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     """Where the disk's middle and the Host are at `time_s`."""
     state = state_at(motion, time_s)
-    host = np.array([host_pose(t, harmonics)[0] for t in time_s])
+    host = host_at(motion, time_s)
+    host[:, :2] += _rung(motion, draft, time_s)
     angle = state[:, 4]
     x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)
     middle = np.column_stack(
@@ -93,6 +133,8 @@ def _one_run(
 ) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
     draft, errors, place = outline.draft, view_of(outline.draft), outline.place
     harmonics = draw_host(level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, place.drive_hz, rng)
+    if draft.sway is not None:
+        harmonics = _with_sway(harmonics, draft.sway, rng.uniform(0.0, 2.0 * np.pi))
     physics = physics_of_run(draft, run, 2.0 * np.pi * place.drive_hz, LONGEST_S)
     for _ in range(200):
         motion = run_plant(physics, harmonics, draw_start(rng), LONGEST_S + 2e-3, rng)
@@ -105,7 +147,12 @@ def _one_run(
     )
     first = np.maximum(np.arange(frames) / rate + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
     times = [first, first + errors.clock_s]
-    poses = [_poses(motion, draft, harmonics, t) for t in times]
+    poses = [_poses(motion, draft, t) for t in times]
+    if errors.blur_s > 0.0:
+        smeared = int(rng.integers(2**63))
+        poses = [
+            _blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
+        ]
     points = [world_points(p.nes, p.host, outline.marks, errors) for p in poses]
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng)
     tracks["time_s"] *= place.slower

@@ -78,6 +78,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "detectable": detectable,
         "next_test": _next_test(ladder, tests),
         "next_tests": None if tests is None else tests.entry(),
+        "drive": ladder.drive.entry(ladder.series.names),
         "nominal": _nominal_shift(ladder),
         "time": time_shares(ladder),
     }

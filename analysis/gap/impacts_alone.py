@@ -8,7 +8,7 @@ other impacts where there is one run.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,9 @@ def diagnose_impacts(
             f"{recordings[0].folder}/recording.toml: no [bodies.nes]", "its radius_m and inertia_factor", "add them"
         )
     data = given_law_data(tables, nes)
+    # No clock began with the run: times count from its first impact.
+    first = np.array([np.min(data.time_s[data.run == run], initial=np.inf) for run in range(len(tables))])
+    data = replace(data, time_s=data.time_s - first[data.run])
     known = np.isfinite(data.tangential_impulse)
     if known.any():  # a law is diagnosed as a whole
         data = part_of(data, known)

@@ -16,17 +16,23 @@ from numpy.typing import NDArray
 
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
+from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.flight_steps import FlightSteps, select_flight_effects, unexplained_misfit
+from analysis.gap.selection.flight_steps import (
+    FlightSteps,
+    first_flights,
+    select_flight_effects,
+    unexplained_misfit,
+)
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
+from analysis.gap.selection.inertia import InertiaStep, inertia_step, stated_ratio, with_inertia
 from analysis.gap.series import Series
-from analysis.gap.thresholds import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 # Markers that are seen at times of their own displace a body with its velocity, which flights take for a force: up to
@@ -47,6 +53,8 @@ class Ladder:
     series: Series
     measurement: MeasurementTests
     findings: tuple[Finding, ...]
+    drive: DriveSteps
+    inertia: InertiaStep
     flights: FlightSteps
     impacts: ImpactSteps
     centres: tuple[Cause, ...]
@@ -76,6 +84,13 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     corrected, findings, tests = correct(without_stated(series), withheld)
     model = corrected.recordings[0].model
     effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
+    ground = ground_motion(series)
+    corrected = with_inertia(corrected, stated_ratio(corrected))
+    first = first_flights(corrected, effects)
+    inertia = inertia_step(first, stated_ratio(corrected))
+    drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
+    if inertia.found and "inertia_error" not in withheld:
+        corrected = with_inertia(corrected, inertia.ratio)
     flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
@@ -83,8 +98,10 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     rigid = rigid_structure(series, _clock_s(findings))
     felt = FELT_IN_FLIGHT * max((s.strength for s in rigid if s.unit == "s"), default=0.0)
     structure = [
-        *ground_motion(series),
+        *ground,
         *rigid,
+        *drive.structure,
+        *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
         *_withheld_measurement(tests, withheld),
         *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
@@ -108,15 +125,18 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
     # What [model] names is no cause, but a flight's effect of another size than it states is.
-    resized = set(STATED_IN_FLIGHT) & set(stated_sizes(model))
+    resized = {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(model))
     known = withheld.union(effects) - resized
-    causes += [c for c in (*of_flights, *impacts.causes, *centres) if c.effect not in known]
+    causes += beyond_stated_drive(corrected, drive.causes)
+    causes += [c for c in (*of_flights, *impacts.causes, *centres, *inertia.cause(corrected)) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
     return Ladder(
         measured=series,
         series=corrected,
         measurement=tests,
         findings=tuple(findings),
+        drive=drive,
+        inertia=inertia,
         flights=flights,
         impacts=impacts,
         centres=tuple(offsets),
@@ -150,7 +170,7 @@ def _withheld_measurement(tests: MeasurementTests, withheld: frozenset[str]) -> 
             "all",
             "all",
             "a residual between the two cameras, of the Host or of lengths",
-            f.size / NEGLIGIBLE[f.effect],
+            f.size / f.least,
             f.significance**2,
             f.size,
             f.unit,

@@ -200,3 +200,26 @@ def without_jitter(series: Series, sd_s: float) -> Series:
         motions.append(moved)
     fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(fresh, points=None, layouts=series.layouts)
+
+
+def with_blur(series: Series, sd_s: float) -> Series:
+    """The NES' sds widened by the way (and the turn) of ``sd_s``: what is smeared cannot be made sharp."""
+    motions = []
+    for motion in series.motions:
+        speed = np.hypot(*(motion[f"nes_v{a}_m_per_s"].fillna(0.0).to_numpy(float) for a in "xy"))
+        spin = np.abs(motion["nes_spin_rad_per_s"].fillna(0.0).to_numpy(float))
+        wider = {f"nes_{a}_sd_m": np.hypot(motion[f"nes_{a}_sd_m"].to_numpy(float), sd_s * speed) for a in "xy"}
+        wider["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), sd_s * spin)
+        motions.append(motion.assign(**wider))
+    fresh = _of_motions(series.recordings, motions, series.frame)
+    return replace(series, motions=fresh.motions, runs=fresh.runs)
+
+
+def with_host_moved(series: Series, moves: Sequence[Array]) -> Series:
+    """The Host's places moved by (N, 2; m) in each run."""
+    motions = [
+        motion.assign(host_x_m=motion["host_x_m"] + move[:, 0], host_y_m=motion["host_y_m"] + move[:, 1])
+        for motion, move in zip(series.motions, moves, strict=True)
+    ]
+    fresh = _of_motions(series.recordings, motions, series.frame)
+    return replace(series, motions=fresh.motions, runs=fresh.runs)

@@ -21,23 +21,37 @@ NEXT_TEST: dict[str, str] = {
     "against speed alone.",
     "direction_dependent_restitution": "Turn the ring by 90 degrees in its mount: a stiffness of the ring turns with "
     "it, one of the mount does not.",
+    "restitution_drift": "Repeat the first run at the end of the series, and once more after the ring has been turned: "
+    "wear stays at its place, warmth goes.",
     "finite_contact_time": "Film one impact at ten times the frame rate: the disk's centre goes past the contact "
     "radius by about v T / pi.",
     "wall_ellipticity": "Measure the ring's diameter along and across with calipers, and turn the ring by 45 degrees "
     "for one run.",
+    "wall_lobes": "Turn the ring in its mount by half a lobe for one run, and measure its diameter with calipers all "
+    "round: of an odd number of lobes the diameter shows nothing, a dial gauge on a rotary table does.",
     "wall_centre_offset": "Fit the wall's edge in the images (or touch it with a marked disk at four places) and "
     "compare with the markers' circle.",
     "mass_centre_offset": "Spin the disk freely on the floor: the marker circle's centre wobbles about the mass "
     "centre at the spin's rate.",
+    "inertia_error": "Hang the disk on three threads and time its swings about its axis: their period gives the "
+    "inertia; a caliper its radius, whose error looks alike.",
     "centre_marker_offset": "Spin the disk by hand under one camera: the centre marker draws a circle of the offset's "
     "radius.",
     "stated_radius": "Measure the wall's inner width and the disk's diameter with calipers, and write them into "
     "recording.toml.",
+    "host_recoil": "Tap the Host at rest with a soft hammer and record it: it swings back as it does after impacts; a "
+    "heavier table recoils less.",
+    "host_ringing": "Tap the Host beside its markers with the shaker off: they ring at the frequency found; glue them "
+    "to the ring itself for one run.",
+    "host_sway": "Record the Host with the shaker off and the building at work, and once more with the air legs of the "
+    "table blocked.",
     "camera_clock_offset": "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
     "sensor_window_offset": "Record the extrinsic board once in the recording's window and once on the full sensor.",
     "length_scale_error": "Measure the distance of two Host markers (or the board's ten squares) with calipers.",
     "frame_rate_error": "Record the trigger on the acquisition card and give it as trigger.csv.",
     "plane_tilt": "Lay the board flat on the sliding floor for the extrinsic view.",
+    "motion_blur": "Halve the exposure (and double the light) in one run: what is smeared halves, frame times that "
+    "scatter do not care.",
     "trigger_jitter": "Record the trigger on the acquisition card and give it as trigger.csv.",
 }
 NONE_TEST = (

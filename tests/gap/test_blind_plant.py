@@ -11,7 +11,7 @@ from scipy.special import ellipe, ellipk
 from analysis.blind.plant import dynamics
 from analysis.blind.plant.accelerations import host_pose
 from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.dynamics import START_S, run_plant, state_at
+from analysis.blind.plant.dynamics import START_S, host_at, run_plant, state_at
 from analysis.blind.plant.state import PlantParameters
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,6 +91,25 @@ def test_finite_contact_lasts_its_time_and_rebounds_as_the_closed_form():
     assert -end[2] == pytest.approx(leaves, abs=1e-3)
     inside = motion.nodes[motion.nodes[:, 7] == 1.0, 0]
     assert np.ptp(inside) == pytest.approx(8e-4, abs=1e-4)
+
+
+def test_host_that_gives_swings_back_from_an_impact_as_the_closed_form():
+    """Head-on at 1 m/s: the disk's momentum changes by m (1 + e), the Host's by the opposite."""
+    gives = BARE._replace(recoil_kg=5.0, recoil_rad_per_s=40.0, recoil_damping=0.3)
+    motion, _ = _after(gives, [0.03, 0.0, 1.0, 0.0, 0.0, 0.0], 0.06)
+    time_s = np.linspace(0.0, 0.055, 30)
+    late = np.maximum(time_s - motion.impacts[0, 0], 0.0)
+    swing = 40.0 * np.sqrt(1 - 0.3**2)
+    expected = 0.0246 * 1.7 / 5.0 * np.exp(-12.0 * late) * np.sin(swing * late) / swing
+    assert host_at(motion, time_s)[:, 0] == pytest.approx(expected, abs=1e-9)
+    assert len(motion.impacts) == 1 and np.all(host_at(motion, time_s)[:, 1] == 0.0)
+
+
+def test_lobed_wall_stops_the_disk_where_its_formula_says():
+    lobed = BARE._replace(lobes=0.004, lobe_order=3.0, lobe_phase_rad=0.4)
+    motion, _ = _after(lobed, [0.03, 0.0, 1.0, 0.0, 0.0, 0.0], 0.02)
+    reach = 0.04 * (1 + 0.004 * np.cos(3 * 0.4))
+    assert motion.impacts[0, 0] == pytest.approx(START_S + reach - 0.03, abs=1e-9)
 
 
 def test_still_host_never_gives_energy():

@@ -33,6 +33,7 @@ ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.
     analysis.comparison analysis.gap.measurement
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
+analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations
 analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
 analysis.gap.laws

@@ -7,13 +7,14 @@ spread of 15 %.
 
 import numpy as np
 
+from analysis.blind.causes.further import FURTHER
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + UNLISTED}
+CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED}
 
 
 def draft_series(kind: str, size: float, rng: np.random.Generator, runs: int) -> Draft:
@@ -41,6 +42,8 @@ def physics_of_run(draft: Draft, run: int, drive_rad_per_s: float, duration_s: f
     numbers = dict(draft.plant, drive_rad_per_s=drive_rad_per_s, duration_s=duration_s)
     if draft.run_friction is not None:
         numbers["floor_friction"] *= draft.run_friction[run]
+    if draft.run_restitution is not None:
+        numbers["restitution"] *= draft.run_restitution[run]
     return PlantParameters(**{key: float(value) for key, value in numbers.items()})
 
 

@@ -8,10 +8,19 @@ from analysis.blind.plant.state import PlantParameters
 
 @compiled
 def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
-    """Host position, velocity and acceleration (each: x, y, rotation, z) from its harmonics."""
+    """Host position, velocity and acceleration (each: x, y, rotation, z) from its lines: rows (n, 4 or 6) of axis,
+    amplitude, angular frequency, phase, and of a line that dies out (rate > 0) the time of that phase and the rate."""
     position, velocity, acceleration = np.zeros(4), np.zeros(4), np.zeros(4)
     for i in range(host.shape[0]):
         axis, amplitude, omega = int(host[i, 0]), host[i, 1], host[i, 2]
+        if host.shape[1] > 4 and host[i, 5] > 0.0:
+            late, decay = time - host[i, 4], host[i, 5]
+            size = amplitude * np.exp(-decay * late)
+            s, c = np.sin(omega * late + host[i, 3]), np.cos(omega * late + host[i, 3])
+            position[axis] += size * s
+            velocity[axis] += size * (omega * c - decay * s)
+            acceleration[axis] += size * ((decay**2 - omega**2) * s - 2.0 * decay * omega * c)
+            continue
         phase = omega * time + host[i, 3]
         position[axis] += amplitude * np.sin(phase)
         velocity[axis] += amplitude * omega * np.cos(phase)

@@ -18,8 +18,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
     radius = np.sqrt(x * x + y * y) + 1e-300
     angle = 2.0 * (np.arctan2(y, x) - p.ellipticity_phase_rad)
-    reach = p.contact_radius_m * (1.0 + p.ellipticity * np.cos(angle))
-    slope = -2.0 * p.contact_radius_m * p.ellipticity * np.sin(angle) / radius
+    lobe = p.lobe_order * (np.arctan2(y, x) - p.lobe_phase_rad)
+    reach = p.contact_radius_m * (1.0 + p.ellipticity * np.cos(angle) + p.lobes * np.cos(lobe))
+    slope = -p.contact_radius_m / radius * (2.0 * p.ellipticity * np.sin(angle) + p.lobe_order * p.lobes * np.sin(lobe))
     nx, ny = x / radius + slope * y / radius, y / radius - slope * x / radius
     size = np.sqrt(nx * nx + ny * ny)
     return (reach - radius) / size, nx / size, ny / size

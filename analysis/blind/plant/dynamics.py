@@ -21,11 +21,15 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 6): those that the Host
+    followed (`host_pose`), `swings` (s, 2, 6) its swings along x and y, each from its own time on."""
 
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
+    kicks: np.ndarray
+    lines: np.ndarray
+    swings: np.ndarray
 
 
 @compiled
@@ -52,12 +56,33 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
 
 
 @compiled
+def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantParameters) -> None:
+    """Swings of the Host (2, 6) after the disk's velocity has changed at `time`: the Host takes the opposite momentum,
+    as a mass on a damped spring."""
+    for axis in range(2):
+        omega, decay, late = rows[axis, 2], rows[axis, 5], time - rows[axis, 4]
+        size = rows[axis, 1] * np.exp(-decay * late)
+        c, s = size * np.cos(omega * late + rows[axis, 3]), size * np.sin(omega * late + rows[axis, 3])
+        c -= (change_x if axis == 0 else change_y) * p.mass_kg / (p.recoil_kg * omega)
+        rows[axis, 1], rows[axis, 3], rows[axis, 4] = np.sqrt(c * c + s * s), np.arctan2(s, c), time
+
+
+@compiled
 def _run(
-    duration_s: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats]:
+    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
-    impacts, held = np.empty((4000, 3)), np.empty((400, 2))
-    n, n_impact, n_held = 0, 0, 0
+    impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
+    n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
+    gives = p.recoil_kg > 0.0
+    host = np.zeros((n_line + 2 if gives else n_line, 6))
+    host[:n_line] = lines
+    swings = np.zeros((nodes.shape[0] if gives else 0, 2, 6))
+    if gives:
+        for axis in range(2):
+            host[n_line + axis, 0], host[n_line + axis, 4] = axis, START_S
+            host[n_line + axis, 2] = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
+            host[n_line + axis, 5] = p.recoil_damping * p.recoil_rad_per_s
     soft = p.contact_time_s > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
     sustained = 5.0 * p.contact_time_s
@@ -82,6 +107,10 @@ def _run(
                     held[n_held, 0], held[n_held, 1] = since, time
                     n_held += 1
         if touching or gap >= 0.0:
+            if gives:
+                _push(host[n_line:], time + STEP_S, new[2] - state[2], new[3] - state[3], p)
+                swings[n_swing] = host[n_line:]
+                n_swing += 1
             time, state = time + STEP_S, new
             continue
         time, state = _touch(time, state, p, host, table)
@@ -89,6 +118,11 @@ def _run(
         n += 1
         new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
+        kicks[n_impact, 0], kicks[n_impact, 1] = new[2] - state[2], new[3] - state[3]
+        if gives:
+            _push(host[n_line:], time, kicks[n_impact, 0], kicks[n_impact, 1], p)
+            swings[n_swing] = host[n_line:]
+            n_swing += 1
         n_impact += 1
         if not soft:
             state = new
@@ -99,7 +133,14 @@ def _run(
         held[n_held, 0], held[n_held, 1] = since, time
         n_held += 1
     nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
-    return nodes[: n + 1].copy(), impacts[:n_impact].copy(), held[:n_held].copy()
+    return (
+        nodes[: n + 1].copy(),
+        impacts[:n_impact].copy(),
+        held[:n_held].copy(),
+        kicks[:n_impact].copy(),
+        lines,
+        swings[:n_swing].copy(),
+    )
 
 
 def run_plant(
@@ -114,15 +155,16 @@ def run_plant(
     `host_harmonics` (n, 4): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine.
     `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.
     """
-    host_harmonics = np.ascontiguousarray(host_harmonics, dtype=np.float64)
-    position = host_pose(START_S, host_harmonics)[0]
+    lines = np.zeros((len(host_harmonics), 6))
+    lines[:, :4] = host_harmonics
+    position = host_pose(START_S, lines)[0]
     state = np.empty(8)
     state[:6] = initial
     state[0] += position[0]
     state[1] += position[1]
     state[6], state[7] = -1.0, 0.0
     scatter = rng.normal(size=4000)
-    return Motion(*_run(float(duration_s), state, parameters, host_harmonics, disk_friction_table(), scatter))
+    return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), scatter))
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
@@ -130,3 +172,13 @@ def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
     before and after."""
     time = motion.nodes[:, 0]
     return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in range(1, 8)])
+
+
+def host_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
+    """Host (n, 4: x, y, rotation, z) at `time_s` (n,), swings included."""
+    out = np.empty((len(time_s), 4))
+    begins = motion.swings[:, 0, 4]
+    for i, (t, k) in enumerate(zip(time_s, np.searchsorted(begins, time_s, side="right"), strict=True)):
+        rows = motion.lines if k == 0 else np.vstack([motion.lines, motion.swings[k - 1]])
+        out[i] = host_pose(t, rows)[0]
+    return out

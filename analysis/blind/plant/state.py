@@ -29,6 +29,10 @@ class PlantParameters(NamedTuple):
     floor_friction: float = 0.25
     spin_share: float = 1.0  # 0 plain Coulomb, 1 Farkas
     friction_change_per_s: float = 0.0
+    # the Host's give: it swings back from an impulse like a mass on a damped spring
+    recoil_kg: float = 0.0
+    recoil_rad_per_s: float = 0.0
+    recoil_damping: float = 0.0  # of the critical one
     # accelerations
     viscous_per_s: float = 0.0
     air_per_m: float = 0.0
@@ -37,6 +41,9 @@ class PlantParameters(NamedTuple):
     # geometry
     ellipticity: float = 0.0
     ellipticity_phase_rad: float = 0.0
+    lobes: float = 0.0  # the wall's radius more by this share at so many places
+    lobe_order: float = 3.0
+    lobe_phase_rad: float = 0.0
     wall_x_m: float = 0.0
     wall_y_m: float = 0.0
     mass_x_m: float = 0.0  # centre of mass from the geometric centre, in the disk

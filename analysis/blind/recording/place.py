@@ -125,7 +125,7 @@ class Place:
 HOME = Place()
 # Causes whose direction_rad is one of the world; centres and offsets are told in the frames of the Host and of the
 # disk.
-TURNING = ("table_tilt", "direction_dependent_restitution", "wall_ellipticity")
+TURNING = ("table_tilt", "direction_dependent_restitution", "wall_ellipticity", "wall_lobes", "host_sway")
 
 
 def draw_place(rng: np.random.Generator, runs: int, other_rigs: bool = True) -> Place:

@@ -94,6 +94,7 @@ class ViewErrors:
     rate_ratio: float = 1.0  # true frame rate over the nominal one
     plane_rad: tuple[float, float] = (0.0, 0.0)  # sliding plane turned about the world's x, then y
     jitter_s: float = 0.0
+    blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time
     centre_marker_offset_m: tuple[float, float] = (0.0, 0.0)
     wobble_px: float = 0.0  # the first camera sways along u
     wobble_hz: float = 0.0

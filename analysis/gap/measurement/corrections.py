@@ -8,8 +8,8 @@ from dataclasses import replace
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
-from analysis.gap.series import Series, levelled, retimed, scaled, with_window_shift, without_jitter
-from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
+from analysis.gap.series import Series, levelled, retimed, scaled, with_blur, with_window_shift, without_jitter
+from analysis.gap.thresholds import SIGNIFICANCE
 from ovines.recording_schema import Nominal
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
@@ -20,10 +20,11 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "sensor_window_offset": lambda s, f: with_window_shift(s, (-f.parameters["u_px"][0], -f.parameters["v_px"][0])),
     "plane_tilt": lambda s, f: levelled(s, -f.parameters["y_rad"][0], f.parameters["x_rad"][0]),
     "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
+    "motion_blur": lambda s, f: with_blur(s, f.parameters["sd_s"][0]),
     "camera_clock_offset": lambda s, f: s,
 }
 #: what its correction leaves in the data, to be found again
-KEPT = ("camera_clock_offset",)
+KEPT = ("camera_clock_offset", "motion_blur")
 ADDITIVE = ("sensor_window_offset", "plane_tilt")
 
 
@@ -46,9 +47,10 @@ def correct(
 
 
 def without_stated(series: Series) -> Series:
-    """``series`` without what ``[model.effect_parameters]`` says of its measurement."""
+    """``series`` without what ``[model.effect_parameters]`` says of its measurement, but for what a correction leaves
+    in the data: that is found and taken out again."""
     for effect, sizes in stated_sizes(series.recordings[0].model).items():
-        if effect in CORRECTIONS:
+        if effect in CORRECTIONS and effect not in KEPT:
             stated = {name: (value, 0.0) for name, value in sizes.items()}
             series = CORRECTIONS[effect](
                 series, Finding(effect, series.frame.rig_parameters(effect, stated), 0, 0, True)
@@ -66,7 +68,7 @@ def beyond_stated(findings: Sequence[Finding], model: Nominal | None) -> list[Fi
             return finding.effect in named
         stated = sizes[finding.effect]
         return finding.effect in KEPT and all(
-            abs(value - stated[name]) < max(SIGNIFICANCE * sd, NEGLIGIBLE[finding.effect])
+            abs(value - stated[name]) < max(SIGNIFICANCE * sd, finding.least)
             for name, (value, sd) in finding.parameters.items()
         )
 

@@ -1,7 +1,8 @@
-"""Measurement first: clocks, windows, scale, frame rate, plane and jitter, each from a residual of its own.
+"""Measurement first: clocks, windows, scale, frame rate, plane, jitter and blur, each from a residual of its own.
 
 Lengths are held against the design, the drive's frequency against what was asked, the Host's residual against its
-speed; what two views tell of clocks, windows and the plane is in :mod:`analysis.gap.measurement.two_views`.
+speed (:mod:`analysis.gap.measurement.speed_noise`); what two views tell of clocks, windows and the plane is in
+:mod:`analysis.gap.measurement.two_views`.
 """
 
 from __future__ import annotations
@@ -12,16 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.finding import Finding, judge
+from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.two_views import two_views
 from analysis.gap.series import Series
 from analysis.motion.bodies import PLACEMENT_SD_M
-from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-# Residuals of the Host beyond this are outliers, not jitter: one in 16,000 of Gaussian ones.
-CLIP_SD = 4.0
-# The Host's fit of harmonics takes 1 to 3 % of the scatter with it (six series with known jitter).
-JITTER_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +38,7 @@ def measurement_tests(series: Series) -> MeasurementTests:
     findings: dict[str, Finding] = {}
     notes: list[str] = []
     views, lens_residual_found = two_views(series, notes)
-    for finding in (_frame_rate(series), _length_scale(series), _jitter(series), *views):
+    for finding in (_frame_rate(series), _length_scale(series), *speed_noise(series), *views):
         if finding is not None:
             findings[finding.effect] = finding
     learnt = series.cameras is not None and series.cameras[0].field is not None
@@ -95,46 +92,3 @@ def _length_scale(series: Series) -> Finding | None:
         return None
     scale, sd = top / bottom, 1 / np.sqrt(bottom)
     return judge("length_scale_error", {"scale": (float(scale), float(sd))}, abs(scale - 1), abs(scale - 1) / sd)
-
-
-def _jitter(series: Series) -> Finding | None:
-    """Scatter of the frames' times: variance of the Host's residual along its motion, noise plus jitter times speed
-    squared.
-
-    By maximum likelihood (weighted regression of the squares, iterated), outliers beyond 4 sd left out; the sd allows
-    for noise that is correlated from frame to frame.
-    """
-    residuals, speeds = [], []
-    for run in series.runs:
-        host = run.data.host
-        if host.omega_rad_per_s == 0:
-            continue
-        velocity = host.at(run.data.time_s, 1)[:, :2]
-        axis = int(np.argmax(np.abs(velocity).max(0)))
-        residual, speed = host.residual[:, axis], np.abs(velocity[:, axis])
-        ok = np.isfinite(residual)
-        residuals.append(residual[ok] - np.median(residual[ok]))
-        speeds.append(speed[ok])
-    if not residuals:
-        return None
-    residual, v2 = np.concatenate(residuals), np.concatenate(speeds) ** 2
-    noise, slope = residual_sd(residual) ** 2, 0.0
-    least = 1e-3 * noise + 1e-16
-    columns = np.column_stack([np.ones(len(v2)), v2])
-    for _ in range(12):
-        variance = np.maximum(noise + slope * v2, least)
-        near = residual**2 < CLIP_SD**2 * variance
-        weighted = columns[near] / variance[near, None]
-        covariance = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
-        noise, slope = covariance @ (weighted.T @ (residual[near] ** 2 / variance[near]))
-    z = residual / np.sqrt(variance)
-    lag = float(np.clip(np.mean(z[1:] * z[:-1] * (near[1:] & near[:-1])), 0.0, 0.9))
-    # The squares of Gaussian noise have variance 2, and the square of its correlation.
-    error = float(np.sqrt(2 * covariance[1, 1] * (1 + lag**2) / (1 - lag**2)))
-    sd = float(np.sqrt(max(slope, 0.0)))
-    return judge(
-        "trigger_jitter",
-        {"sd_s": (sd, float(np.hypot(error / (2 * max(sd, np.sqrt(error))), JITTER_SHARE * sd)))},
-        sd,
-        slope / error,
-    )

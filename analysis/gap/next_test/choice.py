@@ -25,7 +25,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, record
 from analysis.gap.selection.flight_candidates import fit, information_of, prior_of
 from analysis.gap.selection.flight_terms import EFFECT_TERMS
-from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, best_speed_scale, restitution_design
+from analysis.gap.selection.impact_candidates import best_speed_scale, restitution_design
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 
 Array = NDArray[np.float64]
@@ -36,7 +36,8 @@ LEAST_SEPARATION = 2.0
 SLOWEST_M_PER_S = 0.1
 TERMS = {t.name: t for t in EFFECT_TERMS if t.name != "friction_drift"}
 SHAPES = ("wall_ellipticity", "finite_contact_time")
-SIMULATED = frozenset((*TERMS, "friction_drift", *SHAPES, *RESTITUTION_EFFECTS))
+RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
+SIMULATED = frozenset((*TERMS, "friction_drift", "restitution_drift", "wall_lobes", *SHAPES, *RESTITUTION_EFFECTS))
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
             "direction_dependent_restitution": around,
         }
         fitted = fit_restitution(data, restitution_design(data, terms))
-        at = 1 + sum(1 if t == "speed_dependent_restitution" else 2 for t in terms[: terms.index(effect)])
+        at = 1 + (effect == "direction_dependent_restitution" and "speed_dependent_restitution" in terms)
         size = fitted[0][at : at + design[effect].shape[1]]
         always = np.ones((len(fast), 1))
         sd = np.hypot(max(fitted[2], 1e-3), float(np.median(data.normal_sd)) / speed)

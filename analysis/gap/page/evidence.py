@@ -6,11 +6,13 @@ from matplotlib.figure import Figure
 
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.page.figures import residual_panels
+from analysis.gap.page.figures_drive import drive_figure
 from analysis.gap.page.figures_flights import flight_panels
 from analysis.gap.page.figures_impacts import impact_panels, law_figure, overview_panels
 from analysis.gap.page.figures_measured import ground_figure, layout_figure, measured_figure
 from analysis.gap.page.figures_rigid import rigid_figure
-from analysis.gap.page.first_screen import REFITTED, chance
+from analysis.gap.page.first_screen import REFITTED
+from analysis.gap.page.tables import chance
 from analysis.gap.page.words import bare, plain
 from analysis.report.page import Page, Section
 
@@ -72,6 +74,8 @@ def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, 
     """The residual that a finding is about, before and after."""
     if finding in CENTRES:
         layout(section, diagnosis)
+    elif stage == "drive":
+        drive(section, diagnosis)
     elif stage == "measurement":
         if "ground" in finding:
             _ground(section, diagnosis)
@@ -139,7 +143,8 @@ def impact_overview(section: Section, diagnosis: Diagnosis) -> None:
 
 def _nothing_added(diagnosis: Diagnosis) -> bool:
     ladder = diagnosis.ladder
-    centres = any(c.effect in ("wall_centre_offset", "mass_centre_offset", "stated_radius") for c in ladder.causes)
+    refitted = ("wall_centre_offset", "mass_centre_offset", "stated_radius", "inertia_error")
+    centres = any(c.effect in refitted for c in ladder.causes)
     return ladder.impacts.fitted is ladder.impacts.nominal and not ladder.impacts.restitution_terms and not centres
 
 
@@ -194,11 +199,28 @@ def measured(section: Section, diagnosis: Diagnosis) -> None:
         measured_figure(diagnosis.ladder),
         "Residual between the two views against the speed across the epipolar line (a slope is a late clock), heights "
         "(a slope is a tilted "
-        "plane), variance of the Host's residual against its speed squared (a slope is jitter), drive frequency asked "
+        "plane), variance of the Host's residual against its speed squared (a slope along its way is jitter or blur, "
+        "across it blur), drive frequency asked "
         "over seen by run.",
         "Residuals of the measurement",
         missing="residuals of the measurement",
         because="they need two views, or a driven Host.",
+    )
+
+
+def drive(section: Section, diagnosis: Diagnosis) -> None:
+    """The Host beside its drive, once."""
+    if "gap-drive" in section.figures:
+        return
+    _shown(
+        section,
+        "gap-drive",
+        drive_figure(diagnosis.ladder.drive),
+        "The Host's path without the harmonics of its drive. Left: the run in which it leaves its drive most; red "
+        "lines are impacts. Right: the spectrum over all runs, as measured and without what was found.",
+        "The Host beside its drive",
+        missing="the Host beside its drive",
+        because="no Host follows harmonics of a drive.",
     )
 
 

@@ -17,12 +17,17 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Candidate, Panel
 from analysis.gap.selection.held_laws import since_before
 from analysis.gap.selection.impact_candidates import (
+    LOBES_AS_PROBE,
     PROBES,
+    RESTITUTION_EFFECTS,
     ImpactFit,
     best_speed_scale,
+    conditions,
     covariates,
+    restitution_columns,
     restitution_design,
 )
+from analysis.gap.selection.lobed_wall import ORDERS, lobe_columns
 from analysis.statistics.robust import at_least_noise, least_squares
 
 Array = NDArray[np.float64]
@@ -36,11 +41,14 @@ WEAK_M_PER_S = 0.02
 VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "speed_dependent_restitution": ("restitution", ("approach speed", "azimuth in the room")),
     "direction_dependent_restitution": ("restitution", ("azimuth in the room", "approach speed")),
+    "restitution_drift": ("restitution", ("run", "time in the run")),
     "finite_contact_time": ("distance", ("approach speed", "azimuth in the room")),
     "wall_ellipticity": ("distance", ("azimuth in the room", "approach speed")),
+    "wall_lobes": ("distance", ("azimuth in the Host", "approach speed")),
     "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
     "stated_radius": ("distance", ("azimuth in the Host", "approach speed")),
     "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
+    "inertia_error": ("angular", ("tangential impulse", "spin before")),
 }
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
 GOES_WITH = {
@@ -63,6 +71,7 @@ CIRCULAR = ("azimuth in the room", "azimuth in the Host", "azimuth in the disk",
 UNITS = {
     "approach speed": "m/s",
     "slip": "m/s",
+    "tangential impulse": "m/s",
     "spin before": "rad/s",
     "time in the run": "s",
     "run": "number",
@@ -82,7 +91,8 @@ def impact_view(finding: str, coordinate: str = "") -> tuple[str, str]:
         return VIEWS[finding][0], VIEWS[finding][1][0]
     if "place on the wall" in finding:
         return SHOWN_OF.get(coordinate, "restitution"), "azimuth in the Host"
-    return SHOWN_OF.get(coordinate, "restitution"), GOES_WITH.get(finding, "approach speed")
+    other = "azimuth in the Host" if finding.endswith("times the azimuth") else "approach speed"
+    return SHOWN_OF.get(coordinate, "restitution"), GOES_WITH.get(finding, other)
 
 
 def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Panel]:
@@ -128,8 +138,18 @@ def _panel(ladder: Ladder, residual: str, covariate: str, finding: str) -> Panel
         covariate_of(after, covariate),
         residual_of(after, ladder.impacts.restitution_terms, residual),
     )
+    if finding == "inertia_error":
+        y = y + 1e3 * _turned_otherwise(before.data, ladder.inertia.ratio)
     unit = "°" if covariate in CIRCULAR else UNITS[covariate]
     return Panel(x, y, x_after, y_after, f"{covariate} ({unit})", RESIDUALS[residual], covariate in CIRCULAR)
+
+
+def _turned_otherwise(data: LawData, ratio: float) -> Array:
+    """What the angular law (K,; m/s) shows besides, when an inertia smaller by ``ratio`` than the data's is taken."""
+    right = data.inertia_factor
+    stated = right / ratio
+    impulse = data.tangential_impulse * (1 + 1 / right) / (1 + 1 / stated)
+    return np.asarray((stated - right) / (1 + right) * impulse, float)
 
 
 def covariate_of(fitted: ImpactFit, name: str) -> Array:
@@ -147,6 +167,7 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
     plain: dict[str, Array] = {
         "approach speed": d.before,
         "slip": d.slip,
+        "tangential impulse": d.tangential_impulse,
         "spin before": d.spin,
         "time in the run": d.time_s,
         "run": d.run.astype(float) + 1,
@@ -252,30 +273,37 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     base = np.hstack(
         [
             nominal,
-            ellipse if ladder.impacts.ellipse and probes else ellipse[:, :0],
-            speed if ladder.impacts.finite and probes else speed[:, :0],
+            ellipse if ladder.impacts.shape.ellipse and probes else ellipse[:, :0],
+            speed if ladder.impacts.shape.finite and probes else speed[:, :0],
         ]
     )
     distance = (wall.residual_m[d.index], distance_sd, base)
     if not probes:
         found = {c.effect for c in ladder.causes}
         blocks = {
-            ("speed_dependent_restitution", "direction_dependent_restitution"): (
+            RESTITUTION_EFFECTS: (
                 restitution,
                 [
-                    np.exp(-d.before / best_speed_scale(d))[:, None],
-                    np.column_stack([np.cos(d.azimuth_rad), np.sin(d.azimuth_rad)]),
+                    restitution_columns(conditions(d), [name], best_speed_scale(d))[:, 1:]
+                    for name in RESTITUTION_EFFECTS
                 ],
             ),
-            ("wall_ellipticity", "finite_contact_time"): (distance, [ellipse, speed]),
+            ("wall_ellipticity", "wall_lobes", "finite_contact_time"): (distance, [ellipse, _lobes(ladder), speed]),
         }
         return [
             Candidate(name, True, gains, name in found)
             for names, (data, columns) in blocks.items()
             for name, gains in zip(names, _gains(*data, columns, d.run, runs), strict=True)
-            if name != "wall_ellipticity" or ellipse.shape[1]
+            if name not in ("wall_ellipticity", "wall_lobes") or ellipse.shape[1]
         ]
     return _probe_candidates(ladder, fitted, {"restitution": restitution, "distance": distance})
+
+
+def _lobes(ladder: Ladder) -> Array:
+    """Lobes (K, 2) of the order that was tried, at the impacts of the recalibrated fit."""
+    d = ladder.both_impacts()[0].data
+    order = next((gain.order for gain in ladder.impacts.gains if gain.order), ORDERS[0])
+    return lobe_columns(d.azimuth_rad - d.host_angle_rad, order)
 
 
 def _probe_candidates(
@@ -300,10 +328,8 @@ def _probe_candidates(
     table = covariates(d)
     out = []
     for residual, regression in data.items():
-        # The wall's own second harmonic is a named effect, not a probe.
-        groups = {
-            name: parts for name, parts in PROBES.items() if (residual, name) != ("distance", "twice the azimuth")
-        }
+        # The wall's own shape is a named effect, not a probe.
+        groups = {name: parts for name, parts in PROBES.items() if residual != "distance" or name not in LOBES_AS_PROBE}
         columns = [np.column_stack([table[p] for p in parts]) for parts in groups.values()]
         for name, gains in zip(groups, _gains(*regression, columns, d.run, runs), strict=True):
             words = f"{residual} with {name}".replace(

@@ -104,7 +104,7 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
     """Variance of the Host's residual along its motion against its speed squared; a slope is scatter of the frames'
     times.
     """
-    speeds, before, after = [], [], []
+    speeds, before, after, across = [], [], [], []
     jitter = _finding(ladder, "trigger_jitter")
     for run in ladder.series.runs:
         host, t = run.data.host, run.data.time_s
@@ -118,11 +118,17 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
         speeds.append(np.abs(velocity[:, axis]))
         after.append(1e6 * residual)
         before.append(1e6 * (residual + velocity[:, axis] * late))
+        across.append(1e6 * (host.residual[:, 1 - axis] - np.nanmedian(host.residual[:, 1 - axis])))
     if not speeds:
         ax.set_visible(False)
         return False
     v2 = np.concatenate(speeds) ** 2
-    for values, colour, name in ((before, RED if jitter else BLUE, "as measured"), (after, BLUE, "corrected")):
+    curves = (
+        (before, RED if jitter else BLUE, "as measured"),
+        (after, BLUE, "corrected"),
+        (across, GREY, "across its way"),
+    )
+    for values, colour, name in curves:
         if name == "corrected" and jitter is None:
             continue
         y = np.concatenate(values)
@@ -145,8 +151,7 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
     ax.set_ylim(bottom=0)
     label(ax, "Host's speed squared (m²/s²)", "variance of its residual (µm²)")
     give_room(ax)
-    if jitter is not None:
-        legend(ax)
+    legend(ax)
     return True
 
 

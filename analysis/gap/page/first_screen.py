@@ -7,6 +7,7 @@ from typing import Any
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures_measured import direct_shrinkage
+from analysis.gap.page.tables import chance
 from analysis.gap.page.words import STAGES, bare, meaning, parameter_words, plain, shown_interval
 from analysis.report.numbers import MISSING, percent, with_unit
 from analysis.report.page import Page, Status
@@ -87,11 +88,6 @@ def verdict_card(page: Page, diagnosis: Diagnosis) -> None:
     named = [plain(e) for e in summary["effects"]]
     answer = " and ".join([*named, *(["something unknown"] if summary["left"] else [])]) if named else "Unknown"
     page.add_card("What causes the gap?", answer, "bad" if summary["left"] else "caution", details)
-
-
-def chance(p: float) -> str:
-    """A probability by chance in words: how rarely."""
-    return f"once in {1 / p:.0f}" if p > 1e-4 else "less than once in ten thousand"
 
 
 def _nothing_card(page: Page, ladder: Ladder) -> None:

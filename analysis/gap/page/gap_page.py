@@ -9,13 +9,14 @@ import numpy as np
 import ovines
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.page import figures_paths
-from analysis.gap.page.evidence import evidence_section, flight_evidence, impact_overview, layout, measured
+from analysis.gap.page.evidence import drive, evidence_section, flight_evidence, impact_overview, layout, measured
 from analysis.gap.page.figures import Candidate, ladder_figure, ranking_figure
 from analysis.gap.page.figures_impacts import impact_candidates
 from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
 from analysis.gap.page.laws import laws_section
 from analysis.gap.page.tables import (
     detectable_rows,
+    drive_rows,
     gap_rows,
     measurement_rows,
     nominal_rows,
@@ -59,6 +60,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     _where_section(page, diagnosis)
     _parameters_section(page, summary)
     _measurement_section(page, diagnosis)
+    _drive_section(page, diagnosis)
     _rest_section(page, diagnosis)
     _next_section(page, diagnosis)
     _limits_section(page, diagnosis)
@@ -243,6 +245,24 @@ def _measurement_section(page: Page, diagnosis: Diagnosis) -> None:
             section.add_text("Its figure stands under The evidence.")
         else:
             draw(section, diagnosis)
+
+
+def _drive_section(page: Page, diagnosis: Diagnosis) -> None:
+    """The drive asked and measured."""
+    section = page.add_section("The drive", "drive")
+    section.add_text(
+        "What the shaker was asked for against the Host's measured path, run by run. A drive that was not the one "
+        "asked for is no fault of the model, which follows the measured path; it is told for whoever set it."
+    )
+    rows = drive_rows(diagnosis.ladder)
+    if rows:
+        section.add_table(("run", "what differs", "by chance"), rows, text_columns=(0, 1, 2))
+    else:
+        section.add_text("Nothing differs from what was asked for by more than a shaker's tolerance.")
+    if any("gap-drive" in s.figures for s in page.sections):
+        section.add_text("Its figure stands under The evidence.")
+    else:
+        drive(section, diagnosis)
 
 
 def _rest_section(page: Page, diagnosis: Diagnosis) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
-from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
+from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 
 Row = tuple[str, ...]
@@ -38,7 +38,7 @@ def measurement_rows(ladder: Ladder) -> list[Row]:
                 plain(name),
                 values,
                 f"{finding.significance:.1f}".replace("-", "−"),
-                _size(first, NEGLIGIBLE[name]),
+                _size(first, finding.least),
                 verdict,
             )
         )
@@ -155,3 +155,23 @@ def time_rows(time: dict[str, float]) -> list[Row]:
         "left_out_s": ("unseen, too short or between pieces", "left out"),
     }
     return [(names[k][0], with_unit(v, "s"), percent(v / total), names[k][1]) for k, v in time.items() if k in names]
+
+
+def drive_rows(ladder: Ladder) -> list[Row]:
+    """What of the drive differs from what was asked for: runs, words of the strongest, how rarely by chance; a row per
+    kind."""
+    found = [f for f in ladder.drive.findings if f.found]
+    rows: list[Row] = []
+    for kind in dict.fromkeys(f.kind for f in found):
+        alike = [f for f in found if f.kind == kind]
+        worst = max(alike, key=lambda f: abs(f.size))
+        runs = list(dict.fromkeys(ladder.series.names[f.run] for f in alike))
+        every = len(runs) == len(ladder.series.runs)
+        told = "all" if every and len(runs) > 1 else ", ".join(runs)
+        rows.append((told, worst.words, chance(worst.p)))
+    return rows
+
+
+def chance(p: float) -> str:
+    """A probability by chance in words: how rarely."""
+    return f"once in {1 / p:.0f}" if p > 1e-4 else "less than once in ten thousand"

@@ -23,17 +23,24 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "Restitution that depends on direction",
         "the wall gives back more on one side",
     ),
+    "restitution_drift": ("Drift of the restitution", "the wall gives back more or less over a run or over the series"),
     "finite_contact_time": ("Contact of finite duration", "the wall yields: the contact is no instant"),
     "wall_ellipticity": ("Oval wall", "the wall is not round"),
+    "wall_lobes": ("Lobed wall", "the wall bulges at three or more places"),
     "wall_centre_offset": ("Wall centre off the markers' centre", "the wall is not where the Host's layout says"),
     "mass_centre_offset": ("Mass centre off the disk's centre", "the disk is not balanced"),
+    "inertia_error": ("Inertia of the disk", "impulses turn the disk more or less than its stated inertia says"),
     "centre_marker_offset": ("Centre marker off the disk's centre", "the marker at the centre is not at the centre"),
     "stated_radius": ("Stated radius of the wall", "the wall is nearer or farther than recording.toml says"),
+    "host_recoil": ("Recoil of the Host", "impacts push the Host off its drive, and it swings back"),
+    "host_ringing": ("Ringing of the Host's markers", "what carries the Host's markers rings after impacts"),
+    "host_sway": ("Sway of the Host", "the Host moves slowly beside its drive"),
     "camera_clock_offset": ("Clock offset between the cameras", "the second camera sees the world later or earlier"),
     "sensor_window_offset": ("Window offset of a camera", "a sensor window is elsewhere than the recording says"),
     "length_scale_error": ("Length scale", "the calibration's unit is off"),
     "frame_rate_error": ("Frame rate", "the true frame rate is not the nominal one"),
     "plane_tilt": ("Tilted world plane", "the world's z is not the sliding plane's normal"),
+    "motion_blur": ("Motion blur", "markers are found less well the faster they move"),
     "trigger_jitter": ("Trigger jitter", "the frames' times scatter"),
 }
 STAGES = {
@@ -52,6 +59,8 @@ _UNITS = (
     ("direction_rad", 57.29578, "°"),
     ("rad", 1e3, "mrad"),
     ("px", 1.0, "px"),
+    ("_hz", 1.0, "Hz"),
+    ("_kg", 1.0, "kg"),
     ("_m", 1e3, "mm"),
     ("_s", 1e6, "µs"),
 )
@@ -59,7 +68,7 @@ _NAMES = {
     "restitution_fast": "restitution of fast impacts",
     "relative_per_s": "change over a run",
     "relative_per_run": "change from run to run",
-    "sd_s": "scatter of the frame times",
+    "sd_s": "scatter over the speed",
 }
 #: parameters that are ratios to 1
 RATIOS = ("ratio", "scale")
@@ -104,7 +113,7 @@ def parameter_words(parameter: str) -> str:
     """``speed_scale_m_per_s`` -> ``speed scale``."""
     if parameter in _NAMES:
         return _NAMES[parameter]
-    for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_m", "_s"):
+    for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_hz", "_kg", "_m", "_s"):
         if parameter.endswith(ending) and len(parameter) > len(ending):
             return parameter[: -len(ending)].replace("_", " ")
     return parameter.replace("_", " ")

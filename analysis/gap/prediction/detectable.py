@@ -12,16 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from analysis.contact.law import LawData
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.gap import thresholds as rules
+from analysis.gap.drive.steps import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
+from analysis.gap.selection import inertia
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, conditions
 from analysis.gap.selection.impact_steps import HasLaw
-from analysis.gap.thresholds import NEGLIGIBLE as MEASUREMENT_NEGLIGIBLE
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring
 
@@ -32,6 +34,7 @@ _MEASURED = {
     "frame_rate_error": "ratio",
     "plane_tilt": "x_rad",
     "trigger_jitter": "sd_s",
+    "motion_blur": "sd_s",
 }
 Entry = dict[str, Any]
 
@@ -50,7 +53,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             by_lens = lens and effect in ("plane_tilt", "sensor_window_offset")
             out[effect] = _entry(
                 parameter,
-                MEASUREMENT_NEGLIGIBLE[effect],
+                finding.least,
                 (LENS_TILTS if by_lens else SIGNIFICANCE) * sd,
                 (finding.size, sd),
             )
@@ -71,6 +74,12 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
             (size, sd),
         )
+    if steps.inertia.impulse is not None:
+        size, sd = abs(steps.inertia.ratio - 1), steps.inertia.sd
+        out["inertia_error"] = _entry("ratio", inertia.NEGLIGIBLE, rules.SIGNIFICANCE * sd, (size, sd))
+    if steps.drive.paths:
+        least = float(np.sqrt(2)) * NEGLIGIBLE_SHARE * steps.series.runs[0].data.contact_radius_m
+        out["host_sway"] = _entry("amplitude_m", least, None)
     out.setdefault("centre_marker_offset", _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, None))
     for cause in steps.causes:
         if cause.effect in out:
@@ -144,7 +153,21 @@ def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]
             rules.SIGNIFICANCE * sd / np.sqrt(2) / spread,
             _told(left.get("speed_dependent_restitution")),
         ),
+        **_of_drift(data, law.restitution, sd / np.sqrt(2), left.get("restitution_drift")),
     }
+
+
+def _of_drift(data: LawData, restitution: float, sd: float, left: ImpactGain | None) -> dict[str, Entry]:
+    """Drift over the runs, or within them where there is one; ``sd`` of the mean of a column of unit spread."""
+    at = conditions(data)
+    i = int(np.ptp(at.run) > 0)
+    parameter, column = (("relative_per_s", at.since_start_s), ("relative_per_run", at.run))[i]
+    if not np.ptp(column):
+        return {}
+    spread = float(np.std(column)) * restitution
+    told = None if left is None else (abs(float(left.estimate[i])) / restitution, float(left.sd[i]) / restitution)
+    size = IMPACT_NEGLIGIBLE["restitution"] / spread
+    return {"restitution_drift": _entry(parameter, size, rules.SIGNIFICANCE * sd / spread, told)}
 
 
 def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
@@ -167,6 +190,7 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_foun
             None if finite is None else (float(finite.estimate[-1]) * per_slope, float(finite.sd[-1]) * per_slope),
         ),
         "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"))),
+        "wall_lobes": _entry("amplitude", ellipse, noise_m / radius, _told(left.get("wall_lobes"))),
     }
     return (
         found if isinstance(impacts.wall.wall.outline, Ring) else {"finite_contact_time": found["finite_contact_time"]}

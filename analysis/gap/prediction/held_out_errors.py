@@ -62,7 +62,7 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
                 ladder.flights.fitted.fits,
                 after,
                 ladder.impacts.restitution_terms,
-                finite=ladder.impacts.finite,
+                finite=ladder.impacts.shape.finite,
             ),
         }
     return errors, predict.table(runs, paths, ladder.series.frame)

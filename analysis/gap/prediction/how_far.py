@@ -24,19 +24,23 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
-from analysis.gap.selection.impact_candidates import ImpactFit, wall_prior
+from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, ImpactFit, wall_prior
 from analysis.gap.selection.impact_floor import impact_floor
+from analysis.gap.selection.lobed_wall import LOBE_TERMS
+from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
 WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
     "wall_centre_offset": ("centre_x", "centre_y"),
     "mass_centre_offset": ("disk_x", "disk_y"),
-    "wall_ellipticity": ("ellipse_c", "ellipse_s"),
+    "wall_ellipticity": ELLIPSE_TERMS,
+    "wall_lobes": LOBE_TERMS,
     "stated_radius": ("radius", "cylinder_radius"),
     "finite_contact_time": (),
 }
-RESTITUTION = ("speed_dependent_restitution", "direction_dependent_restitution")
+#: ... and those that turn its normals
+SHAPES = ("wall_ellipticity", "wall_lobes")
 DRAWS = 400
 # Squared residuals over the variance count up to this: a wrong track is no gap.
 CUT = 1e4
@@ -96,6 +100,8 @@ def shows_in(one: Cause | Structure, stage: str) -> bool:
     """Whether a finding shows in the residuals of a stage: a contact that lasts shows in the contact distance."""
     if isinstance(one, Cause) and one.effect == "finite_contact_time":
         return stage in ("impact", "geometry")
+    if isinstance(one, Cause) and one.effect == "inertia_error":
+        return stage == "impact"
     if isinstance(one, Cause) and one.effect == "centre_marker_offset":
         return stage == "measurement"
     return one.stage == stage
@@ -120,7 +126,9 @@ def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
     if ladder.impacts.fitted is not None:
         _impacts(ladder, steps, by_effect, causes)
         _walls(ladder, steps, by_effect, causes)
+        _normals(steps, by_effect, causes)
     _measurement(ladder, steps, by_effect, causes)
+    _drive(ladder, steps, by_effect, causes)
     told: list[Cause | Structure] = [*causes, *ladder.structure]
     for stage, recalibrated in steps["recalibrated"].items():
         # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
@@ -156,13 +164,16 @@ def _impacts(
 
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
-    plain = after if any(c.effect in RESTITUTION for c in causes) else before
+    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) else before
     steps["recalibrated"]["impact"] = sums(plain, predict.predicted_impacts(plain, held))
     steps["noise_floor"]["impact"] = sums(after, impact_floor(after, terms))
     for cause in causes:
-        if cause.effect in RESTITUTION:
+        if cause.effect in RESTITUTION_EFFECTS:
             rest = [t for t in terms if t != cause.effect]
             by_effect[cause.effect] = sums(after, predict.predicted_impacts(after, rest)) - ahead
+        elif cause.effect == "inertia_error" and ladder.inertia.held_out is not None:
+            by_effect[cause.effect] = ladder.inertia.held_out
+            steps["recalibrated"]["impact"] = steps["recalibrated"]["impact"] + ladder.inertia.held_out
 
 
 def _walls(
@@ -188,9 +199,10 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
     names = {t for effect in without for t in WALL_TERMS_OF[effect]}
     wall, stated = impacts.wall.wall, ladder.series.runs[0].data.wall.values()
     held = [t for t in wall.terms if t in names or (t.startswith("side") and {"centre_x", "radius"} & names)]
-    start = wall.moved({name: stated[name] - wall.values()[name] for name in held})
+    # Lobes are stated by nobody.
+    start = wall.moved({name: stated.get(name, 0.0) - wall.values()[name] for name in held})
     terms = tuple(t for t in impacts.wall.terms if t not in held)
-    finite = ladder.impacts.finite and "finite_contact_time" not in without
+    finite = ladder.impacts.shape.finite and "finite_contact_time" not in without
     junctions = impacts.junctions
     speed = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None]
     n = len(ladder.series.runs)
@@ -208,6 +220,30 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         z2 = residual**2 / (seen.sd("gap") ** 2 + impacts.wall.scatter_m**2)
         out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
     return out
+
+
+def _normals(steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]) -> None:
+    """A wall's shape turns its normals, which the velocities after impacts feel: what no effect of the impact has taken
+    there belongs to the named shapes, as they share the distances."""
+    shapes = [c.effect for c in causes if c.effect in SHAPES and c.effect in by_effect]
+    total = sum(float(by_effect[effect].sum()) for effect in shapes)
+    if not total > 0:
+        return
+    taken = [by_effect[c.effect] for c in causes if c.effect in by_effect and shows_in(c, "impact")]
+    left = steps["recalibrated"]["impact"] - steps["with_effect"]["impact"] - np.sum(taken or [np.zeros(1)], 0)
+    for effect in shapes:
+        by_effect[effect] = by_effect[effect] + float(by_effect[effect].sum()) / total * left
+
+
+def _drive(
+    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+) -> None:
+    """The Host's path beside its drive; a swing's share is learnt on the other runs."""
+    drive = ladder.drive
+    named = [c.effect for c in causes if c.stage == "drive"]
+    for name, stages in steps.items():
+        stages["drive"] = drive.error.get(name, np.zeros(len(ladder.series.runs)))
+    by_effect |= {effect: gain for effect, gain in drive.by_effect.items() if effect in named}
 
 
 def _measurement(

@@ -16,8 +16,10 @@ from analysis.contact.wall_fit import fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
 from analysis.gap.selection.impact_candidates import (
+    Conditions,
     ImpactFit,
     best_speed_scale,
+    conditions,
     law_of,
     restitution_columns,
     wall_prior,
@@ -86,9 +88,7 @@ def _learn(
     fitted = fit_wall(junctions, start, terms, prior, extra)
     data = law_of(fitted, impacts)
     scale = best_speed_scale(data)
-    coefficients = fit_restitution(data, restitution_columns(data.before, data.azimuth_rad, restitution_terms, scale))[
-        0
-    ]
+    coefficients = fit_restitution(data, restitution_columns(conditions(data), restitution_terms, scale))[0]
     return fitted.wall, impacts.law, float(fitted.estimate[-1]) if finite else 0.0, coefficients, scale
 
 
@@ -108,9 +108,8 @@ def _carry(
     if before < 0.05:
         return None
     azimuth = impact.azimuth_rad
-    after = float(
-        (restitution_columns(np.array([before]), azimuth, restitution_terms, scale) @ coefficients)[0] * before
-    )
+    here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
+    after = float((restitution_columns(here, restitution_terms, scale) @ coefficients)[0] * before)
     q, radius = run.data.inertia_factor, one.radius_m
     stick = (1 + law.tangential_restitution) * abs(slip) / (1 + 1 / q)
     impulse = -np.sign(slip) * min(stick, law.wall_friction * (before + after))

@@ -27,7 +27,7 @@ from analysis.gap.selection.flight_candidates import (
     nominal_model,
     run_places,
 )
-from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
+from analysis.gap.selection.impact_candidates import ImpactFit, conditions, restitution_design
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Nominal
 
@@ -170,6 +170,10 @@ def stated_restitution(data: LawData, model: Nominal, frame: RigFrame) -> Array:
     if "direction_dependent_restitution" in sizes:
         direction = sizes["direction_dependent_restitution"]["direction_rad"] - frame.turn_rad
         each = each + sizes["direction_dependent_restitution"]["amplitude"] * np.cos(data.azimuth_rad - direction)
+    if "restitution_drift" in sizes:
+        drift, at = sizes["restitution_drift"], conditions(data)
+        per_s = drift["relative_per_s"] / frame.factor("x_per_s")
+        each = each * (1 + per_s * at.since_start_s) * (1 + drift["relative_per_run"] * at.run)
     return np.asarray(np.clip(each, 0.0, 1.0), float)
 
 

@@ -38,7 +38,7 @@ MOST_TERMS = 8
 # A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05); where the cameras show
 # none, noise and placement left 1.13 at most in 30 series.
 USUAL_MISFIT_UNDER_LENS, USUAL_MISFIT = 4.0, 1.5
-FELT_IN_FLIGHT = ("camera_clock_offset", "mass_centre_offset", "trigger_jitter")
+FELT_IN_FLIGHT = ("camera_clock_offset", "mass_centre_offset", "trigger_jitter", "motion_blur")
 
 
 def _accepted(gain: Gain, least: float, units: Units) -> bool:
@@ -148,6 +148,13 @@ def select_flight_effects(
         by_name,
         min([left_p, *(s.p for s in structure)]),
     )
+
+
+def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
+    """The flights of the nominal model as impacts need them: one step of its parameters, nothing else asked."""
+    runs = series.runs
+    stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
+    return fit(runs, nominal_model(effects or ["floor_friction"], stated), rounds=1, every_column=False)
 
 
 def _missing_friction(

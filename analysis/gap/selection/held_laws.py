@@ -47,6 +47,7 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
 def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> Array:
     """What laws know before each impact of ``data`` (K, KNOWN_SIZE)."""
     at = data.index
+    time_s = junctions.time_s[at]
     state, host, rate = junctions.state[at], junctions.host[at], junctions.host_rate[at]
     known = np.zeros((len(data), W.KNOWN_SIZE))
     known[:, W.VX], known[:, W.VY] = state[:, 3], state[:, 4]
@@ -56,13 +57,13 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     known[:, W.CONTACT_RADIUS] = np.hypot(known[:, W.HX], known[:, W.HY])
     known[:, W.ANGLE], known[:, W.SPIN] = state[:, 2], data.spin
     starts = np.array([fit.run.start_s for fit in fits])
-    known[:, W.TIME] = data.time_s - starts[data.run]
+    known[:, W.TIME] = time_s - starts[data.run]
     known[:, W.RUN], known[:, W.PHASE] = data.run, data.drive_rad
     known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
     before = [
         impact_before(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)
     ]
-    since = np.minimum(data.time_s - np.array(before), since_before(data))
+    since = np.minimum(time_s - np.array(before), since_before(data))
     known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
     known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
     return known

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,10 @@ from analysis.contact.law import (
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.held_laws import since_before, without_laws
+from analysis.gap.selection.lobed_wall import LOBE_TERMS, ORDERS, LobedWall, best_order, lobe_columns
 from analysis.gap.selection.robust_regression import regress
 from analysis.walls.wall import Wall
-from ovines.robust import MEDIAN_TO_SD
+from ovines.robust import MEDIAN_TO_SD, residual_sd
 
 Array = NDArray[np.float64]
 
@@ -52,11 +54,32 @@ class ImpactGain:
     named: bool
     significance: float = 0.0
     columns: Array | None = None
+    order: int = 0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What the wall has beside its nominal terms: an ``ellipse``, contacts that last (``finite``), lobes of an
+    ``order`` (0: none)."""
+
+    ellipse: bool = False
+    finite: bool = False
+    order: int = 0
+
+    def wall(self, plain: Wall) -> Wall:
+        """``plain`` with the lobes, nil so far."""
+        return LobedWall.of(plain, self.order) if self.order else plain
+
+    def terms(self, plain: Wall) -> tuple[str, ...]:
+        """Free terms."""
+        ellipse = plain.ellipse_terms if self.ellipse else ()
+        return (*plain.nominal_terms, *ellipse, *(LOBE_TERMS if self.order else ()))
 
 
 @dataclass(frozen=True, eq=False)
 class ImpactFit:
-    """Junctions of a series' flights, the wall and the law fitted to them, and which terms the model holds."""
+    """Junctions of a series' flights, the wall and the law fitted to them, and which terms the model holds; ``start_s``
+    (R,): times of the runs' first frames, from which the law counts."""
 
     junctions: Junctions
     wall: WallFit
@@ -64,30 +87,37 @@ class ImpactFit:
     law: Law
     contact_slope_s: float
     contact_slope_sd_s: float
-    restitution_terms: tuple[str, ...]
+    start_s: Array
 
 
-def fit_impacts(fits: Sequence[FlightFits], *, ellipse: bool = False, finite: bool = False) -> ImpactFit:
-    """Wall (centre, radius, disk centre; ``ellipse`` and the slope of a ``finite`` contact on demand) and nominal
-    law.
-    """
+PLAIN_SHAPE = Shape()
+
+
+def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> ImpactFit:
+    """Wall (centre, radius, disk centre, and what its ``shape`` has besides) and nominal law."""
     junctions = intersect(fits)
     run = fits[0].run
     # Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
     # model.
-    terms = run.wall.terms if ellipse else run.wall.nominal_terms
+    start, terms = shape.wall(run.wall), shape.terms(run.wall)
     extra = None
-    if finite and len(junctions):
-        first = fit_wall(junctions, run.wall, terms, wall_prior(run.wall))
+    if shape.finite and len(junctions):
+        first = fit_wall(junctions, start, terms, wall_prior(run.wall))
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
-    wall = fit_wall(junctions, run.wall, terms, wall_prior(run.wall), extra)
+    wall = fit_wall(junctions, start, terms, wall_prior(run.wall), extra)
+    start_s = np.array([fit.run.start_s for fit in fits])
     data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
-    data = _with_structure(data)
+    data = _from_start(data, start_s)
     law = fit_law(data) if len(data) >= 4 else NO_LAW
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
-    return ImpactFit(junctions, wall, data, law, slope, slope_sd, ())
+    return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s)
+
+
+def _from_start(data: LawData, start_s: Array) -> LawData:
+    """Impacts as the law takes them, their times counted from the starts (R,) of their runs."""
+    return _with_structure(replace(data, time_s=data.time_s - start_s[data.run]))
 
 
 def wall_prior(wall: Wall) -> dict[str, float]:
@@ -98,7 +128,7 @@ def wall_prior(wall: Wall) -> dict[str, float]:
 
 
 #: effects of the library that act on the restitution
-RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")
+RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution", "restitution_drift")
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
 #: law of a series with too few impacts to fit one
@@ -157,6 +187,12 @@ PROBES = {
     "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"),
     "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
 }
+#: what the contact distance shows as a wall's shape
+LOBES_AS_PROBE = ("twice the azimuth", "three times the azimuth")
+#: so many orders of lobes are tried, of which the best gains this much more by chance
+LOBES_BY_CHANCE = 2 * float(np.log(len(ORDERS)))
+# A contact distance off by more of its robust sds chooses no order.
+CUT_DISTANCE_SD = 4.0
 #: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
 SPOTS_BY_CHANCE = 8.0
 SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
@@ -165,29 +201,49 @@ SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
 def restitution_design(data: LawData, names: Sequence[str]) -> Array:
     """Columns of restitution for a model with the effects ``names``: constant, falling with speed, with direction."""
     scale = best_speed_scale(data) if "speed_dependent_restitution" in names else 1.0
-    return restitution_columns(data.before, data.azimuth_rad, names, scale)
+    return restitution_columns(conditions(data), names, scale)
+
+
+class Conditions(NamedTuple):
+    """What a restitution of the library depends on: approach speeds, azimuths, seconds since the runs' starts, numbers
+    of the runs from 0 (K, each)."""
+
+    before: Array
+    azimuth_rad: Array
+    since_start_s: Array
+    run: Array
+
+
+def conditions(data: LawData) -> Conditions:
+    """Those of measured impacts; times that nobody has told count as none."""
+    told = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
+    return Conditions(data.before, data.azimuth_rad, told, data.run.astype(float))
 
 
 def scenario_restitution(data: LawData, names: Sequence[str]) -> float:
     """The restitution to which the effects ``names`` are added in a scenario: of the slowest impacts where it falls
-    with the speed, the mean over directions."""
+    with the speed, the mean over directions, the one at the start of the first run where it drifts."""
     coefficients = fit_restitution(data, restitution_design(data, names))[0]
     return float(sum(coefficients[: 1 + ("speed_dependent_restitution" in names)]))
 
 
-def restitution_columns(before: Array, azimuth: Array, names: Sequence[str], scale: float) -> Array:
-    """As :func:`restitution_design`, at given approach speeds (K,), azimuths (K,) and speed scale (m/s)."""
-    columns = [np.ones(len(before))]
+def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:
+    """As :func:`restitution_design`, under given conditions (K of each) and with a given speed scale (m/s).  Where it
+    drifts beside another effect the two are added, which is off by their product."""
+    columns = [np.ones(len(at.before))]
     if "speed_dependent_restitution" in names:
-        columns.append(np.exp(-before / scale))
+        columns.append(np.exp(-at.before / scale))
     if "direction_dependent_restitution" in names:
-        columns += [np.cos(azimuth), np.sin(azimuth)]
+        columns += [np.cos(at.azimuth_rad), np.sin(at.azimuth_rad)]
+    if "restitution_drift" in names:
+        columns += [at.since_start_s, at.run]
     return np.column_stack(columns)
 
 
 def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
     """The contact law's view of a wall fit, with disk and inertia of ``impacts``."""
-    return _with_structure(law_data(wall.impacts, wall.used, impacts.junctions.radius_m, impacts.data.inertia_factor))
+    data = law_data(wall.impacts, wall.used, impacts.junctions.radius_m, impacts.data.inertia_factor)
+    return _from_start(data, impacts.start_s)
 
 
 def _with_structure(data: LawData) -> LawData:
@@ -282,7 +338,7 @@ def kept_gain(data: LawData, names: Sequence[str], name: str, beside: Array | No
     others = [n for n in names if n != name]
     design = _beside(restitution_design(data, others), beside)
     scale = best_speed_scale(data) if name == "speed_dependent_restitution" else 1.0
-    columns = restitution_columns(data.before, data.azimuth_rad, [name], scale)[:, 1:]
+    columns = restitution_columns(conditions(data), [name], scale)[:, 1:]
     return _restitution_gain(data, design, fit_restitution(data, design)[3], columns, name=name, named=True)
 
 
@@ -307,6 +363,9 @@ def restitution_groups(
         out.append(("the azimuth", directions, False))
     elif "direction_dependent_restitution" not in base:
         out.append(("direction_dependent_restitution", directions, True))
+    if "restitution_drift" not in (*base, *withheld):
+        at = conditions(data)
+        out.append(("restitution_drift", _columns(at.since_start_s, at.run), True))
     table = covariates(data)
     return out + [(name, _columns(*(table[p] for p in parts)), False) for name, parts in PROBES.items()]
 
@@ -339,50 +398,52 @@ def best_spot(data: LawData, design: Array, value: float) -> tuple[float, Array]
     return found
 
 
-def distance_gains(
-    fits: Sequence[FlightFits], base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str] = frozenset()
-) -> list[ImpactGain]:
-    """Ellipticity, finite contact and probes in the contact distance."""
+def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = frozenset()) -> list[ImpactGain]:
+    """Ellipticity, lobes, finite contact and probes in the contact distance, on top of a wall of ``shape``."""
     used, wall = base.wall.used, base.wall
     speed = np.maximum(wall.impacts.of("normal_before"), 0)
     out = []
     scatter = _scatter(wall, used)
 
-    def add(name: str, trial: WallFit, k: int, size: float, named: bool) -> None:
+    def add(name: str, trial: WallFit, at: slice, size: float, named: bool, order: int = 0) -> None:
         other = _scatter(trial, used)
         n = int(used.sum())
         gain = n * 2 * np.log(scatter / other) if other > 0 else 0.0
-        sd = np.sqrt(np.diag(trial.covariance))[-k:]
-        out.append(
-            ImpactGain(
-                name,
-                "distance",
-                float(gain),
-                size,
-                trial.estimate[-k:],
-                sd,
-                named,
-                float(np.linalg.norm(np.divide(trial.estimate[-k:], sd, out=np.zeros(k), where=sd > 0))),
-            )
-        )
+        estimate, sd = trial.estimate[at], np.sqrt(np.diag(trial.covariance))[at]
+        sure = float(np.linalg.norm(np.divide(estimate, sd, out=np.zeros(len(sd)), where=sd > 0)))
+        gain -= LOBES_BY_CHANCE if order else 0.0
+        out.append(ImpactGain(name, "distance", float(gain), size, estimate, sd, named, sure, order=order))
 
-    held = speed[:, None] if finite else None
-    terms = wall.wall.terms if ellipse else wall.wall.nominal_terms
-    prior = wall_prior(wall.wall)
-    if not ellipse and "wall_ellipticity" not in withheld and wall.wall.ellipse_terms:
+    held = speed[:, None] if shape.finite else None
+    terms = shape.terms(wall.wall)
+    prior, last = wall_prior(wall.wall), slice(len(terms), len(terms) + 2)
+    if not shape.ellipse and "wall_ellipticity" not in withheld and wall.wall.ellipse_terms:
         trial = fit_wall(base.junctions, wall.wall, [*terms, *wall.wall.ellipse_terms], prior, held)
         add(
             "wall_ellipticity",
             trial,
-            2 + (1 if finite else 0),
+            last,
             float(np.hypot(*trial.wall.ellipse) * trial.wall.size_m / np.sqrt(2)),
             True,
         )
-    if not finite and "finite_contact_time" not in withheld:
+    if not shape.finite and "finite_contact_time" not in withheld:
         trial = fit_wall(base.junctions, wall.wall, terms, prior, speed[:, None])
-        add("finite_contact_time", trial, 1, float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
+        add("finite_contact_time", trial, slice(-1, None), float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
+    order = _next_order(base, shape)
+    named = order > 0 and not shape.order and "wall_lobes" not in withheld
+    if named:
+        trial = fit_wall(base.junctions, LobedWall.of(wall.wall, order), [*terms, *LOBE_TERMS], prior, held)
+        size = float(np.hypot(*trial.estimate[last]) * trial.wall.size_m / np.sqrt(2))
+        add("wall_lobes", trial, last, size, True, order)
     table = {**covariates(base.data), "approach speed": _standardised(base.data.before)}
-    probes = {k: v for k, v in PROBES.items() if k != "twice the azimuth" or "wall_ellipticity" in withheld}
+    # The wall's own shape is among the names; further lobes beside named ones have no name.
+    probes = {k: v for k, v in PROBES.items() if k not in LOBES_AS_PROBE}
+    if "wall_ellipticity" in withheld:
+        probes["twice the azimuth"] = PROBES["twice the azimuth"]
+    if order and not named:
+        lobes = lobe_columns(base.data.azimuth_rad - base.data.host_angle_rad, order)
+        table |= {"cos lobes": lobes[:, 0], "sin lobes": lobes[:, 1]}
+        probes["three times the azimuth" if order == 3 else f"{order} times the azimuth"] = ("cos lobes", "sin lobes")
     if "finite_contact_time" in withheld:
         probes["the approach speed"] = ("approach speed",)
     for name, parts in probes.items():
@@ -391,10 +452,29 @@ def distance_gains(
         trial = fit_wall(
             base.junctions, wall.wall, terms, prior, full if held is None else np.column_stack([full, held]), rounds=3
         )
-        k = len(parts)
-        estimate = trial.estimate[len(terms) : len(terms) + k]
-        add(name, trial, k, float(np.std(full[used] @ estimate)), False)
+        own = slice(len(terms), len(terms) + len(parts))
+        add(name, trial, own, float(np.std(full[used] @ trial.estimate[own])), False, order * ("lobes" in parts[0]))
     return sorted(out, key=lambda g: -g.gain)
+
+
+def with_lobes(base: ImpactFit, shape: Shape) -> Shape:
+    """``shape`` with the lobes that the contact distances ask for, however small."""
+    return replace(shape, order=_next_order(base, shape))
+
+
+def _next_order(base: ImpactFit, shape: Shape) -> int:
+    """The order of lobes beside those of ``shape`` that the contact distances ask for most; 0 where there is no
+    ring."""
+    wall, data = base.wall, base.data
+    if not wall.wall.ellipse_terms:
+        return 0
+    residual = wall.residual_m[data.index]
+    limit = CUT_DISTANCE_SD * max(residual_sd(residual), 1e-12)
+    design = wall.impacts.design(shape.terms(wall.wall))[data.index]
+    if shape.finite:
+        design = np.column_stack([design, data.before])
+    seen = data.azimuth_rad - data.host_angle_rad
+    return best_order(seen, design, np.clip(residual, -limit, limit), shape.order)
 
 
 def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:

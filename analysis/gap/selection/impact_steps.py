@@ -15,7 +15,8 @@ from analysis.contact.law import Law, LawData, fit_restitution
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, fit_impacts
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, Shape, fit_impacts
+from analysis.gap.selection.lobed_wall import LOBE_TERMS
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -34,6 +35,7 @@ from analysis.gap.thresholds import (
     OVERRIDES,
     SIGNIFICANCE,
 )
+from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
@@ -57,8 +59,7 @@ class ImpactSteps:
     gains: tuple[ImpactGain, ...] = ()
     probes: tuple[ImpactGain, ...] = ()
     restitution_terms: tuple[str, ...] = ()
-    ellipse: bool = False
-    finite: bool = False
+    shape: Shape = impact_candidates.PLAIN_SHAPE
     causes: tuple[Cause, ...] = ()
     structure: tuple[Structure, ...] = ()
     left: tuple[ImpactGain, ...] = ()
@@ -82,30 +83,28 @@ def select_impact_effects(
     impacts.
     """
     terms: Sequence[str] = [e for e in effects if e in impact_candidates.RESTITUTION_EFFECTS]
-    ellipse, finite = "wall_ellipticity" in effects, "finite_contact_time" in effects
-    nominal = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
+    shape = Shape("wall_ellipticity" in effects, "finite_contact_time" in effects)
+    nominal = fit_impacts(flight.fits, shape)
     if len(nominal.data) < LEAST_IMPACTS:
-        return ImpactSteps(restitution_terms=tuple(terms), ellipse=ellipse, finite=finite)
-    ellipse, finite, shape, fitted, shape_gains, shape_left = _shape(
-        flight, nominal, ellipse, finite, withheld, lens_residual_found
-    )
+        return ImpactSteps(restitution_terms=tuple(terms), shape=shape)
+    if "wall_lobes" in effects:
+        shape = impact_candidates.with_lobes(nominal, shape)
+        nominal = fit_impacts(flight.fits, shape)
+    shape, shapes, fitted, shape_gains, shape_left = _shape(flight, nominal, shape, withheld, lens_residual_found)
     null_distribution = impact_null_distribution(fitted.data, terms, rng)
     laws, terms, law_gains, law_left, probes, structure = select_laws(
-        fitted, terms, finite, withheld, null_distribution
+        fitted, terms, shape.finite, withheld, null_distribution
     )
-    distance_probes = [
-        g for g in impact_candidates.distance_gains(flight.fits, fitted, ellipse, finite, withheld) if not g.named
-    ]
-    structure = [*structure, *_distance_structure(distance_probes, shape)]
+    distance_probes = [g for g in impact_candidates.distance_gains(fitted, shape, withheld) if not g.named]
+    structure = [*structure, *_distance_structure(distance_probes, shapes)]
     return ImpactSteps(
         nominal,
         fitted,
         (*shape_gains, *law_gains),
         (*probes, *distance_probes),
         tuple(terms),
-        ellipse,
-        finite,
-        (*shape, *laws),
+        shape,
+        (*shapes, *laws),
         tuple(structure),
         (*shape_left, *law_left),
         null_distribution,
@@ -113,23 +112,27 @@ def select_impact_effects(
 
 
 def _shape(
-    flight: FlightFit, base: ImpactFit, ellipse: bool, finite: bool, withheld: frozenset[str], lens_residual_found: bool
-) -> tuple[bool, bool, list[Cause], ImpactFit, list[ImpactGain], list[ImpactGain]]:
-    """Ellipticity and finite contact, whichever explains more first; then the other on top."""
+    flight: FlightFit, base: ImpactFit, shape: Shape, withheld: frozenset[str], lens_residual_found: bool
+) -> tuple[Shape, list[Cause], ImpactFit, list[ImpactGain], list[ImpactGain]]:
+    """Ellipticity, lobes and finite contact, whichever explains most first; then the others on top."""
     causes: list[Cause] = []
     first: list[ImpactGain] = []
     found: list[ImpactGain] = []
-    for _ in range(2):
-        found = [g for g in impact_candidates.distance_gains(flight.fits, base, ellipse, finite, withheld) if g.named]
+    for _ in range(3):
+        found = [g for g in impact_candidates.distance_gains(base, shape, withheld) if g.named]
         first = first or found
         accepted = [g for g in found if _shape_accepted(g, base, lens_residual_found)]
         if not accepted:
             break
         best = max(accepted, key=lambda g: g.gain)
-        ellipse, finite = ellipse or best.name == "wall_ellipticity", finite or best.name == "finite_contact_time"
-        base = fit_impacts(flight.fits, ellipse=ellipse, finite=finite)
+        shape = Shape(
+            shape.ellipse or best.name == "wall_ellipticity",
+            shape.finite or best.name == "finite_contact_time",
+            best.order or shape.order,
+        )
+        base = fit_impacts(flight.fits, shape)
         causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=_rivals(best, found)))
-    return ellipse, finite, causes, base, first, [g for g in found if g.name not in {c.effect for c in causes}]
+    return shape, causes, base, first, [g for g in found if g.name not in {c.effect for c in causes}]
 
 
 def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:
@@ -161,12 +164,21 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
         return Cause(
             gain.name, "impact", parameters, duration / CONTACT_TIME_NEGLIGIBLE_S, gain.gain, "normal", "impact"
         )
-    c, s = base.wall.wall.ellipse
-    at = [list(base.wall.terms).index(t) for t in ("ellipse_c", "ellipse_s")]
+    terms, order = (LOBE_TERMS, gain.order) if gain.order else (ELLIPSE_TERMS, 2)
+    values = base.wall.wall.values()
+    c, s = (values[t] for t in terms)
+    at = [list(base.wall.terms).index(t) for t in terms]
     lens = ELLIPTICITY_SD_UNDER_LENS if lens_residual_found else 0.0
     sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
-    parameters = {"ellipticity": (e, sd), "direction_rad": (float(0.5 * np.arctan2(s, c)), 0.5 * sd / max(e, 1e-9))}
+    # Lobes are fitted in the Host; all directions are told in the room.
+    turn = float(np.mean(base.data.host_angle_rad)) if gain.order else 0.0
+    direction = (float(np.arctan2(s, c)) / order + turn, sd / order / max(e, 1e-9))
+    parameters = (
+        {"amplitude": (e, sd), "order": (float(order), 0.0), "direction_rad": direction}
+        if gain.order
+        else {"ellipticity": (e, sd), "direction_rad": direction}
+    )
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
 
 
@@ -274,18 +286,27 @@ def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], str
         scale = impact_candidates.best_speed_scale(data)
         scale_sd = impact_candidates.speed_scale_sd(data, scale)
         # The fast limit moves with the scale: both ends of the scale's interval are tried.
+        at = impact_candidates.conditions(data)
         ends = [
-            fit_restitution(data, impact_candidates.restitution_columns(data.before, data.azimuth_rad, names, s))[0][0]
+            fit_restitution(data, impact_candidates.restitution_columns(at, names, s))[0][0]
             for s in (max(scale - scale_sd, 0.05), scale + scale_sd)
         ]
         fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
         parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
+    elif gain.name == "restitution_drift":
+        # Columns of the drift are the last; they change a restitution that is the mean of the others at the start.
+        at_start = float(np.mean(design[:, :-2] @ c[:-2]))
+        told = {"relative_per_s": -2, "relative_per_run": -1}
+        parameters = {
+            name: (float(c[i] / at_start), float(sd[i] / at_start)) for name, i in told.items() if np.ptp(design[:, i])
+        }
     else:
-        a, b = c[-2:]
+        first = k - 2 * (1 + ("restitution_drift" in names))
+        (a, b), (a_sd, b_sd) = c[first : first + 2], sd[first : first + 2]
         size = float(np.hypot(a, b))
         parameters = {
-            "amplitude": (size, float(np.hypot(a * sd[-2], b * sd[-1]) / max(size, 1e-9))),
-            "direction_rad": (float(np.arctan2(b, a)), float(np.mean(sd[-2:]) / max(size, 1e-9))),
+            "amplitude": (size, float(np.hypot(a * a_sd, b * b_sd) / max(size, 1e-9))),
+            "direction_rad": (float(np.arctan2(b, a)), 0.5 * float(a_sd + b_sd) / max(size, 1e-9)),
         }
     return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 

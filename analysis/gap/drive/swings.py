@@ -1,0 +1,189 @@
+"""Candidates in the Host's path: it swings after pushes (recoil, ringing), and slow or other lines beside the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from analysis.gap.drive.measured_path import MeasuredPath
+from analysis.gap.drive.pushes import Pushes, RunPushes, answers
+
+Array = NDArray[np.float64]
+#: effects that a swing may be: the whole Host gives, or what carries its markers rings
+SWINGS = ("host_recoil", "host_ringing")
+# Frequencies tried: from a fraction of a period in the longest run to a share of the frame rate, so many.
+LOWEST_PERIODS, HIGHEST_SHARE, FREQUENCIES = 0.5, 0.35, 48
+DAMPINGS = (0.01, 0.03, 0.08, 0.2, 0.45, 0.8)
+# A line needs a spacing of this share of its width.
+LINE_SPACING, LINES_TO = 0.25, 0.25
+#: cells tried; neighbours are alike, so that the best gains less by chance than so many independent ones
+CELLS = FREQUENCIES * len(DAMPINGS)
+# Steps of the differences: shares of frequency and damping.
+STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """A swing that is fitted: ``share`` (disk's mass over the one that swings) with frequency (Hz) and damping ratio,
+    their covariance (3, 3), ``gain`` (fall of -2 log L) and ``held_out`` (R,), each run's by the others' share."""
+
+    effect: str
+    share: float
+    frequency_hz: float
+    damping: float
+    covariance: Array
+    gain: float
+    held_out: Array
+
+    def pushes(self, run: RunPushes) -> Pushes:
+        """The pushes that it answers."""
+        return run.whole if self.effect == "host_recoil" else run.normal
+
+    def places(self, run: RunPushes, time_s: Array) -> Array:
+        """What it does to the Host (N, 2) at times (N,), in m."""
+        one = answers(self.pushes(run), time_s, np.array([self.frequency_hz]), np.array([self.damping]))
+        return np.asarray(self.share * one[..., 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line that is fitted: its frequency (Hz) with sd, per path the complex amplitudes (R, 2) of
+    ``Re(A exp(-i w t))`` with their sds (R,), and its ``gain``; ``each`` (R,) path's part of it."""
+
+    frequency_hz: float
+    frequency_sd_hz: float
+    amplitude: Array
+    sd: Array
+    gain: float
+    each: Array
+
+    def places(self, path: int, time_s: Array) -> Array:
+        """The line (N, 2) in one of the paths at times (N,), in m."""
+        turn = np.exp(-2j * np.pi * self.frequency_hz * time_s)
+        return np.asarray(np.real(turn[:, None] * self.amplitude[path]))
+
+
+def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], left: Sequence[Array]) -> Swing:
+    """The swing that takes most of what is ``left`` (N, 2; m) in the paths: a grid, then a search about its best."""
+    longest = max(float(np.ptp(path.time_s)) for path in paths)
+    period = float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
+    grid = np.geomspace(LOWEST_PERIODS / longest, HIGHEST_SHARE / period, FREQUENCIES)
+    hz, damping = (one.ravel() for one in np.meshgrid(grid, DAMPINGS, indexing="ij"))
+    white = [path.white(one) for path, one in zip(paths, left, strict=True)]
+
+    def sums(hz: Array, damping: Array) -> tuple[Array, Array]:
+        """Products with what is left and with themselves, (R, G) each."""
+        tops, bottoms = [], []
+        for path, one in zip(paths, white, strict=True):
+            own = pushes[path.run]
+            columns = path.white(answers(own.whole if effect == SWINGS[0] else own.normal, path.time_s, hz, damping))
+            tops.append(np.einsum("nag,na->g", columns, one))
+            bottoms.append(np.einsum("nag,nag->g", columns, columns))
+        return np.array(tops), np.array(bottoms)
+
+    def gain(top: Array, bottom: Array) -> Array:
+        # A push makes the Host give, not come.
+        total = np.maximum(top.sum(0), 0.0)
+        return np.asarray(total**2 / np.maximum(bottom.sum(0), 1e-300))
+
+    start = int(np.argmax(gain(*sums(hz, damping))))
+    found = minimize(
+        lambda u: -float(gain(*sums(np.exp(u[:1]), _damping(u[1:])))[0]),
+        np.array([np.log(hz[start]), np.log(damping[start] / (1 - damping[start]))]),
+        method="Nelder-Mead",
+        options={"initial_simplex": None, "xatol": 1e-3, "fatol": 1e-2, "maxfev": 80},
+    )
+    f, zeta = float(np.exp(found.x[0])), float(_damping(found.x[1:])[0])
+    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta])))
+    share = float(max(top.sum(), 0.0) / max(bottom.sum(), 1e-300))
+    rest_top, rest_bottom = (top.sum() - top, bottom.sum() - bottom) if len(paths) > 1 else (top, bottom)
+    others = np.maximum(rest_top, 0.0) / np.maximum(rest_bottom, 1e-300)
+    swing = Swing(
+        effect, share, f, zeta, np.zeros((3, 3)), float(gain(top[:, None], bottom[:, None])[0]),
+        2 * others * top - others**2 * bottom,
+    )  # fmt: skip
+    return replace(swing, covariance=_covariance(swing, paths, pushes, white))
+
+
+def _damping(logit: Array) -> Array:
+    return np.asarray(1 / (1 + np.exp(-logit)))
+
+
+def _covariance(
+    swing: Swing, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], white: Sequence[Array]
+) -> Array:
+    """Of share, frequency and damping: by the runs' scores (a sandwich over runs) where there are enough, never less
+    than the noise gives."""
+    hz = swing.frequency_hz * np.array([1, 1 - STEP, 1 + STEP, 1, 1])
+    zeta = swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP])
+    normal, scores = np.zeros((3, 3)), []
+    for path, one in zip(paths, white, strict=True):
+        at = answers(swing.pushes(pushes[path.run]), path.time_s, hz, np.minimum(zeta, 1 - 1e-6))
+        columns = path.white(at)
+        slope = swing.share / (2 * STEP)
+        jacobian = np.stack(
+            [
+                columns[..., 0],
+                (columns[..., 2] - columns[..., 1]) * slope / swing.frequency_hz,
+                (columns[..., 4] - columns[..., 3]) * slope / swing.damping,
+            ],
+            -1,
+        ).reshape(-1, 3)
+        normal += jacobian.T @ jacobian
+        scores.append(jacobian.T @ (one - swing.share * columns[..., 0]).ravel())
+    inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
+    if len(paths) < 4:
+        return inverse
+    spread = inverse @ np.einsum("ri,rj->ij", np.array(scores), np.array(scores)) @ inverse
+    wider = np.sqrt(np.maximum(np.diag(spread) / np.maximum(np.diag(inverse), 1e-300), 1.0))
+    return inverse * np.outer(wider, wider)
+
+
+def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: float) -> Line:
+    """The line of one frequency (at most ``below_hz``), of any amplitude and phase in each path, that takes most of
+    what is ``left`` (N, 2; m)."""
+    longest = max(float(np.ptp(path.time_s)) for path in paths)
+    width = LINE_SPACING / longest
+    white = [path.white(one) for path, one in zip(paths, left, strict=True)]
+
+    def gain(hz: Array) -> Array:
+        return np.sum([_pairs(path, one, hz)[0] for path, one in zip(paths, white, strict=True)], 0)
+
+    grid = np.arange(width, below_hz, width)
+    start = float(grid[int(np.argmax(gain(grid)))])
+    # Twice finer about the best, to a four-hundredth of a line's width.
+    for finer in (0.1, 0.01):
+        near: Array = np.asarray(start + width * finer * np.arange(-10, 11), float)
+        near = near[near > 0]
+        start = float(near[int(np.argmax(gain(near)))])
+    h = 0.1 * width
+    below, middle, above = gain(np.array([start - h, start, start + h]))
+    curvature = float(2 * middle - below - above) / h**2
+    told = [_pairs(path, one, np.array([start])) for path, one in zip(paths, white, strict=True)]
+    gains, amplitudes, sds = (np.array([one[k][..., 0] for one in told]) for k in range(3))
+    sd = float(np.sqrt(2 / curvature)) if curvature > 0 else width
+    return Line(start, sd, amplitudes, sds, float(gains.sum()), gains)
+
+
+def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, Array]:
+    """Of lines at ``hz`` (G,), each by itself: gains (G,), complex amplitudes (2, G) along x and y, and the sd (G,) of
+    a part of them."""
+    turn = 2 * np.pi * path.time_s[:, None] * hz
+    # Whitened for a frame of unit variance; both axes hold the same columns over their own sd.
+    rows = path.white(np.stack([np.cos(turn), np.sin(turn)], 1) * path.sd.reshape(1, 2, 1))
+    c, s = rows[:, 0], rows[:, 1]
+    cc, ss, cs = np.sum(c * c, 0), np.sum(s * s, 0), np.sum(c * s, 0)
+    determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    gain, variance = np.zeros(len(hz)), np.zeros(len(hz))
+    amplitude = np.zeros((2, len(hz)), complex)
+    for axis in range(2):
+        on_c, on_s = c.T @ white[:, axis], s.T @ white[:, axis]
+        a, b = (ss * on_c - cs * on_s) / determinant, (cc * on_s - cs * on_c) / determinant
+        gain += a * on_c + b * on_s
+        amplitude[axis] = path.sd[axis] * (a + 1j * b)
+        variance += path.sd[axis] ** 2 * (cc + ss) / determinant / 4
+    return gain, amplitude, np.sqrt(variance)

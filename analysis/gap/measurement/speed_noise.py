@@ -1,0 +1,84 @@
+"""Noise that grows with the Host's speed: frames at scattered times, or markers that are smeared.
+
+A frame that is late moves a body along its way; a marker smeared over the exposure is found less well in any direction.
+The squares of the Host's residual tell the two apart: along each axis ``noise^2 + jitter^2 v_axis^2 + blur^2 |v|^2``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.finding import Finding, judge
+from analysis.gap.series import Series
+from ovines.robust import residual_sd
+
+Array = NDArray[np.float64]
+# Residuals of the Host beyond this are outliers, not jitter: one in 16,000 of Gaussian ones.
+CLIP_SD = 4.0
+# The Host's fit of harmonics takes 1 to 3 % of the scatter with it (six series with known jitter).
+SHARE_OF_SIZE = 0.02
+# Smeared by the way of this share of the time between frames: the rest a marker's size hides anyway.
+BLUR_SHARE = 5e-3
+
+
+def speed_noise(series: Series) -> list[Finding]:
+    """``trigger_jitter`` and ``motion_blur``; nothing where no Host follows a drive.
+
+    Where nothing is smeared, the axis that moves most tells the jitter by itself."""
+    pairs = [_residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1)) for run in series.runs
+             if run.data.host.omega_rad_per_s]  # fmt: skip
+    if not pairs:
+        return []
+    residual, velocity = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    speed = np.sum(velocity**2, 1)
+    axes = [(residual[:, axis], np.column_stack([velocity[:, axis] ** 2, speed])) for axis in range(2)]
+    sizes, errors = _variances(axes)
+    period_s = float(np.median([run.data.period_s for run in series.runs]))
+    blur = _finding("motion_blur", sizes[1], errors[1], BLUR_SHARE * period_s)
+    if not blur.found:
+        axis = int(np.argmax(np.max(np.abs(velocity), 0)))
+        sizes, errors = _variances([(residual[:, axis], velocity[:, axis : axis + 1] ** 2)])
+    return [_finding("trigger_jitter", sizes[0], errors[0]), blur]
+
+
+def _residuals(residual: Array, velocity: Array) -> tuple[Array, Array]:
+    """The Host's residual (N, 2) about its median and velocity (N, 2) in the frames that saw it."""
+    ok = np.isfinite(residual[:, :2]).all(1)
+    seen = residual[ok, :2]
+    return seen - np.median(seen, 0) if len(seen) else seen, velocity[ok, :2]
+
+
+def _finding(effect: str, size: float, error: float, negligible: float | None = None) -> Finding:
+    """A scatter whose square is ``size`` with an sd of ``error``."""
+    sd = float(np.sqrt(max(size, 0.0)))
+    sd_error = float(np.hypot(error / (2 * max(sd, np.sqrt(error))), SHARE_OF_SIZE * sd))
+    return judge(effect, {"sd_s": (sd, sd_error)}, sd, size / error, negligible)
+
+
+def _variances(axes: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Coefficients (K,) of the columns (N, K) that residuals (N,) of several axes share, and their sds, beside a noise
+    of each axis' own.
+
+    By maximum likelihood (weighted regression of the squares, iterated), outliers beyond 4 sd left out; the sds allow
+    for noise that is correlated from frame to frame."""
+    shared = axes[0][1].shape[1]
+    residual = np.concatenate([one for one, _ in axes])
+    columns = np.zeros((len(residual), len(axes) + shared))
+    start, at = np.zeros(columns.shape[1]), 0
+    for k, (one, grows) in enumerate(axes):
+        columns[at : at + len(one), k] = 1.0
+        columns[at : at + len(one), len(axes) :] = grows
+        start[k], at = residual_sd(one) ** 2, at + len(one)
+    solution, least = start, columns @ (1e-3 * start) + 1e-16
+    for _ in range(12):
+        variance = np.maximum(columns @ solution, least)
+        near = residual**2 < CLIP_SD**2 * variance
+        weighted = columns[near] / variance[near, None]
+        covariance = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
+        solution = covariance @ (weighted.T @ (residual[near] ** 2 / variance[near]))
+    z = residual / np.sqrt(variance)
+    lag = float(np.clip(np.mean(z[1:] * z[:-1] * (near[1:] & near[:-1])), 0.0, 0.9))
+    # The squares of Gaussian noise have variance 2, and the square of its correlation.
+    errors = np.sqrt(2 * np.diag(covariance)[len(axes) :] * (1 + lag**2) / (1 - lag**2))
+    return solution[len(axes) :], errors
