@@ -211,7 +211,7 @@ def with_blur(series: Series, sd_s: float) -> Series:
         wider = {f"nes_{a}_sd_m": np.hypot(motion[f"nes_{a}_sd_m"].to_numpy(float), sd_s * speed) for a in "xy"}
         wider["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), sd_s * spin)
         motions.append(motion.assign(**wider))
-    fresh = _of_motions(series.recordings, motions, series.frame)
+    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(series, motions=fresh.motions, runs=fresh.runs)
 
 
@@ -221,5 +221,5 @@ def with_host_moved(series: Series, moves: Sequence[Array]) -> Series:
         motion.assign(host_x_m=motion["host_x_m"] + move[:, 0], host_y_m=motion["host_y_m"] + move[:, 1])
         for motion, move in zip(series.motions, moves, strict=True)
     ]
-    fresh = _of_motions(series.recordings, motions, series.frame)
+    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(series, motions=fresh.motions, runs=fresh.runs)
