@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ovines.core.laws.terms import MOST_TERMS
+from ovines.core.laws import terms
 
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
 PARAMETERS: dict[str, tuple[str, str]] = {
@@ -55,7 +55,7 @@ PARAMETERS: dict[str, tuple[str, str]] = {
     "friction_since": ("1", "relative change of mu_s that dies out within 15 ms of the impact before"),
     **{
         name: ("1", "times the term of that number of the written law that the run holds")
-        for name in (f"law_{i + 1}" for i in range(MOST_TERMS))
+        for name in (f"law_{i + 1}" for i in range(terms.MOST_TERMS))
     },
     "impact_before_s": ("s", "time of the impact before: no unknown, it differs from flight to flight"),
 }
@@ -99,7 +99,7 @@ RADIAL_CUBIC = INDEX["radial_cubic"]
 RADIAL_UNIT = INDEX["radial_unit"]
 WALL_PULL = INDEX["wall_pull"]
 #: the terms of a run's written law, in their order
-LAW_TERMS = tuple(f"law_{i + 1}" for i in range(MOST_TERMS))
+LAW_TERMS = tuple(f"law_{i + 1}" for i in range(terms.MOST_TERMS))
 LAW = INDEX["law_1"]
 FRICTION_SINCE = INDEX["friction_since"]
 IMPACT_BEFORE_S = INDEX["impact_before_s"]

@@ -50,6 +50,7 @@ MOST_FILES = {
     "ovines": 14,
     "ovines.commands": 25,
     "analysis.report": 17,
+    "analysis.gap.page": 14,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
     "ovines.importers": 14,

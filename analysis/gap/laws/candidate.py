@@ -19,7 +19,8 @@ Make = Callable[..., tuple[Term, ...]]
 @dataclass(frozen=True)
 class Candidate:
     """``make(*numbers)`` gives the terms, each with the coefficient 1; ``steps`` by which a search moves the numbers
-    (none: nothing inside to search); ``positive``: which of them are scales, moved by their logarithm.
+    (none: nothing inside to search); ``positive``: which of them are scales, moved by their logarithm; ``looked``: fall
+    of -2 log L that looking for its numbers in the same data has taken in advance.
 
     Candidates of one ``name`` differ in their numbers alone."""
 
@@ -28,6 +29,7 @@ class Candidate:
     numbers: tuple[float, ...] = ()
     steps: tuple[float, ...] = ()
     positive: tuple[bool, ...] = ()
+    looked: float = 0.0
 
     @property
     def terms(self) -> tuple[Term, ...]:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse, sticks
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression import Regression
-from analysis.gap.selection.held_laws import known_at_impacts
 from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of

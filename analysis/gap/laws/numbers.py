@@ -13,7 +13,7 @@ from ovines.core.laws.words import QUANTITIES, TARGETS
 
 Array = NDArray[np.float64]
 UNITS = {"m": "_m", "m/s": "_m_per_s", "rad": "_rad", "rad/s": "_rad_per_s", "s": "_s", "1": ""}
-SCALED = ("exponential", "gaussian", "below")
+SCALED = ("exponential", "gaussian", "below", "pulses")
 # Step of a difference, over a number's sd.
 STEP_SD = 0.1
 
@@ -59,7 +59,10 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
     if one.function in SCALED or one.scale != 1.0:
-        out[f"{one.quantity}_scale{UNITS[entry.unit]}"] = (one.scale, entry.unit)
+        word = "period" if one.function == "pulses" else "scale"
+        out[f"{one.quantity}_{word}{UNITS[entry.unit]}"] = (one.scale, entry.unit)
+    if one.function == "pulses":
+        out[f"{one.quantity}_width{UNITS[entry.unit]}"] = (one.order, entry.unit)
 
 
 def law_at(parts: tuple[Candidate, ...], values: Array, covariance: Array | None = None) -> WrittenLaw:

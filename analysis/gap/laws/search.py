@@ -70,11 +70,12 @@ def find_law(
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
     table, groups = columns_of(candidates, columns)
-    scale = problem.excess
+    scale, looked = problem.excess, np.array([one.looked for one in candidates])
     while len(parts) < MOST_PARTS:
         held = with_parts(problem, columns, parts)
         forms = forms_of(held, table)
         gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0] / scale
+        gains = gains - looked
         best = _simplest(candidates, gains)
         null = gains_by_chance(held, table, groups, best, (DRAWS, rng))[1] / scale
         p = by_chance(null, float(gains[best]))

@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from analysis.contact.held_laws import since_before
 from analysis.contact.law import Law, LawData, fit_restitution, predicted_tangential
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Candidate, Panel
-from analysis.gap.selection.held_laws import since_before
 from analysis.gap.selection.impact_candidates import (
     LOBES_AS_PROBE,
     PROBES,

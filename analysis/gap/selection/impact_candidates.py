@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from analysis.contact.held_laws import since_before, without_laws
 from analysis.contact.impacts import Junctions, intersect
 from analysis.contact.law import (
     Law,
@@ -27,7 +28,6 @@ from analysis.contact.law import (
 )
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
-from analysis.gap.selection.held_laws import since_before, without_laws
 from analysis.gap.selection.lobed_wall import LOBE_TERMS, ORDERS, LobedWall, best_order, lobe_columns
 from analysis.gap.selection.robust_regression import regress
 from analysis.walls.wall import Wall

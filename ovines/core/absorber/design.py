@@ -79,6 +79,17 @@ def design(
     Returns
     -------
     Design
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ovines.core.absorber.design import design
+    >>> from ovines.notebook import read_scenario
+    >>> host, over, band = read_scenario("sprung-host"), {"mass_ratio": (0.02, 0.2)}, [0.95, 1.0]
+    >>> few = {"candidates": 2, "keep": 1, "runs": 4, "transient": 5, "periods": 5}  # far too few for a real search
+    >>> found = design(host, over, band, np.random.default_rng(0), **few)
+    >>> len(found.tried), found.kept[0].level_m < found.bare_m
+    (3, True)
     """
     from scipy.stats import qmc
 

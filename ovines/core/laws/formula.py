@@ -94,6 +94,8 @@ def _text_factor(one: Factor) -> str:
         return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
     if one.function == "below":
         return f"[{name} < {one.scale:.4g} {unit}]"
+    if one.function == "pulses":
+        return f"pulses({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
 
 
@@ -141,6 +143,8 @@ def _latex_factor(one: Factor) -> str:
         return rf"e^{{-\frac{1}{2}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
+    if one.function == "pulses":
+        return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
     return rf"\mathrm{{sgn}}({symbol})"
 
 

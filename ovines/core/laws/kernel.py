@@ -16,7 +16,7 @@ from ovines.core.laws import words as W
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK,
 ) = range(18)  # fmt: skip
-POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN = range(8)
+POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN, PULSES = range(9)
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -83,6 +83,9 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.exp(-0.5 * (q / scale) ** 2)
     if function == BELOW:
         return 1.0 if q < scale else 0.0
+    if function == PULSES:
+        q -= scale * math.floor(q / scale + 0.5)
+        return math.exp(-0.5 * (q / order) ** 2)
     return 1.0 if q > 0.0 else (-1.0 if q < 0.0 else 0.0)
 
 

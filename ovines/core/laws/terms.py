@@ -20,7 +20,8 @@ MOST_TERMS = 8
 @dataclass(frozen=True)
 class Factor:
     """A function of a quantity: ``power`` q^n, ``absolute_power`` |q|^n, ``cosine`` cos(n q / s), ``sine``,
-    ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``.
+    ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
+    Gaussian of width n (in q's unit) about every multiple of the period s.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle or instant that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
@@ -39,6 +40,7 @@ class Factor:
         require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and self.scale > 0
+        fine = fine and (self.function != "pulses" or self.order > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property

@@ -123,5 +123,6 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
     "gaussian": (5, False),
     "below": (6, False),
     "sign": (7, False),
+    "pulses": (8, False),
 }
 TURN = 2 * math.pi

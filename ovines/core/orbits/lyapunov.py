@@ -62,6 +62,7 @@ def lyapunov(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from ovines.core.orbits.lyapunov import lyapunov
     >>> from ovines.notebook import read_scenario
     >>> found = lyapunov(read_scenario("bouncing-ball"), ["nes_y_m", "nes_vy_m_per_s"], every_s=0.1)

@@ -44,6 +44,7 @@ def section(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from ovines.core.orbits.section import section
     >>> from ovines.notebook import read_scenario
     >>> found = section(read_scenario("impact-oscillator"), periods=3, transient=200)
@@ -173,6 +174,15 @@ def basins(
     -------
     Basins
         Attractors with the largest basin first; what has no period up to ``longest`` is the last of them.
+
+    Examples
+    --------
+    >>> from ovines.core.orbits.section import basins
+    >>> from ovines.notebook import read_scenario
+    >>> host = read_scenario("impact-oscillator")
+    >>> found = basins(host, ("host_x_m", [-1.0, -0.5]), ("host_vx_m_per_s", [0.0, 0.5, 1.0]), transient=100)
+    >>> len(found.attractors), found.attractors[0].period
+    (1, 1)
     """
     for name, values in (x, y):
         if name not in STATE_PLACES or not len(values):

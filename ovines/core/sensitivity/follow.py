@@ -356,7 +356,7 @@ def fly_tangents(
     h = min(0.05 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3])), p[P.MAX_STEP])
     spare = np.zeros(P.N_STATE)
     while t < end:
-        if k[P.ON_GROUND] and can_rest(y, p, k):
+        if k[P.ON_GROUND] and can_rest(y, system):
             y[2], y[3] = 0.0, 0.0
             tangents.s[2:4, :] = 0.0
             if p[P.COUPLING] > 0.0:
