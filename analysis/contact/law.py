@@ -284,6 +284,25 @@ def _belongs(r2: Array, variance: Array, broad: Array, share: float) -> tuple[Ar
     return np.exp(follow - density), density
 
 
+# So many impacts or fewer: more starts of the tangential law are followed to their end.
+FEW_IMPACTS, MORE_STARTS = 30, 12
+
+
+def _starts_of_impacts(data: LawData) -> list[tuple[float, float]]:
+    """Wall friction and beta_0 as each pair of impacts has them: one slides with the one, the other sticks with the
+    other."""
+    size = np.abs(data.tangential_impulse)
+    friction = size / np.maximum(data.normal_impulse, LEAST_SLIP_M_PER_S)
+    tangential = size * data.mobility / np.maximum(np.abs(data.slip), LEAST_SLIP_M_PER_S) - 1
+    known = np.abs(data.slip) > LEAST_SLIP_M_PER_S
+    return [
+        (float(mu), float(np.clip(beta, -1.0, 1.0)))
+        for i, mu in enumerate(friction)
+        for j, beta in enumerate(tangential)
+        if i != j and known[j]
+    ]
+
+
 def fit_tangential(
     data: LawData,
     friction_design: Array | None = None,
@@ -292,8 +311,9 @@ def fit_tangential(
     """Wall friction (linear in ``friction_design``) and tangential restitution by robust likelihood from several
     starts.
 
-    ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried.  Returns (friction coefficients, beta_0,
-    scatter (relative to the normal impulse), -2 log L)."""
+    ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried: the likeliest three are followed; more, and
+    what each impact says, where impacts are so few that one more that slides is another answer.  Returns (friction
+    coefficients, beta_0, scatter (relative to the normal impulse), -2 log L)."""
     x = np.ones((len(data), 1)) if friction_design is None else friction_design
     p = x.shape[1]
     share, broad = outlier_share(len(data)), (OUTLIER_SPREAD * data.normal_impulse) ** 2
@@ -304,12 +324,15 @@ def fit_tangential(
         return float(-2 * np.sum(_belongs((data.tangential_impulse - predicted) ** 2, variance, broad, share)[1]))
 
     starts = [start] if start else [(mu, beta) for mu in FRICTIONS for beta in TANGENTIAL_RESTITUTIONS]
+    few = start is None and len(data) <= FEW_IMPACTS
+    if few:
+        starts += _starts_of_impacts(data)
     scored = sorted(
         (misfit(np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])), mu, beta)
         for mu, beta in starts
     )
     tried = []
-    for _, mu, beta in scored[:3]:
+    for _, mu, beta in scored[: MORE_STARTS if few else 3]:
         first = np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])
         steps = np.concatenate([[STEP_FRICTION], np.full(p - 1, STEP_COEFFICIENT), [STEP_TANGENTIAL, STEP_LOG_SCATTER]])
         simplex = np.vstack([first, first + np.diag(steps)])

@@ -176,7 +176,7 @@ def details(summary: Mapping[str, Any]) -> list[str]:
         for name, one in parameters.items():
             ends = interval(one["low"], one["high"])
             lines.append(f"{effect} {name} = {with_unit(one['value'], digits=4)} (90 %: {ends})")
-    for law in summary["laws"]:
+    for law in summary.get("laws", ()):
         ends = interval(100 * law["shrinkage_low"], 100 * law["shrinkage_high"])
         lines.append(f"law of the {law['stage']}: {law['formula']}")
         lines.append(f"  closes {100 * law['shrinkage']:.0f} % ({ends} %) of what is left, in {law['file']}")
