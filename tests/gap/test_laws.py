@@ -6,13 +6,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.mathtext import MathTextParser
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.laws.candidate import with_coefficients
+from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
+from analysis.gap.laws.impact_dictionary import law_candidates, wall_candidates
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
 from analysis.gap.page.gap_page import gap_page
-from ovines.core.laws.terms import Factor, Term
+from ovines.core.laws.formula import as_latex, as_text
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import KNOWN_SIZE
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
@@ -110,6 +115,22 @@ def test_held_out_gains_are_those_of_fits_without_the_run():
         fitted = np.linalg.lstsq(design[~out], problem.residual[~out], rcond=None)[0]
         direct += np.sum((problem.residual[out] - design[out] @ fitted) ** 2)
     np.testing.assert_allclose(held_out_squares(problem, x[:, :1]).sum(), direct, rtol=1e-10)
+
+
+def test_every_candidate_is_set_as_a_formula():
+    """Each formula of the dictionaries, pulses too, in LaTeX that the page's figure can draw, and in a line."""
+    scales = RigScales(0.04, 1.6, 90.0, 0.04, 1.2, 69.0)
+    known = np.full((9, KNOWN_SIZE), 0.02)
+    candidates = [*flight_candidates(scales), *law_candidates(known), *wall_candidates()]
+    terms = {one.name: one.terms for one in candidates}
+    terms["pulses"] = (Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4),)
+    parser = MathTextParser("path")
+    for name, those in terms.items():
+        for term in those:
+            law = WrittenLaw((Term(term.target, -1.25e-6, term.factors, term.x, term.y),))
+            parser.parse(f"${as_latex(law)}$")
+            assert as_text(law) and term.unit, name
+    assert len(terms) > 100
 
 
 def test_pairs_of_columns_become_one_term_with_an_angle():

@@ -53,7 +53,7 @@ def _number(value: float, first: bool) -> str:
 
 def _text_term(term: Term, first: bool) -> str:
     parts = [_number(term.coefficient, first) + ("" if term.unit == "1" else f" {term.unit}")]
-    parts += [_text_factor(one) for one in term.factors]
+    parts += [_text_factor(one, term) for one in term.factors]
     if term.target not in CHANGES:
         own = TARGETS[term.target].own
         at = {
@@ -69,11 +69,12 @@ def _place(one: Term | Factor) -> str:
     return f"{1e3 * one.x:.3g} mm, {1e3 * one.y:.3g} mm"
 
 
-def _text_factor(one: Factor) -> str:
+def _text_factor(one: Factor, term: Term) -> str:
     unit = QUANTITIES[one.quantity].unit
     own, name = QUANTITIES[one.quantity].own, one.quantity
     if own in ("room", "host"):
-        name = f"{name}({_place(one)})"
+        # The target's own place is named with it.
+        name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_place(one)})"
     elif own == "line":
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
     elif one.quantity == "velocity_along":
@@ -140,7 +141,7 @@ def _latex_factor(one: Factor) -> str:
     if one.function == "exponential":
         return rf"e^{{-{symbol}/{scale}}}"
     if one.function == "gaussian":
-        return rf"e^{{-\frac{1}{2}({symbol}/{scale})^2}}"
+        return rf"e^{{-\frac{{1}}{{2}}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
     if one.function == "pulses":
