@@ -49,13 +49,12 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
-    ladder = run_ladder(series, rng, withheld)
+    laws, ladder = write_laws(run_ladder(series, rng, withheld), rng)
     causes = ladder.causes
     errors, table = held_out_errors(ladder, causes)
     found = how_far(ladder, errors, causes)
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= found.entry(rng) | {"left_p": ladder.left_p}
-    laws = write_laws(ladder, rng)
     tests = next_tests(ladder, causes)
     detectable = detectable_sizes(ladder)
     told: list[Cause | Structure] = [*causes, *ladder.structure]

@@ -22,6 +22,7 @@ from analysis.gap.laws.regression import Profile, Regression
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
+from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import MOST_TERMS, rows_of
 
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 # Rounds of fitting coefficients by the equation of motion, and the numbers inside by its residuals; steps of those are
 # kept to so many of the search's.
 ROUNDS, LONGEST_STEP, STEP = 2, 2.0, 0.05
+FEWEST_FLIGHTS = 3
 # Coefficients that a fit has turned about or blown up are no law.
 LARGEST_FACTOR = 10.0
 
@@ -45,24 +47,31 @@ class FittedLaw:
     covariance: Array
 
 
-def find_flight_law(runs: Sequence[Run], base: FlightFit, frame: RigFrame, rng: np.random.Generator) -> LawFound | None:
-    """The formula of what the flights of ``base`` lack; None where chance would find as much."""
+def find_flight_law(
+    runs: Sequence[Run], steps: FlightSteps, frame: RigFrame, rng: np.random.Generator
+) -> tuple[LawFound | None, FlightSteps]:
+    """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
+    much; and the steps without the names that the law makes needless."""
+    base = steps.named
     problem = flight_regression(base)
-    if len(np.unique(problem.problem.block)) < 3:
-        return None
+    if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
+        return None, steps
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
     found, p = find_law(problem.problem, problem.columns, flight_candidates(scales), rng)
-    if found is None:
-        return None
-    law = fitted_law(runs, base, found)
-    if law is None:
-        return None
+    law = None if found is None else fitted_law(runs, base, found)
+    if found is None or law is None:
+        return None, steps
+    fewer = without_needless(runs, law.fit, steps)
+    if fewer is not steps:
+        again = fitted_law(runs, fewer.named, found)
+        if again is not None:
+            law, steps, base = again, fewer, fewer.named
     paths = _paths(runs, base), _paths(law.runs, law.fit)
     before, after, floor = (
         predict.errors_of(runs, one, None, None, None) for one in (*paths, [predict.free_paths(run) for run in runs])
     )
     rig_law = law_at(law.parts, law.values, law.covariance)
-    return LawFound(
+    told = LawFound(
         in_world(rig_law, frame),
         rig_law,
         with_sds(lambda v: in_world(law_at(law.parts, v), frame), law.values, law.covariance),
@@ -74,6 +83,7 @@ def find_flight_law(runs: Sequence[Run], base: FlightFit, frame: RigFrame, rng: 
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
     )
+    return told, steps
 
 
 def _mean_square(errors: predict.Errors) -> Array:

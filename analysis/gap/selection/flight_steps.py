@@ -157,6 +157,25 @@ def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
     return fit(runs, nominal_model(effects or ["floor_friction"], stated), rounds=1, every_column=False)
 
 
+def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightSteps) -> FlightSteps:
+    """``steps`` without the named effects that are no longer accepted beside a law (``with_law``: a fit that holds it):
+    they had imitated a part of it."""
+    least = threshold(steps.null_distribution, GAIN / 2)
+    chosen = [t for t in EFFECT_TERMS if t.name in {c.effect for c in steps.causes}]
+    asked = [gain_of(with_law, t, steps.units) for t in chosen]
+    lost = [g for g in asked if not _accepted(g, least, steps.units)]
+    if not lost:
+        return steps
+    names = {g.term.name for g in lost}
+    return replace(
+        steps,
+        causes=tuple(c for c in steps.causes if c.effect not in names),
+        named=_fitted(runs, steps.named, chosen, [t for t in chosen if t.name not in names]),
+        left=(*steps.left, *lost),
+        kept=tuple(g for g in steps.kept if g.term.name not in names),
+    )
+
+
 def _missing_friction(
     runs: Sequence[Run], nominal: FlightFit, effects: Sequence[str], withheld: frozenset[str]
 ) -> tuple[FlightFit, list[Cause]]:
