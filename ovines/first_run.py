@@ -200,9 +200,18 @@ def _lock(kernel: Kernel) -> FileLock | None:
     return FileLock(f"{kernel.index}.lock")
 
 
+class _Held(Guard):
+    """Of a process that holds a kernel's lock itself: taken a second time it would wait for itself."""
+
+    @contextmanager
+    def alone(self, kernel: Kernel) -> Iterator[None]:
+        yield
+
+
 def compile_beside(parent: int, stages: Sequence[str]) -> None:
     """Compile for the process ``parent``, the last first; print the name of each kernel that is on the disk."""
     die_with(parent)
+    Kernel.guard = _Held()
     for kernel, arguments in reversed(calls(stages)):
         lock = _lock(kernel)
         if lock is not None:

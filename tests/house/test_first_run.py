@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 import ovines.first_run
 from ovines.core.compiled import compiler
+from ovines.core.kernel import Kernel
 from ovines.first_run import calls, compiling, signature
 from ovines.pipeline.one_recording import _Bar
 
@@ -64,6 +65,19 @@ def test_the_second_process_is_started_for_what_is_listed(monkeypatch):
     with compiling(["identify"], lambda text, seconds: said.append(text)):
         kernel(1.0)
     assert started == [["identify"]] and said[0] == f"compiling, once: 0 of {len(calls(['identify']))} kernels"
+
+
+def test_the_second_process_does_not_wait_for_itself(monkeypatch, capsys):
+    """It holds a kernel's lock while it compiles; the usual guard would take that once more."""
+    kernel = tiny(5)
+    monkeypatch.setattr(ovines.first_run, "calls", lambda stages: [(kernel, (1.0,))])
+    monkeypatch.setattr(ovines.first_run, "die_with", lambda parent: None)
+    monkeypatch.setattr(Kernel, "guard", Kernel.guard)
+    worker = threading.Thread(target=ovines.first_run.compile_beside, args=(0, []), daemon=True)
+    worker.start()
+    worker.join(60.0)
+    assert not worker.is_alive()
+    assert "add" in capsys.readouterr().out
 
 
 def test_every_listed_call_has_all_arguments():
