@@ -13,8 +13,8 @@ from ovines.core.absorber.response import frequency_response
 from ovines.core.absorber.sprung import designed
 from ovines.core.absorber.taken import energy_taken
 from ovines.core.orbits.period import changed
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.named import named_scenario
-from ovines.errors import InputError
 from tests.core.naive_plant import Plant, Rig
 
 HOST = named_scenario("sprung-host")
@@ -126,7 +126,7 @@ def test_a_design_finds_the_better_mass():
     ],
 )
 def test_what_cannot_be_is_refused(call, word):
-    with pytest.raises(InputError, match=word):
+    with pytest.raises(ScenarioError, match=word):
         call()
 
 

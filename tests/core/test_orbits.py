@@ -11,8 +11,8 @@ from ovines.core.orbits.lyapunov import lyapunov
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.orbits.periodic import follow_orbit, periodic_orbit
 from ovines.core.orbits.section import basins, bifurcation, section
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.named import named_scenario
-from ovines.errors import InputError
 
 LINE = ["host_x_m", "host_vx_m_per_s"]
 OSCILLATOR = named_scenario("impact-oscillator")
@@ -159,7 +159,7 @@ def test_section_bifurcation_and_basins_of_the_impact_oscillator():
     ],
 )
 def test_what_cannot_be_is_refused(call, word):
-    with pytest.raises(InputError, match=word):
+    with pytest.raises(ScenarioError, match=word):
         call()
 
 
@@ -168,5 +168,5 @@ def test_periods_of_drives():
     both = (Harmonic("x", 1e-3, 4.0), Harmonic("y", 1e-3, 6.0))
     assert drive_period_s(replace(named_scenario("rig"), host=Host(0.05, motion="driven", drive=both))) == 0.5
     never = (Harmonic("x", 1e-3, 1.0), Harmonic("y", 1e-3, math.sqrt(2)))
-    with pytest.raises(InputError, match="Hz"):
+    with pytest.raises(ScenarioError, match="Hz"):
         drive_period_s(replace(named_scenario("rig"), host=Host(0.05, motion="driven", drive=never)))

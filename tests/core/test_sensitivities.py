@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, Suspension, simulate
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import row_of
 from ovines.core.sensitivity.run import STATES, sensitivities
 from ovines.core.sensitivity.slopes import farkas_slope, floor_slopes
 from ovines.core.system.friction import farkas, floor_friction
 from ovines.core.system.named import named_scenario
-from ovines.errors import InputError
 
 GOAL = 1e-8  # issue 22: against mpmath differences on the smooth named scenarios
 MOVED = mp.mpf(10) ** -20
@@ -305,7 +305,7 @@ def test_a_graze_is_refused():
         return Scenario("", DISK, host, LAW, 0.05, initial_nes=(-0.03, 0.02 - depth_m, 1.0, 0.0, 0.0, 0.0))
 
     assert len(sensitivities(past(1e-3)).impact_time_s) == 1
-    with pytest.raises(InputError, match="grazes a wall at 0.0299999"):
+    with pytest.raises(ScenarioError, match="grazes a wall at 0.0299999"):
         sensitivities(past(1e-13))
 
 
@@ -320,7 +320,7 @@ def test_a_graze_is_refused():
     ],
 )
 def test_what_means_nothing_is_refused(change, word):
-    with pytest.raises(InputError, match=word):
+    with pytest.raises(ScenarioError, match=word):
         sensitivities(named_scenario("rig"), **change)
 
 
@@ -328,5 +328,5 @@ def test_what_means_nothing_is_refused(change, word):
 def test_effects_left_out_are_refused(effect):
     values = {"mass_centre_offset": {"x_m": 1e-3}, "finite_contact_time": {"duration_s": 1e-3},
               "nes_rocking": {"relative": 0.5}, "wall_ellipticity": {"ellipticity": 0.01}}  # fmt: skip
-    with pytest.raises(InputError, match=effect):
+    with pytest.raises(ScenarioError, match=effect):
         sensitivities(named_scenario("rig", effects={effect: values[effect]}))

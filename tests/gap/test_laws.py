@@ -119,7 +119,7 @@ def test_held_out_gains_are_those_of_fits_without_the_run():
 
 def test_every_candidate_is_set_as_a_formula():
     """Each formula of the dictionaries, pulses too, in LaTeX that the page's figure can draw, and in a line."""
-    scales = RigScales(0.04, 1.6, 90.0, 0.04, 1.2, 69.0)
+    scales = RigScales(0.04, 1.6, 0.04, 1.2, 69.0)
     known = np.full((9, KNOWN_SIZE), 0.02)
     candidates = [*flight_candidates(scales), *law_candidates(known), *wall_candidates()]
     terms = {one.name: one.terms for one in candidates}

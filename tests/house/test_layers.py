@@ -147,6 +147,17 @@ def test_arrows_between_rooms_point_down():
     assert up == []
 
 
+def test_the_core_imports_nothing_of_the_application():
+    """It refuses with errors of its own, which commands tell: `ovines.errors` is not below it."""
+    strange = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in (ROOT / "ovines" / "core").rglob("*.py")
+        for name in imports_of(path)
+        if name.split(".")[0] in ("ovines", "vision", "analysis") and not name.startswith("ovines.core")
+    }
+    assert not strange
+
+
 def test_a_room_holds_about_a_dozen_files():
     for package in ("ovines", "vision", "analysis"):
         for folder in [ROOT / package, *(path for path in (ROOT / package).rglob("*") if path.is_dir())]:

@@ -31,12 +31,11 @@ MOST_CYCLES = 12
 
 @dataclass(frozen=True)
 class RigScales:
-    """The rig's own sizes: contact radius (m), the disk's usual speed in the room (m/s) and spin (rad/s), usual time
+    """The rig's own sizes: contact radius (m), the disk's usual speed in the room (m/s), usual time
     since an impact (s), longest run (s), drive (rad/s, 0 without)."""
 
     radius_m: float
     speed_m_per_s: float
-    spin_rad_per_s: float
     flight_s: float
     run_s: float
     drive_rad_per_s: float
@@ -50,7 +49,6 @@ class RigScales:
         return RigScales(
             float(np.median(known[:, W.CONTACT_RADIUS])),
             max(float(np.sqrt(np.mean(known[:, W.VX] ** 2 + known[:, W.VY] ** 2))), 1e-6),
-            max(float(np.sqrt(np.mean(known[:, W.SPIN] ** 2))), 1e-6),
             2 * float(np.median(seen)) if len(seen) else run_s,
             run_s,
             drive_rad_per_s,

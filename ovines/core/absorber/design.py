@@ -11,8 +11,8 @@ import numpy as np
 from ovines.core.absorber.linear import TunedMassDamper, ground_amplitude_m, tuned_mass_damper
 from ovines.core.absorber.response import Response, frequency_response
 from ovines.core.absorber.sprung import designed, suspension_of
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.model import Scenario
-from ovines.errors import InputError
 
 BOOTSTRAPS = 2000
 FINER = 4  # frequencies of the damper's own curve per frequency of the band
@@ -95,11 +95,11 @@ def design(
 
     suspension_of(scenario)
     if not over or candidates < 1 or keep < 1 or runs < 4:
-        raise InputError(f"{len(over)} ranges, {candidates} candidates, {keep} kept, {runs} runs",
+        raise ScenarioError(f"{len(over)} ranges, {candidates} candidates, {keep} kept, {runs} runs",
                          "a range, candidates, and at least four runs", "give more")  # fmt: skip
     for name, (low, high) in over.items():
         if not (np.isfinite([low, high]).all() and low < high):
-            raise InputError(f"{name} from {low:g} to {high:g}", "a range", "correct it")
+            raise ScenarioError(f"{name} from {low:g} to {high:g}", "a range", "correct it")
     low, high = np.array(list(over.values())).T
     points = low + (high - low) * qmc.Sobol(len(over), rng=rng).random(candidates)
     numbers = [{}, *(dict(zip(over, map(float, point), strict=True)) for point in points)]

@@ -13,8 +13,8 @@ from ovines.core.absorber.sprung import suspension_of
 from ovines.core.ensemble import simulate_ensemble
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.packing import contact_radius
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.model import Scenario
-from ovines.errors import InputError
 
 PER_PERIOD = 24  # samples of a period of the drive
 SCATTER = 0.2  # sd of the disk's start, of the contact radius
@@ -71,7 +71,7 @@ def frequency_response(
 
     Raises
     ------
-    InputError
+    ScenarioError
         A Host that is not sprung, a ground that does not shake, nothing to run.
 
     Examples
@@ -86,10 +86,10 @@ def frequency_response(
     suspension_of(scenario)
     at = np.asarray(factors, dtype=float)
     if not (len(at) and np.isfinite(at).all() and bool((at > 0.0).all()) and runs > 0 and periods > 0):
-        raise InputError(f"{len(at)} frequencies, {runs} runs, {periods} periods", "some, above 0", "correct them")
+        raise ScenarioError(f"{len(at)} frequencies, {runs} runs, {periods} periods", "some, above 0", "correct them")
     size, room = ground_amplitude_m(scenario), SCATTER * contact_radius(scenario)
     if not size.any():
-        raise InputError("a ground that stands still", "host.suspension.ground with sines", "give the drive")
+        raise ScenarioError("a ground that stands still", "host.suspension.ground with sines", "give the drive")
     amplitude = np.zeros((len(at), runs, 2))
     impacts, frequency = np.zeros(len(at)), np.zeros(len(at))
     for n, factor in enumerate(at):

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ovines.core.orbits.period import CHANGED, changed
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.model import FloorFriction, Scenario, Suspension
-from ovines.errors import InputError
 
 
 def suspension_of(scenario: Scenario) -> tuple[Suspension, float]:
-    """Springs and mass of the sprung Host; `InputError` where it is none."""
+    """Springs and mass of the sprung Host; `ScenarioError` where it is none."""
     suspension, mass = scenario.host.suspension, scenario.host.mass_kg
     if scenario.host.motion != "sprung" or suspension is None or mass is None:
-        raise InputError(
+        raise ScenarioError(
             f"a Host that is {scenario.host.motion}", "a sprung Host, whose motion the NES can change",
             "give host.motion = 'sprung' with [host.suspension]",
         )  # fmt: skip
@@ -51,6 +51,6 @@ def designed(scenario: Scenario, numbers: dict[str, float]) -> Scenario:
     """The scenario with numbers of :data:`DESIGNED`."""
     for name, value in numbers.items():
         if name not in DESIGNED and name not in CHANGED:
-            raise InputError(f"a design over {name!r}", "names out of " + ", ".join(DESIGNED), "correct the name")
+            raise ScenarioError(f"a design over {name!r}", "names out of " + ", ".join(DESIGNED), "correct the name")
         scenario = OWN[name](scenario, value) if name in OWN else changed(scenario, name, value)
     return scenario

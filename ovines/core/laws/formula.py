@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import QUANTITIES, TARGETS
 
@@ -170,8 +168,3 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f" of {one.y:.3g} rad"
             out[quantity.symbol] = quantity.meaning + own
     return list(out.items())
-
-
-def names_of(law: WrittenLaw) -> Sequence[str]:
-    """The quantities that the law follows."""
-    return list(dict.fromkeys(one.quantity for term in law.terms for one in term.factors))

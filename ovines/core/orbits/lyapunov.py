@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovines.core.packing import pack
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import refuse_unfollowed, row_of, tangents_of
 from ovines.core.sensitivity.run import follow_packed
 from ovines.core.system.model import Scenario
-from ovines.errors import InputError
 
 BATCHES = 10
 
@@ -57,7 +57,7 @@ def lyapunov(
 
     Raises
     ------
-    InputError
+    ScenarioError
         Grazes and rests in corners; a time that is not inside the run; names that are no states.
 
     Examples
@@ -73,7 +73,7 @@ def lyapunov(
         (int(scenario.duration_s / every_s), int(np.ceil(transient_s / every_s))) if every_s > 0.0 else (0, 0)
     )
     if not (transient_s >= 0.0 and steps - skipped >= BATCHES):
-        raise InputError(
+        raise ScenarioError(
             f"every_s = {every_s:g}, transient_s = {transient_s:g} in a run of {scenario.duration_s:g} s",
             f"at least {BATCHES} times every_s after the transient",
             "lengthen the run",
@@ -82,13 +82,15 @@ def lyapunov(
     refuse_unfollowed(packed)
     if any(not name.startswith(("nes_", "host_")) or name in ("nes_radius_m", "nes_mass_kg", "host_radius_m")
            for name in directions):  # fmt: skip
-        raise InputError(f"directions {', '.join(directions)}", "names of states, as nes_x_m", "correct the names")
+        raise ScenarioError(f"directions {', '.join(directions)}", "names of states, as nes_x_m", "correct the names")
     start, numbers = tangents_of(packed, directions)
     times = every_s * np.arange(1, steps + 1)  # also during the transient: tangents would fall onto each other
     found, count = follow_packed(packed, start, numbers, times, [row_of(name) for name in directions])
     logs = found.logs[skipped:]
     if not np.isfinite(logs).all():
-        raise InputError("tangents that vanish", "motion in all the directions asked for", "ask for fewer directions")
+        raise ScenarioError(
+            "tangents that vanish", "motion in all the directions asked for", "ask for fewer directions"
+        )
     impacts = int(np.sum(found.impacts[:count, 0] > every_s * skipped))
     span = every_s * len(logs)
     history = np.cumsum(logs, axis=0) / (every_s * np.arange(1, len(logs) + 1))[:, None]

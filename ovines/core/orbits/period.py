@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core.ensemble import NUMBER_PLACES, STATE_PLACES
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import row_of
 from ovines.core.sweep import OWN
 from ovines.core.system.model import Harmonic, Scenario
-from ovines.errors import InputError
 
 SAME = 1e-9  # two frequencies closer than this, relatively, are one
 DRIVES: dict[str, Callable[[Harmonic, float], Harmonic]] = {
@@ -32,15 +32,15 @@ def harmonics(scenario: Scenario) -> tuple[Harmonic, ...]:
 
 
 def drive_period_s(scenario: Scenario) -> float:
-    """The shortest time after which every sine of the drive comes back; `InputError` where there is none."""
+    """The shortest time after which every sine of the drive comes back; `ScenarioError` where there is none."""
     rates = np.array([sine.frequency_hz for sine in harmonics(scenario) if sine.frequency_hz > 0.0])
     if not len(rates) or scenario.host.table is not None:
-        raise InputError("a scenario without a periodic drive", "sines of the Host or the ground", "give the period")
+        raise ScenarioError("a scenario without a periodic drive", "sines of the Host or the ground", "give the period")
     for cycles in range(1, 1001):
         turns = rates / rates.min() * cycles
         if np.max(np.abs(turns - np.round(turns))) < SAME * cycles:
             return float(cycles / rates.min())
-    raise InputError(
+    raise ScenarioError(
         f"frequencies {', '.join(f'{rate:g}' for rate in rates)} Hz", "ratios of whole numbers", "give the period"
     )
 
@@ -59,16 +59,16 @@ def changed(scenario: Scenario, name: str, value: float) -> Scenario:
         return replace(scenario, **{field: tuple(state)})  # type: ignore[arg-type]
     if name == "floor_friction":
         if scenario.friction is None:
-            raise InputError("floor_friction without [friction]", "a scenario with it", "add [friction]")
+            raise ScenarioError("floor_friction without [friction]", "a scenario with it", "add [friction]")
         return replace(scenario, friction=replace(scenario.friction, coefficient=value))
     if name in NUMBER_PLACES:
         return replace(scenario, impact=replace(scenario.impact, **{name: value}))
     if name not in DRIVES:
-        raise InputError(f"a change of {name!r}", "one of " + ", ".join(CHANGED), "correct the name")
+        raise ScenarioError(f"a change of {name!r}", "one of " + ", ".join(CHANGED), "correct the name")
     sines = tuple(DRIVES[name](sine, value) for sine in harmonics(scenario))
     if scenario.host.motion == "driven":
         return replace(scenario, host=replace(scenario.host, drive=sines))
     suspension = scenario.host.suspension
     if suspension is None:
-        raise InputError(f"{name} without a drive", "a driven Host, or a sprung one", "leave it out")
+        raise ScenarioError(f"{name} without a drive", "a driven Host, or a sprung one", "leave it out")
     return replace(scenario, host=replace(scenario.host, suspension=replace(suspension, ground=sines)))

@@ -9,13 +9,13 @@ import numpy as np
 
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.packing import pack
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import names_for, refuse_unfollowed, row_of, tangents_of
 from ovines.core.sensitivity.run import STATES, follow_packed, sampled
 from ovines.core.sensitivity.strike import flow
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Contact, Packed
-from ovines.errors import InputError
 
 CLOSED = 1e-10  # of length and speed: an orbit that comes back so near is closed
 MOST_STEPS = 25
@@ -63,9 +63,9 @@ class _Problem:
         known = names_for(packed)
         self.columns = self.unknowns + ((over,) if over is not None else ())
         if over is not None and over not in known:
-            raise InputError(f"orbits over {over!r}", "one of " + ", ".join(known), "correct the name")
+            raise ScenarioError(f"orbits over {over!r}", "one of " + ", ".join(known), "correct the name")
         if not self.unknowns or any(name not in known or name not in STATES for name in self.unknowns):
-            raise InputError(
+            raise ScenarioError(
                 f"unknowns {', '.join(self.unknowns) or 'none'}", "states of bodies that move freely, as nes_x_m",
                 "correct the names",
             )  # fmt: skip
@@ -148,7 +148,7 @@ def periodic_orbit(scenario: Scenario, unknowns: Sequence[str], periods: int = 1
 
     Raises
     ------
-    InputError
+    ScenarioError
         Newton's method does not close the orbit from there, or it grazes a wall.
 
     Examples
@@ -176,14 +176,14 @@ def _close(problem: _Problem, z: np.ndarray) -> tuple[np.ndarray, _Return]:
         for part in 0.5 ** np.arange(8):
             try:
                 tried = problem.once(z + part * step, None)
-            except (InputError, ValueError):  # a graze, or a start outside the wall: a shorter step
+            except ValueError:  # a graze, or a start outside the wall: a shorter step
                 continue
             if float(np.max(np.abs(tried.miss))) < miss * (1.0 - 0.1 * part) or part < 0.01:
                 z, back = z + part * step, tried
                 break
         else:
             break
-    raise InputError(
+    raise ScenarioError(
         f"no periodic orbit near this start (it misses closing by {float(np.max(np.abs(back.miss))):.2g} of the "
         "scenario's length or speed)",
         "a start near a periodic orbit",
@@ -230,7 +230,7 @@ def follow_orbit(
 
     Raises
     ------
-    InputError
+    ScenarioError
         No orbit to begin with, or names that mean nothing.
 
     Examples
@@ -246,7 +246,7 @@ def follow_orbit(
     low, high = between
     begin = 1.0 if over in FACTORS else own_value(scenario, over)
     if not (low <= begin <= high and low < high):
-        raise InputError(
+        raise ScenarioError(
             f"{over} from {low:g} to {high:g}", f"a range with the scenario's own {begin:g} in it", "widen the range"
         )
     first = periodic_orbit(scenario, unknowns, periods)
@@ -320,7 +320,7 @@ def _corrected(
     for _ in range(8):
         try:
             back = problem.once(u[:-1], float(u[-1] * span))
-        except (InputError, ValueError):
+        except ValueError:
             return None
         rest = np.append(back.miss, tangent @ (u - aim))
         if np.max(np.abs(rest)) < CLOSED:

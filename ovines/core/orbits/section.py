@@ -11,11 +11,11 @@ import numpy as np
 from ovines.core.ensemble import STATE_PLACES, inside, simulate_ensemble
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.packing import pack
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import row_of
 from ovines.core.sensitivity.run import STATES
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
-from ovines.errors import InputError
 
 
 def section(
@@ -52,7 +52,7 @@ def section(
     ((1, 3, 12), True)
     """
     if periods < 1 or transient < 0 or not 0.0 <= phase < 1.0:
-        raise InputError(
+        raise ScenarioError(
             f"{periods} periods after {transient} at phase {phase:g}",
             "at least one, none or more, 0 up to 1",
             "correct",
@@ -186,7 +186,9 @@ def basins(
     """
     for name, values in (x, y):
         if name not in STATE_PLACES or not len(values):
-            raise InputError(f"an axis {name!r} of {len(values)} values", "a state and its values", "correct the axis")
+            raise ScenarioError(
+                f"an axis {name!r} of {len(values)} values", "a state and its values", "correct the axis"
+            )
     period = drive_period_s(scenario)
     grid_x, grid_y = (one.ravel() for one in np.meshgrid(np.asarray(x[1], float), np.asarray(y[1], float)))
     packed = pack(scenario, with_energy=False)
@@ -194,7 +196,7 @@ def basins(
     rows[:, STATE_PLACES[x[0]]], rows[:, STATE_PLACES[y[0]]] = grid_x, grid_y
     fine = np.flatnonzero(inside(packed, rows, np.broadcast_to(packed.drive, (len(rows), *packed.drive.shape))))
     if not len(fine):
-        raise InputError("a map whose starts are all outside the walls", "starts inside", "move the ranges")
+        raise ScenarioError("a map whose starts are all outside the walls", "starts inside", "move the ranges")
     times = period * np.arange(transient, transient + 2 * longest + 1)
     made = replace(scenario, duration_s=float(times[-1]) * (1.0 + 1e-12), max_impacts=10**9)
     spread = {x[0]: grid_x[fine], y[0]: grid_y[fine]}

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ovines.core.ensemble import STATE_PLACES
+from ovines.core.refusal import ScenarioError
 from ovines.core.system import parameters as P
 from ovines.core.system.packed import Packed
-from ovines.errors import InputError
 
 # Rows of a tangent of the numbers: what a column changes, per unit of its name.
 (
@@ -55,7 +55,7 @@ def tangents_of(packed: Packed, names: Sequence[str]) -> tuple[np.ndarray, np.nd
     state, numbers = np.zeros((N_ROWS, len(names))), np.zeros((N_Q, len(names)))
     for j, name in enumerate(names):
         if name not in known or name in names[:j]:
-            raise InputError(
+            raise ScenarioError(
                 f"a sensitivity to {name!r}", "names, each once, out of " + ", ".join(known), "correct the name"
             )
         if name in STATE_PLACES:
@@ -75,7 +75,7 @@ def tangents_of(packed: Packed, names: Sequence[str]) -> tuple[np.ndarray, np.nd
 
 
 def refuse_unfollowed(packed: Packed) -> None:
-    """`InputError` for what the variational equations leave out."""
+    """`ScenarioError` for what the variational equations leave out."""
     p, k = packed.p, packed.k
     reasons = (
         (k[P.OFF_CENTRE] != 0, "effects.mass_centre_offset"),
@@ -86,7 +86,7 @@ def refuse_unfollowed(packed: Packed) -> None:
     )
     for found, name in reasons:
         if found:
-            raise InputError(
+            raise ScenarioError(
                 f"sensitivities with {name}",
                 "instant impacts of a centred disk on round or flat walls",
                 "leave the effect out, or take differences of two runs",

@@ -9,13 +9,13 @@ import numpy as np
 
 from ovines.core.integration.sampling import take_sample
 from ovines.core.packing import pack
+from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import names_for, refuse_unfollowed, tangents_of
 from ovines.core.sensitivity.follow import CORNERED, FOLLOWED, GRAZED, Found, follow
 from ovines.core.simulate import sample_times
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed
-from ovines.errors import InputError
 
 STATES = tuple(
     f"{body}_{name}"
@@ -63,7 +63,7 @@ def sensitivities(
 
     Raises
     ------
-    InputError
+    ScenarioError
         The path grazes a wall or rests in a corner: there derivatives do not exist (or are not followed); effects that
         the variational equations leave out; names that mean nothing for this run.
 
@@ -91,7 +91,7 @@ def asked_times(scenario: Scenario, times_s: np.ndarray | None) -> np.ndarray:
         return np.unique(np.append(sample_times(scenario), scenario.duration_s))
     times = np.atleast_1d(np.asarray(times_s, dtype=float))
     if not (times.size and np.isfinite(times).all() and times[0] >= 0.0 and (np.diff(times) > 0.0).all()):
-        raise InputError(f"times_s of {times.size} numbers", "finite, increasing, from 0 up", "correct times_s")
+        raise ScenarioError(f"times_s of {times.size} numbers", "finite, increasing, from 0 up", "correct times_s")
     return times
 
 
@@ -131,21 +131,21 @@ def follow_packed(
 
 
 def refuse_end(how: int, time_s: float) -> None:
-    """`InputError` for a run whose tangents end before it does."""
+    """`ScenarioError` for a run whose tangents end before it does."""
     if how == GRAZED:
-        raise InputError(
+        raise ScenarioError(
             f"a path that grazes a wall at {time_s:.6g} s",
             "impacts with some normal speed: at a graze the state changes with the root of the start, and has no "
             "derivative",
             "end the run before it, or move the start",
         )
     if how == CORNERED:
-        raise InputError(
+        raise ScenarioError(
             f"a disk that rests in a corner from {time_s:.6g} s on",
             "flights, impacts, and contact with one wall at a time",
             "end the run before it",
         )
-    raise InputError(
+    raise ScenarioError(
         f"more impacts than run.max_impacts before {time_s:.6g} s", "fewer", "raise run.max_impacts, or end the run"
     )
 
