@@ -91,6 +91,29 @@ def start_mode(t: float, y: Floats, wall: int, system: System, work: Floats) -> 
 
 
 @compiled
+def until_event(
+    t: float, y: Floats, size: float, contact: Contact, system: System, work: Floats, trial: Floats
+) -> tuple[float, int, int]:
+    """How much of a step, whose end is in ``trial``, is free of events, what ends it (GOES_ON: nothing), and the wall
+    concerned: by bisection, so that ``trial`` is any state of the step afterwards."""
+    event, concerned = happening(t + size, trial, contact, system, work)
+    if event == STICKS and size < 1e-9 * system.p[P.MAX_STEP]:
+        event = GOES_ON
+    if event == GOES_ON:
+        return size, event, concerned
+    low, high = 0.0, size
+    while high - low > 1e-10 * size:
+        middle = 0.5 * (low + high)
+        step(t, y, middle, contact, system, work, trial)
+        found, other = happening(t + middle, trial, contact, system, work)
+        if found == GOES_ON:
+            low = middle
+        else:
+            high, event, concerned = middle, found, other
+    return high, event, concerned
+
+
+@compiled
 def follow_wall(
     t: float, y: Floats, wall: int, end: float, system: System, work: Floats, trial: Floats, samples: Samples
 ) -> tuple[float, int, int]:
@@ -111,20 +134,7 @@ def follow_wall(
         if error > 1.0:
             h = next_size(s, error)
             continue
-        event, concerned = happening(t + s, trial, contact, system, work)
-        if event == STICKS and s < 1e-9 * p[P.MAX_STEP]:
-            event = GOES_ON
-        if event != GOES_ON:
-            low, high = 0.0, s
-            while high - low > 1e-10 * s:
-                middle = 0.5 * (low + high)
-                step(t, y, middle, contact, system, work, trial)
-                found, other = happening(t + middle, trial, contact, system, work)
-                if found == GOES_ON:
-                    low = middle
-                else:
-                    high, event, concerned = middle, found, other
-            s = high
+        s, event, concerned = until_event(t, y, s, contact, system, work, trial)
         while due(samples, t + s):
             at = samples.times[samples.written[0]]
             step(t, y, at - t, contact, system, work, trial)

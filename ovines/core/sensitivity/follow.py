@@ -15,10 +15,10 @@ from ovines.core.contact.along_wall import (
     SLIPS,
     STICKS,
     corner_partner,
-    happening,
     stand_on,
     start_mode,
     turn_over,
+    until_event,
     work_need,
 )
 from ovines.core.contact.collision import resolve
@@ -413,20 +413,8 @@ def hug_tangents(
         if error > 1.0:
             h = next_size(size, error)
             continue
-        event, concerned = happening(t + size, trial, contact, system, work)
-        if event == STICKS and size < 1e-9 * p[P.MAX_STEP]:
-            event = GOES_ON
+        size, event, concerned = until_event(t, y, size, contact, system, work, trial)
         if event != GOES_ON:
-            low, high = 0.0, size
-            while high - low > 1e-10 * size:
-                middle = 0.5 * (low + high)
-                step(t, y, middle, contact, system, work, trial)
-                found, other = happening(t + middle, trial, contact, system, work)
-                if found == GOES_ON:
-                    low = middle
-                else:
-                    high, event, concerned = middle, found, other
-            size = high
             step(t, y, size, contact, system, work, trial)
         step_tangents(t, y, size, contact, system, work, spare, tangents)
         for j in range(k[P.STATE_SIZE]):
