@@ -37,9 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--cases", type=whole_number, default=80, help="how many series (default: 80)")
     make.add_argument("--seed", type=whole_number, required=True, help="the same seed gives the same cases")
     make.add_argument(
-        "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
+        "--kinds",
+        default="",
+        help="only these, separated by commas: none, listed, pair, triple (of listed causes), unknown, later (of "
+        "causes in nobody's list), beside (one of each), causes by name, several joined by +",
     )
-    make.add_argument("--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)")
+    make.add_argument(
+        "--sizes", default="", help="severities of the causes, in turn; 1 is large (default: any from 0.3 to 1.2)"
+    )
     make.add_argument("--runs", type=whole_number, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
@@ -101,10 +106,11 @@ def _make(args: argparse.Namespace) -> int:
         raise InputError(f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers")
     kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
     try:
-        sizes = tuple(float(size) for size in args.sizes.split(","))
+        sizes = tuple(float(size) for size in args.sizes.split(",") if args.sizes)
+        wrong = bool(sizes) and min(sizes) <= 0
     except ValueError:
-        sizes = ()
-    if not sizes or min(sizes) <= 0:
+        sizes, wrong = (), True
+    if wrong:
         raise InputError(f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35")
     cost_s = args.cases * args.runs * RUN_S + args.rendered * FILM_S
     _refuse_costly(f"{args.cases} cases of {args.runs} runs and {args.rendered} films", cost_s, args)
