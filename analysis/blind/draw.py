@@ -50,7 +50,7 @@ class Case:
 
     @property
     def kind(self) -> str:
-        """"none", or the causes joined by +."""
+        """ "none", or the causes joined by +."""
         return "+".join(self.causes) or "none"
 
 

@@ -255,8 +255,9 @@ def make_series(
 ) -> Series:
     """A series of `runs` short recordings with the cause `kind` at `size`.
 
-    `kind`: "none", or names of `causes.CAUSES` joined by "+"; `size`: one for all or one each. `noise`: "white", "ar1", "warp", or None to draw
-    one. `tell_model` writes nominal parameters, each off by about 3 %, into `[model]`. `place`: where the rig stands,
-    its size, wall, drive and clock (`draw_place`); the usual rig at the world's origin. About a second for 12 runs once compiled.
+    `kind`: "none", or names of `causes.CAUSES` joined by "+"; `size`: one for all or one each. `noise`: "white", "ar1",
+    "warp", or None to draw one. `tell_model` writes nominal parameters, each off by about 3 %, into `[model]`. `place`:
+    where the rig stands, its size, wall, drive and clock (`draw_place`); the usual rig at the world's origin. About a
+    second for 12 runs once compiled.
     """
     return run_outline(outline_series(kind, size, rng, runs, noise, name, tell_model, place), rng)

@@ -45,8 +45,8 @@ def outlines(
     filmed: int = 0,
     sizes: tuple[float, ...] = (),
 ) -> Iterator[Outline]:
-    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines. Each truth
-    carries a salt, so that its hash cannot be guessed from the few causes there are."""
+    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines. Each
+    truth carries a salt, so that its hash cannot be guessed from the few causes there are."""
     plan = draw_cases(count, np.random.default_rng([seed, 0]), kinds, sizes, runs)
     film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
     names = [FILMED[film[i % len(FILMED)]] for i in range(filmed)]

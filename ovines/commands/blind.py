@@ -16,6 +16,7 @@ from joblib import Parallel, delayed
 
 from analysis.blind import trial
 from analysis.blind.scoring import report, score
+from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
 from ovines import __version__
 from ovines.blind_film import film_series
@@ -67,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     without.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     without.add_argument("--most", type=whole_number, default=None, metavar="N", help="the first N such cases only")
     _add_jobs(without)
-    marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
+    marks = steps.add_parser(
+        "score", help="compare answers with truths: score.json, score.md, confusion.png, reliability.png"
+    )
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
@@ -244,18 +247,22 @@ def _score(args: argparse.Namespace) -> int:
         rows, answers = _marked(args, truths)
     if not rows:
         raise InputError(f"no answers in {args.folder}", "at least one", "run `ovines blind answer` first")
-    figures = score.figures_of(rows, np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    figures = score.figures_of(rows, rng) + probability_figures(rows, rng)
+    bands = reliability(rows)
     causes = score.per_cause(rows, answers)
     result = {
         "format": 1,
         "figures": [asdict(f) for f in figures],
+        "reliability": bands,
         "causes": causes,
         "cases": [asdict(r) for r in rows],
     }
     (args.folder / "score.json").write_text(json.dumps(result, indent=1))
     told = f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
-    text = report.markdown(figures, causes, rows, told)
+    text = report.markdown(figures, causes, rows, bands, told)
     (args.folder / "score.md").write_text(text)
     report.confusion_picture(rows, args.folder / "confusion.png")
+    report.reliability_picture(bands, args.folder / "reliability.png")
     print(text)
     return 0

@@ -37,7 +37,7 @@ def may_stand_together(causes: tuple[str, ...], wall: str, drive: str) -> bool:
     """Whether a series with that wall and drive may have all `causes` at once."""
     if len(set(causes)) < len(causes):
         return False
-    if sum("finite_contact_time" == c for c in causes) and len(set(RIVALS[-1]) & set(causes)) > 1:
+    if sum(c == "finite_contact_time" for c in causes) and len(set(RIVALS[-1]) & set(causes)) > 1:
         return False
     if any(len(set(rivals) & set(causes)) > 1 for rivals in RIVALS[:-1]):
         return False
