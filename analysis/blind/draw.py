@@ -107,7 +107,8 @@ def draw_cases(
 
     Without ``kinds`` in the shares of ``SHARES``; with them as evenly as whole numbers allow.  ``sizes``: severities
     that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
-    Walls, drives and numbers of runs are dealt in their shares; noise kinds take turns within a kind of case.
+    Walls, drives and numbers of runs are dealt in their shares, but for causes asked for by name: those are of a round
+    wall, a sine and ``runs`` runs.  Noise kinds take turns within a kind of case.
     """
     _refuse_strange(kinds)
     groups = _dealt(dict.fromkeys(kinds, 1.0) if kinds else SHARES, count, rng)
@@ -119,13 +120,12 @@ def draw_cases(
         if group in MADE_OF:
             causes = decks.together(MADE_OF[group], wall, drive)
         else:
-            causes = tuple(group.split("+"))
-            if not may_stand_together(causes, wall, drive):
-                wall, drive = "round", "sine"
+            causes, wall, drive = tuple(group.split("+")), "round", "sine"
         turn, turns[group] = turns[group], turns[group] + 1
         drawn = np.exp(rng.uniform(*np.log(SEVERITIES), len(causes)))
         severity = tuple(sizes[turn % len(sizes)] for _ in causes) if sizes else tuple(map(float, drawn))
-        shots = runs if rng.random() < FULL_RUNS_SHARE else int(rng.integers(min(FEWEST_RUNS, runs), runs + 1))
+        fewer = group in MADE_OF and rng.random() > FULL_RUNS_SHARE
+        shots = int(rng.integers(min(FEWEST_RUNS, runs), runs + 1)) if fewer else runs
         noise = NOISE_KINDS[(first + (turn // len(sizes) if sizes else turn)) % len(NOISE_KINDS)]
         cases.append(Case(causes, severity, noise, shots, wall, drive))
     return cases
