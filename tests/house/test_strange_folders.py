@@ -210,9 +210,6 @@ def test_no_room_in_any_command(command, tmp_path, ovines):
     out = tmp_path / "out"
     limit = 300 if command != "run" else 20_000
 
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    result = ovines(command, *COMMANDS[command](run, out), preexec_fn=limited)
+    result = ovines(command, *COMMANDS[command](run, out), file_limit_bytes=limit)
     refused(result, "room and permission")
     whole(out)
