@@ -28,5 +28,5 @@ def _known(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def _sd(deviations: NDArray[np.float64]) -> float:
-    # scipy.stats.median_abs_deviation gives the same five to ten times as slowly, and robust fits ask thousands of times.
+    # scipy.stats.median_abs_deviation gives the same five to ten times as slowly; robust fits ask thousands of times.
     return MEDIAN_TO_SD * float(np.median(np.abs(deviations)))

@@ -1,8 +1,8 @@
 """A command as a process of its own that need not load Python and the libraries again.
 
-A server loads them once and forks for each command: two seconds less each time.  The command has its own memory, working
-directory, streams and exit status, as started from a shell.  What depends on how Python starts (options, variables that a
-library reads when it is loaded) wants `fresh` processes.
+A server loads them once and forks for each command: two seconds less each time.  The command has its own memory,
+working directory, streams and exit status, as started from a shell.  What depends on how Python starts (options,
+variables that a library reads when it is loaded) wants `fresh` processes.
 """
 
 from __future__ import annotations
@@ -74,7 +74,8 @@ def _run(command: list[str], cwd: str, environment: dict[str, str], said: list[P
         file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o600)
         os.dup2(file, number)
         os.close(file)
-    sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115  to the process's end
+    sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(cwd)

@@ -41,7 +41,9 @@ def test_scatter_is_that_of_scipy(errors):
         some = values[:count]
         expected = median_abs_deviation(some, axis=None, nan_policy="omit", scale="normal")
         assert spread(some) == pytest.approx(expected, rel=1e-12)
-        about_zero = median_abs_deviation(some, axis=None, nan_policy="omit", scale="normal", center=lambda _, axis: 0.0)
+        about_zero = median_abs_deviation(
+            some, axis=None, nan_policy="omit", scale="normal", center=lambda _, axis: 0.0
+        )
         assert residual_sd(some) == pytest.approx(about_zero, rel=1e-12)
 
 
