@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
+from tests.processes import forked, fresh
 
 # Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
 # draws others each time, and twenty times as many.
@@ -74,21 +75,21 @@ def shared() -> Path:
 
 
 @pytest.fixture
-def ovines() -> Callable[..., subprocess.CompletedProcess]:
-    """Run the command line as a process of its own."""
+def ovines() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run the command line as a process of its own; with ``anew`` or ``env`` in a new interpreter."""
 
-    def run(*arguments: object, timeout_s: float = 120, **options) -> subprocess.CompletedProcess:
-        command = [sys.executable, "-m", "ovines", *map(str, arguments)]
-        environment = {**os.environ, **options.pop("env", {})}
-        return subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            timeout=timeout_s,
-            env=environment,
-            check=False,
-            **options,
-        )
+    def run(
+        *arguments: object,
+        timeout_s: float = 120,
+        cwd: Path | None = None,
+        anew: bool = False,
+        env: dict[str, str] | None = None,
+        file_limit_bytes: int | None = None,
+    ) -> subprocess.CompletedProcess[str]:
+        command = [str(one) for one in arguments]
+        if anew or env or sys.platform == "win32":
+            return fresh(command, timeout_s, cwd, env or {}, file_limit_bytes)
+        return forked(command, timeout_s, cwd, file_limit_bytes)
 
     return run
 

@@ -10,7 +10,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,19 +37,26 @@ FILMED = (
 FILMED_RUNS = 3
 
 
-def outlines(
-    count: int,
-    seed: int,
-    kinds: tuple[str, ...] = (),
-    runs: int = 12,
-    filmed: int = 0,
-    sizes: tuple[float, ...] = (),
-) -> Iterator[Outline]:
-    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines. Each
+@dataclass(frozen=True)
+class TrialPlan:
+    """What a trial is made of: ``count`` cases of ``runs`` runs at most and ``filmed`` more with frames, of ``kinds``
+    (none: all), of severities ``sizes`` (none: any); ``seed`` draws all of it."""
+
+    count: int
+    seed: int
+    kinds: tuple[str, ...] = ()
+    runs: int = 12
+    filmed: int = 0
+    sizes: tuple[float, ...] = ()
+
+
+def outlines(of: TrialPlan) -> Iterator[Outline]:
+    """What a trial consists of, case by case, the filmed cases last; the same plan gives the same outlines. Each
     truth carries a salt, so that its hash cannot be guessed from the few causes there are."""
-    plan = draw_cases(count, np.random.default_rng([seed, 0]), kinds, sizes, runs)
+    seed = of.seed
+    plan = draw_cases(of.count, np.random.default_rng([seed, 0]), of.kinds, of.sizes, of.runs)
     film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
-    names = [FILMED[film[i % len(FILMED)]] for i in range(filmed)]
+    names = [FILMED[film[i % len(FILMED)]] for i in range(of.filmed)]
     plan += [Case(*(((), ()) if name == "none" else ((name,), (1.0,))), "image", FILMED_RUNS) for name in names]
     for index, case in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
@@ -85,22 +92,17 @@ def truth_hash(truth: dict[str, Any]) -> str:
 
 def make_trial(
     folder: Path,
-    count: int,
-    seed: int,
-    kinds: tuple[str, ...] = (),
+    plan: TrialPlan,
     sealed: bool = False,
-    runs: int = 12,
-    progress: Callable[[str], None] = lambda _: None,
-    filmed: int = 0,
     film: Film | None = None,
-    sizes: tuple[float, ...] = (),
+    progress: Callable[[str], None] = lambda _: None,
     jobs: int = 1,
 ) -> None:
-    """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks.
+    """Write the trial of `plan`; `film` writes the frames of its filmed cases in place of tracks.
 
     The manifest with every hash stands before the first series is written; a trial cut short goes on where it
     was, and `jobs` processes write at a time."""
-    drawn = list(outlines(count, seed, kinds, runs, filmed, sizes))
+    drawn = list(outlines(plan))
     cases = [{"case": outline.truth["case"], "truth_sha256": truth_hash(outline.truth)} for outline in drawn]
     if (folder / "manifest.json").exists() and read_manifest(folder)["cases"] != cases:
         raise InputError(f"{folder} already holds another trial", "an empty or new folder", "choose another folder")
@@ -108,11 +110,11 @@ def make_trial(
     manifest = {
         "format": 1,
         "cases": cases,
-        "kinds": list(kinds),
-        "runs": runs,
-        "filmed": filmed,
+        "kinds": list(plan.kinds),
+        "runs": plan.runs,
+        "filmed": plan.filmed,
         "sealed": sealed,
-        "sizes": list(sizes),
+        "sizes": list(plan.sizes),
     }
     write_text_whole(json.dumps(manifest, indent=1), folder / "manifest.json")
     if not sealed:
@@ -121,7 +123,7 @@ def make_trial(
             write_text_whole(truth_text(outline.truth), folder / "sealed" / f"{outline.truth['case']}.json")
     missing = [i for i, o in enumerate(drawn) if not (folder / "cases" / o.truth["case"]).exists()]
     made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(_write_case)(drawn[i], [seed, i + 1, 1], folder / "cases", film if i >= count else None)
+        delayed(_write_case)(drawn[i], [plan.seed, i + 1, 1], folder / "cases", film if i >= plan.count else None)
         for i in missing
     )
     for done, name in enumerate(made, len(drawn) - len(missing) + 1):
@@ -160,12 +162,8 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, An
         if seed is None:
             raise InputError("a sealed trial without its seed", "the seed it was made with", "give --seed")
         filmed = manifest["filmed"]
-        count, kinds, sizes = (
-            len(manifest["cases"]) - filmed,
-            tuple(manifest["kinds"]),
-            tuple(manifest["sizes"]),
-        )
-        made = outlines(count, seed, kinds, manifest["runs"], filmed, sizes)
+        kinds, sizes = tuple(manifest["kinds"]), tuple(manifest["sizes"])
+        made = outlines(TrialPlan(len(manifest["cases"]) - filmed, seed, kinds, manifest["runs"], filmed, sizes))
         truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
     else:
         truths = {

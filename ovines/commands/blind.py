@@ -120,19 +120,8 @@ def _make(args: argparse.Namespace) -> int:
     if (args.folder / "manifest.json").exists():
         with _well_formed(args.folder):
             [_plain(entry["case"]) for entry in trial.read_manifest(args.folder)["cases"]]
-    trial.make_trial(
-        args.folder,
-        args.cases,
-        args.seed,
-        kinds,
-        args.seal,
-        args.runs,
-        _say,
-        args.rendered,
-        film_series,
-        sizes,
-        _processes(args),
-    )
+    plan = trial.TrialPlan(args.cases, args.seed, kinds, args.runs, args.rendered, sizes)
+    trial.make_trial(args.folder, plan, args.seal, film_series, _say, _processes(args))
     return 0
 
 

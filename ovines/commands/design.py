@@ -9,7 +9,7 @@ import numpy as np
 
 from ovines.commands.stage_command import whole_number
 from ovines.core import ScenarioError
-from ovines.core.absorber.design import design
+from ovines.core.absorber.design import Search, design
 from ovines.core.absorber.response import frequency_response
 from ovines.core.absorber.sprung import DESIGNED
 from ovines.core.absorber.taken import energy_taken
@@ -72,18 +72,8 @@ def run(args: argparse.Namespace) -> int:
         response = frequency_response(scenario, factors, args.runs, rng, args.transient, args.periods, client)
         found = None
         if over:
-            found = design(
-                scenario,
-                over,
-                factors,
-                rng,
-                args.candidates,
-                args.keep,
-                args.runs,
-                args.transient,
-                args.periods,
-                client,
-            )
+            search = Search(args.candidates, args.keep, args.runs, args.transient, args.periods)
+            found = design(scenario, over, factors, rng, search, client)
         return taken, response, found
 
     try:

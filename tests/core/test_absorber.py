@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ovines.core import FloorFriction, Harmonic, ImpactLaw, simulate
-from ovines.core.absorber.design import design
+from ovines.core.absorber.design import Search, design
 from ovines.core.absorber.linear import bare_gain, tuned_gain, tuned_mass_damper
 from ovines.core.absorber.response import frequency_response
 from ovines.core.absorber.sprung import designed
@@ -106,7 +106,9 @@ def test_tuned_mass_damper_of_den_hartog():
 
 def test_a_design_finds_the_better_mass():
     """A range of masses from none to 8 % of the Host's: the heavier ones win, and beat the Host alone."""
-    found = design(HOST, {"mass_ratio": (1e-4, 0.08)}, [0.97, 1.0, 1.03], np.random.default_rng(3), 8, 3, 8, 40, 20)
+    found = design(
+        HOST, {"mass_ratio": (1e-4, 0.08)}, [0.97, 1.0, 1.03], np.random.default_rng(3), Search(8, 3, 8, 40, 20)
+    )
     best = found.kept[0]
     assert best.numbers.get("mass_ratio", 0.05) > 0.03
     assert best.low_m <= best.level_m <= best.high_m < 0.7 * found.bare_m

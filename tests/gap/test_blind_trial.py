@@ -1,8 +1,6 @@
 """A trial hashes first, hides what it must, refuses what does not fit, and marks answers fairly."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -57,7 +55,7 @@ def test_plan_refuses_a_kind_nobody_knows():
 
 def test_hash_stands_first_and_the_sealed_truth_needs_its_seed(tmp_path):
     folder = tmp_path / "trial"
-    trial.make_trial(folder, 2, 5, ("table_tilt", "none"), sealed=True, runs=1)
+    trial.make_trial(folder, trial.TrialPlan(2, 5, ("table_tilt", "none"), runs=1), sealed=True)
     assert not (folder / "sealed").exists()
     assert "tilt" not in (folder / "manifest.json").read_text().replace('"table_tilt"', "")
     with pytest.raises(InputError):
@@ -68,21 +66,21 @@ def test_hash_stands_first_and_the_sealed_truth_needs_its_seed(tmp_path):
     assert {t["effect"] for t in truths.values()} == {"none", "table_tilt"}
     assert all("effect" not in p.name for p in (folder / "cases").rglob("*"))
     with pytest.raises(InputError):
-        trial.make_trial(folder, 1, 5)
+        trial.make_trial(folder, trial.TrialPlan(1, 5))
 
 
 def test_cases_lie_anywhere_on_the_bench():
     """No two cases share a world or a clock; a filmed one has frames from 0 and no clock of its own."""
-    made = list(trial.outlines(6, 11, ("none",), filmed=1))
+    made = list(trial.outlines(trial.TrialPlan(6, 11, ("none",), filmed=1)))
     worlds = [outline.truth["world"] for outline in made]
     assert len({tuple(world["rig_at_m"]) for world in worlds}) == 7
     assert all(len(set(world["start_s"])) >= 3 for world in worlds[:6]) and worlds[6]["start_s"] == []
-    again = [outline.truth["world"] for outline in trial.outlines(6, 11, ("none",), filmed=1)]
+    again = [outline.truth["world"] for outline in trial.outlines(trial.TrialPlan(6, 11, ("none",), filmed=1))]
     assert again == worlds
 
 
 def test_an_edited_truth_is_refused(tmp_path):
-    trial.make_trial(tmp_path / "t", 1, 7, ("air_drag",), runs=1)
+    trial.make_trial(tmp_path / "t", trial.TrialPlan(1, 7, ("air_drag",), runs=1))
     assert trial.read_truths(tmp_path / "t")["case-001"]["effect"] == "air_drag"
     path = tmp_path / "t" / "sealed" / "case-001.json"
     path.write_text(path.read_text().replace("air_drag", "viscous_drag"))
@@ -91,7 +89,7 @@ def test_an_edited_truth_is_refused(tmp_path):
 
 
 def _truths():
-    return {o.truth["case"]: json.loads(trial.truth_text(o.truth)) for o in trial.outlines(90, 4)}
+    return {o.truth["case"]: json.loads(trial.truth_text(o.truth)) for o in trial.outlines(trial.TrialPlan(90, 4))}
 
 
 def _perfect(truth):
@@ -237,48 +235,43 @@ def test_report_names_the_failures_and_draws_the_confusion(tmp_path):
     assert (tmp_path / "confusion.png").stat().st_size > 10_000
 
 
-def _ovines(*arguments):
-    command = [sys.executable, "-m", "ovines", "blind", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-
-
-def test_commands_make_refuse_and_score(tmp_path):
+def test_commands_make_refuse_and_score(tmp_path, ovines):
     """As real processes; the answers are written by hand here, the diagnosis has its own tests."""
     folder = tmp_path / "trial"
-    made = _ovines("make", folder, "--cases", 2, "--seed", 1, "--runs", 1, "--kinds", "none,air_drag")
+    made = ovines("blind", "make", folder, "--cases", 2, "--seed", 1, "--runs", 1, "--kinds", "none,air_drag")
     assert made.returncode == 0, made.stderr
     recording = read_recording(folder / "cases" / "case-001" / "run-01")
     assert recording.bodies["nes"].centre_marker == "N1"
-    early = _ovines("score", folder)
+    early = ovines("blind", "score", folder)
     assert early.returncode == 2 and "ovines blind answer" in early.stderr
     for case in ("case-001", "case-002"):
         truth = json.loads((folder / "sealed" / f"{case}.json").read_text())
         (folder / "answers" / case).mkdir(parents=True)
         (folder / "answers" / case / "diagnosis.json").write_text(json.dumps(_perfect(truth)))
-    scored = _ovines("score", folder)
+    scored = ovines("blind", "score", folder)
     assert scored.returncode == 0, scored.stderr
     figures = {f["name"]: f for f in json.loads((folder / "score.json").read_text())["figures"]}
     assert figures["false alarms"]["value"] == 0.0 and figures["false alarms"]["n"] == 1
     assert figures["truth in the set"]["value"] == 1.0
     assert (folder / "confusion.png").exists() and (folder / "score.md").exists()
-    assert _ovines("make", tmp_path / "other", "--cases", 0, "--seed", 1).returncode == 2
+    assert ovines("blind", "make", tmp_path / "other", "--cases", 0, "--seed", 1).returncode == 2
 
 
 def test_a_trial_cut_short_goes_on_and_another_one_is_refused(tmp_path):
     folder = tmp_path / "trial"
-    trial.make_trial(folder, 2, 7, ("none",), runs=1)
+    trial.make_trial(folder, trial.TrialPlan(2, 7, ("none",), runs=1))
     kept = (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").read_bytes()
     lost = folder / "cases" / "case-002"
     was = (lost / "run-01" / "tracks.parquet").read_bytes()
     lost.rename(folder / "cases" / "case-002.part")  # as a kill leaves it
     said = []
-    trial.make_trial(folder, 2, 7, ("none",), runs=1, progress=said.append)
+    trial.make_trial(folder, trial.TrialPlan(2, 7, ("none",), runs=1), progress=said.append)
     assert said == ["2/2 case-002 written"]
     assert (lost / "run-01" / "tracks.parquet").read_bytes() == was
     assert (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").read_bytes() == kept
     assert not (folder / "cases" / "case-002.part").exists()
     with pytest.raises(InputError):
-        trial.make_trial(folder, 2, 8, ("none",), runs=1)
+        trial.make_trial(folder, trial.TrialPlan(2, 8, ("none",), runs=1))
 
 
 def _mark_filmed(series, outline, folder):
@@ -288,7 +281,7 @@ def _mark_filmed(series, outline, folder):
 
 def test_rendered_cases_are_filmed_and_the_others_are_not(tmp_path):
     folder = tmp_path / "trial"
-    trial.make_trial(folder, 1, 3, ("none",), runs=1, filmed=1, film=_mark_filmed)
+    trial.make_trial(folder, trial.TrialPlan(1, 3, ("none",), runs=1, filmed=1), film=_mark_filmed)
     assert (folder / "cases" / "case-001" / "run-01" / "tracks.parquet").exists()
     assert (folder / "cases" / "case-002" / "filmed").read_text() == "3 runs"
     assert len(trial.read_truths(folder)) == 2

@@ -31,7 +31,7 @@ def change_tracks(folder, change):
 
 
 def test_help_and_version_and_command_line(ovines):
-    assert "triangulate" in ovines("--help").stdout
+    assert "triangulate" in ovines("--help", anew=True).stdout
     assert re.fullmatch(r"ovines \d+\.\d+\.\d+\n", ovines("--version").stdout)
     for wrong in (
         [],
@@ -47,7 +47,7 @@ def test_help_and_version_and_command_line(ovines):
 
 def test_a_stage_as_a_process(small_recording, tmp_path, ovines):
     out = tmp_path / "out"
-    result = ovines("triangulate", small_recording.folder, "--out", out)
+    result = ovines("triangulate", small_recording.folder, "--out", out, anew=True)
     assert result.returncode == 0 and "run-01: lens, triangulate" in result.stdout
     assert len(read_table(out / "points.parquet", "points")) == 200 * 9
     assert "up to date" in ovines("triangulate", small_recording.folder, "--out", out).stdout

@@ -1,7 +1,6 @@
 """Killed at any moment, out of room: nothing half written, the next run goes on and ends at the same bytes."""
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -54,7 +53,7 @@ def kill_at_random(folder, out, kills, rng, usual_s):
 def test_killed_at_random_points(kills, tmp_path, ovines):
     folder = write_small_recording(tmp_path / "series" / "run-01").folder
     began = time.monotonic()
-    result = ovines(COMMAND, folder, "--out", tmp_path / "undisturbed")
+    result = ovines(COMMAND, folder, "--out", tmp_path / "undisturbed", anew=True)  # as those that are killed
     usual_s = time.monotonic() - began
     assert result.returncode == 0, result.stderr
     hit = kill_at_random(folder, tmp_path / "out", kills, np.random.default_rng(kills), usual_s)
@@ -83,10 +82,7 @@ def test_no_room_on_the_disk(small_recording, tmp_path, ovines):
     out = tmp_path / "out"
     limit = 20_000
 
-    def limited():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    result = ovines(COMMAND, small_recording.folder, "--out", out, preexec_fn=limited)
+    result = ovines(COMMAND, small_recording.folder, "--out", out, file_limit_bytes=limit)
     refused(result, "room and permission")
     assert not (out / "points.parquet").exists() and not list(out.glob(f".*{TEMPORARY_SUFFIX}"))
     assert ovines(COMMAND, small_recording.folder, "--out", out).returncode == 0

@@ -28,9 +28,9 @@ ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vi
     vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \
     analysis.contact analysis.bounces \
-    analysis.gap.series analysis.blind.trial
+    analysis.gap.series analysis.blind.draw
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
-    analysis.comparison analysis.gap.measurement
+    analysis.comparison analysis.gap.measurement analysis.blind.trial
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
 analysis.gap.drive

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board, printed_rectangles
+from vision.compiled import compiled
 from vision.rendering.images import Look, View, finish
 
 Array = NDArray[np.float64]
@@ -116,11 +116,29 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     cells = cells - background  # so that the far rim adds no large numbers to the integral
     sums = np.zeros((len(gy), len(gx)))
     sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)
-    integral = RegularGridInterpolator((gy, gx), sums)  # bilinear, which is exact for piecewise constant cells
-    total = sum(
-        sign_y * sign_x * integral((y + sign_y * half, x + sign_x * half)) for sign_y in (-1, 1) for sign_x in (-1, 1)
-    )
-    return np.asarray(background + total / (2 * half) ** 2)
+    return np.asarray(background + _box_sums(gx, gy, sums, x, y, half) / (2 * half) ** 2)
+
+
+@compiled
+def _box_sums(gx: Array, gy: Array, sums: Array, x: Array, y: Array, half: float) -> Array:
+    """Integrals (as ``x``) over boxes of ``2 * half`` about (x, y) of what is constant in each cell between the lines
+    ``gx`` and ``gy``, at whose crossings ``sums`` has the integral: bilinear in a cell, which is exact.
+    """
+    total = np.zeros(x.shape)
+    for i in range(x.shape[0]):
+        for j in range(x.shape[1]):
+            for sign_y in (-1.0, 1.0):
+                v = y[i, j] + sign_y * half
+                row = min(max(np.searchsorted(gy, v) - 1, 0), len(gy) - 2)
+                down = (v - gy[row]) / (gy[row + 1] - gy[row])
+                for sign_x in (-1.0, 1.0):
+                    u = x[i, j] + sign_x * half
+                    column = min(max(np.searchsorted(gx, u) - 1, 0), len(gx) - 2)
+                    along = (u - gx[column]) / (gx[column + 1] - gx[column])
+                    upper = (1.0 - along) * sums[row, column] + along * sums[row, column + 1]
+                    lower = (1.0 - along) * sums[row + 1, column] + along * sums[row + 1, column + 1]
+                    total[i, j] += sign_y * sign_x * ((1.0 - down) * upper + down * lower)
+    return total
 
 
 def _dots(board: Board, x: Array, y: Array, half: float, paper: Paper) -> Array:

@@ -5,7 +5,7 @@ flight.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,19 @@ from analysis.gap.selection.impact_candidates import (
 from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Learnt:
+    """What some runs say of wall and law: ``late_s`` that a contact lasts (0: an instant), and the restitution's
+    ``coefficients`` of ``restitution_terms``."""
+
+    wall: Wall
+    law: Law
+    late_s: float
+    restitution_terms: tuple[str, ...]
+    coefficients: Array
+    speed_scale_m_per_s: float
 
 
 def subset(junctions: Junctions, keep: NDArray[np.bool_]) -> Junctions:
@@ -56,21 +69,10 @@ def through_impacts(
         if not here.any():
             continue
         rest = ~here if len(runs) > 1 and np.count_nonzero(~here) >= 8 else np.ones(len(here), bool)
-        wall, law, slope, coefficients, scale = _learn(
-            subset(junctions, rest), impacts, terms, restitution_terms, finite
-        )
+        learnt = _learn(subset(junctions, rest), impacts, terms, restitution_terms, finite)
         for one in np.flatnonzero(here):
-            path = _carry(
-                subset(junctions, np.arange(len(junctions)) == one),
-                runs[number],
-                fits[number],
-                wall,
-                law,
-                slope,
-                coefficients,
-                scale,
-                restitution_terms,
-            )
+            junction = subset(junctions, np.arange(len(junctions)) == one)
+            path = _carry(junction, runs[number], fits[number], learnt)
             if path is not None:
                 index, states = path
                 paths[number][index] = states
@@ -79,7 +81,7 @@ def through_impacts(
 
 def _learn(
     junctions: Junctions, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str], finite: bool
-) -> tuple[Wall, Law, float, Array, float]:
+) -> _Learnt:
     extra, start = None, impacts.wall.wall
     prior = wall_prior(start)
     if finite:
@@ -89,27 +91,19 @@ def _learn(
     data = law_of(fitted, impacts)
     scale = best_speed_scale(data)
     coefficients = fit_restitution(data, restitution_columns(conditions(data), restitution_terms, scale))[0]
-    return fitted.wall, impacts.law, float(fitted.estimate[-1]) if finite else 0.0, coefficients, scale
+    slope = float(fitted.estimate[-1]) if finite else 0.0
+    return _Learnt(fitted.wall, impacts.law, slope, tuple(restitution_terms), coefficients, scale)
 
 
-def _carry(
-    one: Junctions,
-    run: Run,
-    fits: FlightFits,
-    wall: Wall,
-    law: Law,
-    slope: float,
-    coefficients: Array,
-    scale: float,
-    restitution_terms: Sequence[str],
-) -> tuple[NDArray[np.int64], Array] | None:
-    impact = measure(one, wall)
+def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple[NDArray[np.int64], Array] | None:
+    law, impact = learnt.law, measure(one, learnt.wall)
     before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
     if before < 0.05:
         return None
     azimuth = impact.azimuth_rad
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
-    after = float((restitution_columns(here, restitution_terms, scale) @ coefficients)[0] * before)
+    columns = restitution_columns(here, learnt.restitution_terms, learnt.speed_scale_m_per_s)
+    after = float((columns @ learnt.coefficients)[0] * before)
     q, radius = run.data.inertia_factor, one.radius_m
     stick = (1 + law.tangential_restitution) * abs(slip) / (1 + 1 / q)
     impulse = -np.sign(slip) * min(stick, law.wall_friction * (before + after))
@@ -118,7 +112,7 @@ def _carry(
     et = np.array([-er[1], er[0]])
     start = one.state[0, :6].copy()
     # The path reaches the predicted wall a little before or after the place where the flights really met.
-    late = (slope * before - float(impact.of("gap")[0])) / before
+    late = (learnt.late_s * before - float(impact.of("gap")[0])) / before
     late = float(np.clip(late, -3e-3, 3e-3))
     start[:2] += start[3:5] * late
     start[2] += start[5] * late

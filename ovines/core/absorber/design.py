@@ -46,16 +46,28 @@ class Design:
     damper: tuple[TunedMassDamper, ...]
 
 
+@dataclass(frozen=True)
+class Search:
+    """How thoroughly a design is sought: so many ``candidates`` are tried with a fourth of the ``runs``, the ``keep``
+    best again with all; ``transient`` and ``periods`` as :func:`frequency_response` has them.
+    """
+
+    candidates: int = 64
+    keep: int = 6
+    runs: int = 24
+    transient: int = 60
+    periods: int = 40
+
+
+USUAL = Search()
+
+
 def design(
     scenario: Scenario,
     over: Mapping[str, tuple[float, float]],
     factors: Sequence[float] | np.ndarray,
     rng: np.random.Generator,
-    candidates: int = 64,
-    keep: int = 6,
-    runs: int = 24,
-    transient: int = 60,
-    periods: int = 40,
+    search: Search = USUAL,
     client: Any = None,
     progress: Callable[[int], object] | None = None,
 ) -> Design:
@@ -71,10 +83,8 @@ def design(
         The band, in the scenario's own frequency.
     rng
         For candidates (a scrambled Sobol sequence) and starts.
-    candidates, keep, runs
-        How many are tried with a fourth of the runs, how many of them again with all.
-    transient, periods
-        As :func:`frequency_response` has them.
+    search
+        How many candidates, runs and periods.
 
     Returns
     -------
@@ -83,17 +93,18 @@ def design(
     Examples
     --------
     >>> import numpy as np
-    >>> from ovines.core.absorber.design import design
+    >>> from ovines.core.absorber.design import Search, design
     >>> from ovines.notebook import read_scenario
     >>> host, over, band = read_scenario("sprung-host"), {"mass_ratio": (0.02, 0.2)}, [0.95, 1.0]
-    >>> few = {"candidates": 2, "keep": 1, "runs": 4, "transient": 5, "periods": 5}  # far too few for a real search
-    >>> found = design(host, over, band, np.random.default_rng(0), **few)
+    >>> few = Search(candidates=2, keep=1, runs=4, transient=5, periods=5)  # far too few for a real search
+    >>> found = design(host, over, band, np.random.default_rng(0), few)
     >>> len(found.tried), found.kept[0].level_m < found.bare_m
     (3, True)
     """
     from scipy.stats import qmc
 
     suspension_of(scenario)
+    candidates, keep, runs = search.candidates, search.keep, search.runs
     if not over or candidates < 1 or keep < 1 or runs < 4:
         raise ScenarioError(f"{len(over)} ranges, {candidates} candidates, {keep} kept, {runs} runs",
                          "a range, candidates, and at least four runs", "give more")  # fmt: skip
@@ -106,7 +117,7 @@ def design(
 
     def answer(one: dict[str, float], count: int) -> Response:
         made = designed(scenario, one)
-        return frequency_response(made, factors, count, rng, transient, periods, client, progress)
+        return frequency_response(made, factors, count, rng, search.transient, search.periods, client, progress)
 
     tried = [_candidate(one, answer(one, max(runs // 4, 1)), np.nan, rng) for one in numbers]
     best = sorted(tried, key=lambda one: one.level_m)[:keep]
