@@ -70,14 +70,24 @@ def choose_floor(
                 richer,
                 [f"The flights need {what}, which [model] effects does not name; it was fitted along."],
             )
-    elif coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
-        plain = fit_floor(runs, names, {**held, "coupling": 0.0})
-        if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
-            floor, notes = plain, [UNCOUPLED_WORDS]
     found = [settled(run, fits) for run, fits in zip(runs, floor.fits, strict=True)]
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
         floor = fit_floor(runs, floor.names, held, floor)
+    floor, added = _with_terms(runs, floor, effects, held)
+    if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
+        # Last: what a tilt or a drag leaves over may look like friction that knows no spin.
+        plain, others = _with_terms(runs, fit_floor(runs, names, {**held, "coupling": 0.0}), effects, held)
+        if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
+            floor, added = plain, [UNCOUPLED_WORDS, *others]
+    return list(runs), floor, [*notes, *added]
+
+
+def _with_terms(
+    runs: Sequence[Run], floor: FloorFit, effects: Sequence[str], held: Mapping[str, float]
+) -> tuple[FloorFit, list[str]]:
+    """``floor`` with those of :data:`CANDIDATES` that its flights need beyond doubt, and a note on each."""
+    notes = []
     for _ in range(MOST_ADDED):
         added = _needed_term(floor)
         if added is None:
@@ -90,7 +100,7 @@ def choose_floor(
         notes.append(
             f"The flights need {other or f'{added}, which [model] effects does not name'}; it was fitted along."
         )
-    return list(runs), floor, notes
+    return floor, notes
 
 
 def _cost(floor: FloorFit, judge: FloorFit) -> float:

@@ -35,6 +35,7 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
     told = parameter_scores(joint, made)
     far = {short: told[f"{short}_z"] for short in NAMES.values() if abs(told.get(f"{short}_z", 0.0)) > FARTHEST_SDS}
     assert not far
+    assert (identified[0].rig.floor.coupling == 0.0) == (law == "coulomb")
     pull = identified[0].rig.wall_force
     assert (pull is not None) == (law == "wall_pull")
     if pull is not None:
@@ -43,7 +44,14 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
         assert pull.width_m / identified[0].rig.wall.wall.size_m == pytest.approx(
             physics.pull_width_m / physics.reach_m, rel=1.0
         )
-        assert abs(told["mu_c_z"]) < SHARED_SDS
+
+
+def test_a_pull_of_the_wall_widens_the_wall_friction(tmp_path):
+    """Impacts taken one by one, each with an error of its own, made it 4 sd too large."""
+    made = make_series(Spec("wall_pull"), np.random.default_rng([2026, sorted(LAWS).index("wall_pull"), 801]), 3)
+    series = read_series(write_series(made, tmp_path / "series"))
+    joint, _ = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
+    assert abs(parameter_scores(joint, made)["mu_c_z"]) < SHARED_SDS
 
 
 def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):
