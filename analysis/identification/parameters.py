@@ -181,7 +181,7 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     for k, name in enumerate(rig.floor.names):
         interval = normal_interval(estimate[k], np.sqrt(covariance[k, k]))
         if name == "friction":
-            force = rig.floor.noise.acceleration_m_per_s2 > FORCE_SHARE * abs(estimate[k]) * GRAVITY_M_PER_S2
+            force = _force_on_friction(rig) > FORCE_SHARE * abs(estimate[k]) * GRAVITY_M_PER_S2
             if force or interval.sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
                 interval = UNKNOWN
             shared = np.hypot(
@@ -193,6 +193,13 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     if "friction" not in rig.floor.names:
         rows.append(("floor_friction", UNKNOWN))
     return rows
+
+
+def _force_on_friction(rig: RigFit) -> float:
+    """The unknown force (m/s^2) that may pass for friction: at the rim, too, where friction goes with the spin."""
+    noise = rig.floor.noise
+    rim = noise.spin_rad_per_s2 * rig.runs[0].data.radius_m if rig.floor.coupling > 0 and rig.angle else 0.0
+    return max(noise.acceleration_m_per_s2, rim)
 
 
 def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
