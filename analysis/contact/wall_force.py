@@ -75,12 +75,12 @@ def wall_force(fits: Sequence[FlightFits], columns: Sequence[int], impacts: Impa
     if gain < THERE:
         return None
     before, after = np.zeros(len(impacts)), np.zeros(len(impacts))
+    junctions, width_m = impacts.junctions, widths_m[best : best + 1]
     for i in range(len(impacts)):
-        junctions = impacts.junctions
-        run, k, at_s = int(junctions.run[i]), int(junctions.flight[i]), float(junctions.time_s[i])
+        fit, k_before, at_s = fits[int(junctions.run[i])], int(junctions.flight[i]), float(junctions.time_s[i])
         outward = np.array([np.cos(impacts.normal_rad[i]), np.sin(impacts.normal_rad[i])])
-        before[i] = size * outward @ _untold(fits[run], k, wall, widths_m[best : best + 1], at_s)
-        after[i] = -size * outward @ _untold(fits[run], k + 1, wall, widths_m[best : best + 1], at_s)
+        before[i] = size * float(np.dot(outward, _untold(fit, k_before, wall, width_m, at_s)))
+        after[i] = -size * float(np.dot(outward, _untold(fit, k_before + 1, wall, width_m, at_s)))
     return WallForce(size, sd, float(widths_m[best]), before, after)
 
 
