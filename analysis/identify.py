@@ -15,6 +15,7 @@ from analysis.flights.stated_terms import stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
+from analysis.identification.floor_law import SURE_FORCE
 from analysis.identification.intervals import Interval
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
@@ -25,8 +26,6 @@ from ovines.tables import checked
 
 # Noise over the sds given from which the notes speak of it.
 NOISIER = 1.3
-# Probability of a force from which the notes speak of it.
-SURE = 0.95
 #: how the note on it begins
 FORCE_SAID = "Something acts on the disk"
 
@@ -96,13 +95,18 @@ def in_words(rig: RigFit, law: dict[str, Interval]) -> list[str]:
             f"(from frame to frame, "
             "whatever the disk does): all intervals are widened by it."
         )
-    if noise.sure > SURE:
+    if noise.sure > SURE_FORCE:
         words.append(
-            f"{FORCE_SAID} that the law of flight does not hold: accelerations of about "
-            f"{noise.acceleration_m_per_s2:.2g} m/s² that "
-            "nothing listed explains. Impacts are measured from the frames around them, and what depends on the law "
-            "is widened; "
-            "ovines diagnose looks for the cause."
+            f"{FORCE_SAID} that the law of flight does not hold: "
+            f"{noise.force_in_words(rig.runs[0].data.radius_m)} that nothing listed explains. Impacts are measured "
+            "from the frames around them, and what depends on the law is widened; ovines diagnose looks for the cause."
+        )
+    if rig.wall_force is not None:
+        pull, share = rig.wall_force.acceleration_m_per_s2, rig.wall_force.width_m / rig.wall.wall.size_m
+        words.append(
+            f"It {'pulls the disk towards' if pull > 0 else 'pushes the disk from'} the wall, by about "
+            f"{abs(pull):.2g} m/s² there, and falls off within {100 * share:.0f} % of the contact radius: wall "
+            "friction and restitution are widened by what it does unseen in the last moments before an impact."
         )
     if rig.left_out:
         words.append(f"{rig.left_out} impact(s) more than 5 sd off the law were left out of its fit.")

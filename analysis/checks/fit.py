@@ -14,8 +14,8 @@ from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, FlightFits, RunData, f
 from analysis.flights.noise import FlightNoise
 from analysis.identification.fit import BALANCE_SD, BALANCE_SHARE, RigFit
 from analysis.identification.floor import HELD_M
+from analysis.identification.floor_law import SURE_FORCE
 from analysis.identification.parameters import LENS_SHARE
-from analysis.identify import SURE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.walls.wall import Wall, stated_wall
 from ovines.recording import Recording
@@ -67,7 +67,7 @@ def check_fit(rig: RigFit, run: int, recording: Recording, farthest_m: float) ->
     """
     return [
         ahead := _flights_ahead(rig.floor.fits[run], rig.floor.noise),
-        _force(rig.floor.noise, ahead.state == "holds"),
+        _force(rig.floor.noise, rig.runs[run].data.radius_m, ahead.state == "holds"),
         _lens(rig, run),
         _noise(rig),
         _count(rig, recording, farthest_m),
@@ -129,18 +129,18 @@ def _standard(first: FlightFits, later: NDArray[np.int64], run: RunData, noise: 
     return error if angle.all() else error[:, :2]
 
 
-def _force(noise: FlightNoise, foreseen: bool) -> Row:
-    """``foreseen``: flights are predicted well ahead without it."""
-    size = noise.acceleration_m_per_s2
-    holds = bool(noise.sure <= (SURE_ALONE if foreseen else SURE))
+def _force(noise: FlightNoise, radius_m: float, foreseen: bool) -> Row:
+    """Of a disk of ``radius_m``; ``foreseen``: flights are predicted well ahead without it."""
+    size = max(noise.acceleration_m_per_s2, noise.spin_rad_per_s2 * radius_m)
+    holds = bool(noise.sure <= (SURE_ALONE if foreseen else SURE_FORCE))
     return row(
         "force that no law describes",
         size,
         0.0,
         holds,
         "None is seen."
-        if noise.sure <= SURE
-        else f"Accelerations of about {size:.2g} m/s² act on the disk that nothing listed explains.",
+        if noise.sure <= SURE_FORCE
+        else f"Something acts on the disk that nothing listed explains: {noise.force_in_words(radius_m).rstrip(',')}.",
         FLOWN,
         f"The law of flight misses something. {DIAGNOSE}.",
     )

@@ -40,6 +40,9 @@ CLIP_SD = 5.0
 # later, where no fitted frame gets by chance.
 GROSS_SD = 6.0
 
+# An unknown force below this share of what turns the disk, at its rim, is not worth a word beside it.
+SPIN_ALONE = 0.1
+
 # Flights whose whitening is kept (a series of twelve runs has six hundred), and frames of one up to which it is: of the
 # usual 25 frames 10 kB each.
 FLIGHTS_KEPT, MOST_KEPT = 2048, 64
@@ -66,6 +69,13 @@ class FlightNoise:
     def forced(self) -> bool:
         """Whether there is an unknown force."""
         return self.acceleration_m_per_s2 > 0 or self.spin_rad_per_s2 > 0
+
+    def force_in_words(self, radius_m: float) -> str:
+        """The unknown force's size for a reader, of a disk of ``radius_m``."""
+        rim = self.spin_rad_per_s2 * radius_m
+        if self.acceleration_m_per_s2 < SPIN_ALONE * rim:
+            return f"accelerations of about {rim:.2g} m/s² of its rim, by its spin alone,"
+        return f"accelerations of about {self.acceleration_m_per_s2:.2g} m/s²"
 
     def covariance(self, index: NDArray[np.int64], sd: Array, angle_sd: Array) -> tuple[Array, Array]:
         """Noise of places (one axis) and angles of frames ``index`` (N,): (N, N) each."""

@@ -26,8 +26,9 @@ Array = NDArray[np.float64]
 # Amplitudes tried (m/s^2; gravity is the unit of what may act on the disk), then about the best.
 COARSE_M_PER_S2 = np.array([0.0, 0.02, 0.08, 0.32, 1.3, 5.0, 20.0])
 FINE = np.geomspace(0.4, 2.5, 7)
-# Spin's amplitudes over those of a force at the rim.
+# Spin's amplitudes over those of a force at the rim; then the force's own over what went with the spin's.
 SPINS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+PUSHES = (0.0, 0.03, 0.1, 0.3, 1.0)
 # Memories tried, as shares of the median flight: a place of the floor that is crossed, a force that turns, one that
 # stays.
 MEMORIES = (0.1, 0.4, 1.6)
@@ -125,6 +126,27 @@ def tried_spins(noise: FlightNoise) -> list[list[FlightNoise]]:
             *(replace(noise, spin_rad_per_s2=noise.spin_rad_per_s2 * float(f)) for f in SPINS),
         ]
     ]
+
+
+def tried_pushes(noise: FlightNoise) -> list[list[FlightNoise]]:
+    """Error models with the spin's amplitude of ``noise`` and smaller ones of its force, down to none: what brakes the
+    spin alone need not push the disk."""
+    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    return [
+        [
+            none,
+            *(replace(noise, acceleration_m_per_s2=noise.acceleration_m_per_s2 * float(f)) for f in PUSHES),
+        ]
+    ]
+
+
+def refined(runs: Sequence[RunRows], best: FlightNoise, cost: float, prior: Prior) -> tuple[FlightNoise, float]:
+    """``best`` error model of :func:`tried_forces` and its -2 log L ``cost`` with finer amplitudes, the spin's own, and
+    the force's own; as it is where there is no force."""
+    for finer in (tried_nearby, tried_spins, tried_pushes):
+        if best.forced:
+            best, _, cost = best_model(force_evidence(runs, finer(best)), [prior])
+    return best, cost
 
 
 def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise]]) -> list[ForceEvidence]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +28,13 @@ from analysis.contact.law import (
     spin_balance,
 )
 from analysis.contact.wall_fit import WallFit, fit_wall, usable
+from analysis.contact.wall_force import WallForce, wall_force
+from analysis.flights.evidence import columns_of
 from analysis.flights.fit import NO_ANGLE_SD_RAD
 from analysis.flights.runs import Run, cut_again
 from analysis.flights.segments import SMOOTH_M_PER_S2
-from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, choose_floor, prior_sd
+from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
+from analysis.identification.floor_law import SURE_FORCE, choose_floor
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
 from analysis.walls.wall import DISK_TERMS, ELLIPSE_TERMS, Ring
@@ -94,6 +98,13 @@ class RigFit:
     balance: SpinBalance
     length_doubt: float = 0.0
     left_out: int = 0
+
+    @cached_property
+    def wall_force(self) -> WallForce | None:
+        """A force towards the wall, where an unknown one is certain and grows towards it."""
+        if not self.floor.noise.sure > SURE_FORCE:
+            return None
+        return wall_force(self.floor.fits, columns_of(self.floor.names), self.wall.impacts)
 
 
 def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None, stated: Mapping[str, float] | None = None) -> RigFit:

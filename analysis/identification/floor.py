@@ -1,6 +1,4 @@
-"""Floor and flights of the runs of one rig: what all flights share, fitted on all of them, and which terms they
-need.
-"""
+"""Floor and flights of the runs of one rig: what all flights share, fitted on all of them."""
 
 from __future__ import annotations
 
@@ -15,12 +13,10 @@ from analysis.flights.evidence import (
     RunRows,
     columns_of,
     linearised,
-    usable_flights,
     weighed,
     without_own,
 )
 from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, fit_flights
-from analysis.flights.frame_assignment import settled
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.noise import PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS
@@ -29,22 +25,14 @@ from analysis.flights.unknown_force import (
     Prior,
     best_model,
     force_evidence,
+    refined,
     tried_forces,
-    tried_nearby,
-    tried_spins,
 )
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import CONTACT_RADIUS_M
 
 Array = NDArray[np.float64]
 
-# Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
-TERMS_OF = {
-    "viscous_drag": ("viscous",),
-    "air_drag": ("air",),
-    "table_tilt": ("tilt_x", "tilt_y"),
-    "friction_drift": ("drift",),
-}
 # Lens residual per polynomial term before the flights tell its size (rig units: 0.03 mm of a 40 mm rig), markers'
 # origin within 1 mm.
 LENS_SD_M = 3e-5
@@ -57,26 +45,10 @@ ORIGIN_SD_M = 1e-3
 LENS_SLOPE = LENS_SDS_M[-1] / CONTACT_RADIUS_M
 # Vertical acceleration of the floor in step with the drive, over gravity: each run has its own.
 LIFT = ("friction_cos", "friction_sin")
-# Fall of -2 log L from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600
-# series.
-ANOTHER_LAW = 25.0
-# The same for further terms, each model with the unknown force that it leaves: six candidates of up to two parameters
-# give 25 by chance once in thirty thousand series.
-ANOTHER_TERM = 40.0
-MOST_ADDED = 3
 # Parameters that no flight informs keep this sd, and are then reported as not determined.
 WEAK_SD = 1e2
 # Terms linear in the place are held: they look like an error of length and attitude, and the Host does not share them.
 NONLINEAR = tuple(name for name in LENS_TERMS if int(name[-2]) + int(name[-1]) > 1)
-# What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
-CANDIDATES: dict[str, tuple[str, ...]] = {
-    "table_tilt": ("tilt_x", "tilt_y"),
-    "vertical_motion": ("load",),
-    "viscous_drag": ("viscous",),
-    "air_drag": ("air",),
-    "friction_drift": ("drift",),
-    "a force towards the Host's centre": ("centre_host",),
-}
 START_FRICTION = 0.25
 # Rounds until the shared parameters rest (a step within this share of their sds): with the stated noise, then with that
 # found.
@@ -105,88 +77,6 @@ class FloorFit:
     lens_sd_m: float
 
 
-def choose_floor(
-    runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: Mapping[str, float] | None = None
-) -> tuple[list[Run], FloorFit, list[str]]:
-    """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling,
-    further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
-
-    A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
-    Returns the runs too: without the frames that no flight explains.
-    """
-    held = {term: value for term, value in (stated or {}).items() if term in INDEX}
-    names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
-    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
-    friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
-    if friction:
-        names = ["friction", *names]
-    floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}), []
-    if not friction or (angle and not coupled):
-        names = ["friction", *(n for n in names if n != "friction")]
-        richer = fit_floor(runs, names, {**held, "coupling": 1.0 if angle else 0.0})
-        if _cost(floor, richer) - _cost(richer, richer) > ANOTHER_LAW:
-            what = "the coupling of sliding and spinning friction" if friction else "floor friction"
-            floor, notes = (
-                richer,
-                [f"The flights need {what}, which [model] effects does not name; it was fitted along."],
-            )
-    found = [settled(run, fits) for run, fits in zip(runs, floor.fits, strict=True)]
-    if any(run is not None for run in found):
-        runs = [new or run for new, run in zip(found, runs, strict=True)]
-        floor = fit_floor(runs, floor.names, held, floor)
-    for _ in range(MOST_ADDED):
-        added = _needed_term(floor)
-        if added is None:
-            break
-        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], held, floor)
-        if not _confirmed(richer, CANDIDATES[added]):
-            break
-        floor = richer
-        other = f"another size of {added} than [model] states" if added in effects else None
-        notes.append(
-            f"The flights need {other or f'{added}, which [model] effects does not name'}; it was fitted along."
-        )
-    return list(runs), floor, notes
-
-
-def _cost(floor: FloorFit, judge: FloorFit) -> float:
-    """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
-    are held against each other on the same frames."""
-    columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
-    rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
-    noise = _without_force(judge.noise)
-    prior = _prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
-    return best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])[2]
-
-
-def _needed_term(floor: FloorFit) -> str | None:
-    """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
-
-    Each candidate is held against the model without it, both with the unknown force that they leave."""
-    candidates = {name: terms for name, terms in CANDIDATES.items() if not set(terms) & set(floor.names)}
-    if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
-        del candidates["vertical_motion"]
-    if not candidates:
-        return None
-    columns = columns_of([*floor.names, *(t for terms in candidates.values() for t in terms), *ORIGIN, *LENS_TERMS])
-    rows = [linearised(fit, columns) for fit in floor.fits]
-    evidence = force_evidence(rows, tried_forces(rows, floor.noise, floor.fits[0].run.radius_m))
-    costs = {}
-    for name, terms in {"": (), **candidates}.items():
-        chosen = columns_of([*floor.names, *ORIGIN, *LENS_TERMS, *terms])
-        costs[name] = best_model(evidence, [_prior_in(columns, chosen, floor.fits[0].shared, floor.lens_sd_m)])[2]
-    best = min(candidates, key=lambda name: costs[name])
-    return best if costs[""] - costs[best] > ANOTHER_TERM else None
-
-
-def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
-    """Whether fitted ``terms`` stand out of their covariance, in which the runs' disagreement is: what the model misses
-    pulls each run its own way."""
-    at = [floor.names.index(term) for term in terms]
-    value = floor.estimate[at]
-    return bool(value @ np.linalg.solve(floor.covariance[np.ix_(at, at)], value) > ANOTHER_LAW)
-
-
 def fit_floor(
     runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None = None
 ) -> FloorFit:
@@ -207,7 +97,7 @@ def fit_floor(
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
     offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
-    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (_without_force(start.noise), LENS_SD_M)
+    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (without_force(start.noise), LENS_SD_M)
     for stage in range(1 + MOST_STAGES):
         for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
             fits = [
@@ -227,7 +117,7 @@ def fit_floor(
             shared = shared + step[offsets]
         if stage == 0 or (noise.forced and stage < MOST_STAGES):
             # Noise is estimated on fits without a force, which would follow it.
-            frames = noise_of(fits) if stage == 0 else _without_force(noise)
+            frames = noise_of(fits) if stage == 0 else without_force(noise)
             before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
             if (
                 stage > 0
@@ -285,7 +175,8 @@ def lift_sd(host: HostMotion, with_z: bool) -> float:
     return host.omega_rad_per_s**2 * float(np.sqrt(square)) / GRAVITY_M_PER_S2
 
 
-def _without_force(noise: FlightNoise) -> FlightNoise:
+def without_force(noise: FlightNoise) -> FlightNoise:
+    """``noise`` of the frames alone."""
     return replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0, sure=0.0)
 
 
@@ -313,12 +204,9 @@ def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNo
     if not any(row.flights for row in rows):
         return noise, HELD_M
     columns = rows[0].columns
-    priors = [_prior_in(columns, columns, fits[0].shared, lens_sd) for lens_sd in LENS_SDS_M]
-    best, number, _ = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
-    for finer in (tried_nearby, tried_spins):
-        if best.forced:
-            best, _, _ = best_model(force_evidence(rows, finer(best)), priors[number : number + 1])
-    return best, LENS_SDS_M[number]
+    priors = [prior_in(columns, columns, fits[0].shared, lens_sd) for lens_sd in LENS_SDS_M]
+    best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
+    return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
 
 
 def prior_sd(lens_sd_m: float) -> dict[str, float]:
@@ -342,7 +230,7 @@ def _prior(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Arr
     return prior, pull
 
 
-def _prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
+def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
     """The prior of the ``chosen`` of the evidence's ``columns``, the lens residual's terms integrated out."""
     lens = {SHARED.index(name) for name in LENS_TERMS}
     return Prior(

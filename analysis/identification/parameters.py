@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from analysis.contact.law import fit_restitution, restitution_gain
+from analysis.contact.law import fit_restitution, restitution_gain, sticks
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.intervals import (
@@ -75,7 +75,7 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     """Intervals of the contact law's parameters and of the restitution's scatter and slope; all NaN without an impact.
 
     The profile likelihoods' intervals, widened by what all impacts share: errors of length (:func:`length_residual`, a
-    lens residual)."""
+    lens residual), and a force that grows towards the wall."""
     result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), UNKNOWN)
     if rig.law is None:
         return result
@@ -92,11 +92,33 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     lens["restitution"] = restitution_sd(rig.lens, rig.wall.impacts, rig.data, rig.law, rig.wall.wall.size_m) / abs(
         value
     )
+    pulled = _pulled(rig)
     # (1 + beta_0) goes with the ratio of two speeds, the others with one.
     return {
-        name: widened(i, np.hypot(shared, lens[name]) * (abs(i.value) + (name == "tangential_restitution")))
+        name: widened(
+            i,
+            float(np.linalg.norm([shared, lens[name], pulled.get(name, 0.0)]))
+            * (abs(i.value) + (name == "tangential_restitution")),
+        )
         for name, i in result.items()
     }
+
+
+def _pulled(rig: RigFit) -> dict[str, float]:
+    """Relative errors by a force that grows towards the wall: all impacts share them, for it acts alike at each.
+
+    Along the wall it does nothing, so that the tangential restitution has none."""
+    force = rig.wall_force
+    if force is None or rig.law is None:
+        return {}
+    data = rig.data
+    before, after = force.before_m_per_s[data.index], force.after_m_per_s[data.index]
+    weight = data.normal_impulse**2
+    own = {"restitution": abs(np.average(after / data.after - before / data.before, weights=weight))}
+    slide = ~sticks(data, rig.law.wall_friction, rig.law.tangential_restitution)
+    if slide.any():
+        own["wall_friction"] = abs(np.average(((before + after) / data.normal_impulse)[slide], weights=weight[slide]))
+    return {name: float(share) for name, share in own.items()}
 
 
 def length_residual(rig: RigFit) -> float:
@@ -159,7 +181,7 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     for k, name in enumerate(rig.floor.names):
         interval = normal_interval(estimate[k], np.sqrt(covariance[k, k]))
         if name == "friction":
-            force = rig.floor.noise.acceleration_m_per_s2 > FORCE_SHARE * abs(estimate[k]) * GRAVITY_M_PER_S2
+            force = _force_on_friction(rig) > FORCE_SHARE * abs(estimate[k]) * GRAVITY_M_PER_S2
             if force or interval.sd > UNDETERMINED_FRICTION or not sum(e.flights for e in rig.floor.evidence):
                 interval = UNKNOWN
             shared = np.hypot(
@@ -171,6 +193,13 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     if "friction" not in rig.floor.names:
         rows.append(("floor_friction", UNKNOWN))
     return rows
+
+
+def _force_on_friction(rig: RigFit) -> float:
+    """The unknown force (m/s^2) that may pass for friction: at the rim, too, where friction goes with the spin."""
+    noise = rig.floor.noise
+    rim = noise.spin_rad_per_s2 * rig.runs[0].data.radius_m if rig.floor.coupling > 0 and rig.angle else 0.0
+    return max(noise.acceleration_m_per_s2, rim)
 
 
 def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:

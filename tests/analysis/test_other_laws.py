@@ -18,6 +18,7 @@ from tests.plants import LAWS, Spec, make_series, write_series
 from tests.plants.scoring import NAMES, impact_scores, parameter_scores
 
 LAWS_TRIED = ("coulomb", "stribeck", "spin_decay", "sticky_patch", "gusts", "eccentric_mass", "wall_pull", "air_drag")
+SHARED_SDS = 2.5  # what all impacts share is one error
 FARTHEST_SDS = 4.0  # of 32 errors the largest is below this in all but 0.2 % of draws
 
 
@@ -34,6 +35,23 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
     told = parameter_scores(joint, made)
     far = {short: told[f"{short}_z"] for short in NAMES.values() if abs(told.get(f"{short}_z", 0.0)) > FARTHEST_SDS}
     assert not far
+    assert (identified[0].rig.floor.coupling == 0.0) == (law == "coulomb")
+    pull = identified[0].rig.wall_force
+    assert (pull is not None) == (law == "wall_pull")
+    if pull is not None:
+        physics = made[0].truth["rig"].physics
+        assert pull.acceleration_m_per_s2 == pytest.approx(physics.pull_m_per_s2, rel=0.6)
+        assert pull.width_m / identified[0].rig.wall.wall.size_m == pytest.approx(
+            physics.pull_width_m / physics.reach_m, rel=1.0
+        )
+
+
+def test_a_pull_of_the_wall_widens_the_wall_friction(tmp_path):
+    """Impacts taken one by one, each with an error of its own, made it 4 sd too large."""
+    made = make_series(Spec("wall_pull"), np.random.default_rng([2026, sorted(LAWS).index("wall_pull"), 801]), 3)
+    series = read_series(write_series(made, tmp_path / "series"))
+    joint, _ = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
+    assert abs(parameter_scores(joint, made)["mu_c_z"]) < SHARED_SDS
 
 
 def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):

@@ -1,8 +1,9 @@
 """Where the rig stands, when the clock starts, what is called how: the answers of a series must not know.  Entry at the
 table motion.
 
-Each test changes one series in a way that must not matter, identifies it again, maps the answers back and compares:
-impacts one to one, parameters within a tenth of their sds, sds within a tenth.
+Each test changes one series in a way that must not matter, identifies it again with ``ovines identify``, maps the
+answers back and compares: impacts one to one, parameters within a tenth of their sds, sds within a tenth, what the
+checks say.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.identify import Identified, identify_series
+from analysis.checks.recording import verdict
+from analysis.identify import identify_series
 from ovines.__main__ import main
 from ovines.recording import read_series
 from ovines.tables import read_table
@@ -43,20 +45,36 @@ TILTED = Spec(
 
 @dataclass(frozen=True)
 class Answer:
-    """Joint parameters by name (value, sd, low, high), and the impacts of each run."""
+    """Joint parameters by name (value, sd, low, high), the impacts of each run, and its table ``checks``."""
 
     parameters: pd.DataFrame
     impacts: list[pd.DataFrame]
-
-
-def answer(joint: pd.DataFrame, runs: Sequence[Identified]) -> Answer:
-    return Answer(joint.set_index("parameter")[["value", "sd", "low", "high"]], [run.impacts for run in runs])
+    checks: list[pd.DataFrame]
 
 
 def identified(runs: Sequence[Run], folder: Path) -> Answer:
-    """The series written, read and identified."""
+    """The series written, and identified with the command."""
+    written, out = write_series(list(runs), folder / "series"), folder / "out"
+    assert main(["identify", str(written), "--out", str(out)]) == 0
+    return answer(out, [f"run-{number:02d}" for number in range(1, len(runs) + 1)])
+
+
+def answer(out: Path, names: Sequence[str]) -> Answer:
+    """What ``ovines identify`` wrote of a series whose runs have these ``names``."""
+    parameters = read_table(out / "identification.parquet", "identification").set_index("parameter")
+    return Answer(
+        parameters[["value", "sd", "low", "high"]],
+        [read_table(out / name / "impacts.parquet", "impacts") for name in names],
+        [read_table(out / name / "checks.parquet", "checks") for name in names],
+    )
+
+
+def identified_together(runs: Sequence[Run], folder: Path) -> Answer:
+    """As :func:`identified`, each run's impacts as the joint fit sees them: the command tells what each says alone."""
     series = read_series(write_series(list(runs), folder))
-    return answer(*identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series))
+    joint, each = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
+    parameters = joint.set_index("parameter")[["value", "sd", "low", "high"]]
+    return Answer(parameters, [one.impacts for one in each], [])
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +85,7 @@ def series() -> list[Run]:
 
 @pytest.fixture(scope="module")
 def base(series, tmp_path_factory) -> Answer:
-    found = identified(series, tmp_path_factory.mktemp("base") / "series")
+    found = identified(series, tmp_path_factory.mktemp("base"))
     assert sum(len(one) for one in found.impacts) > 30
     assert "table_tilt_x_m_per_s2" in found.parameters.index  # else a turn of the world would prove little
     return found
@@ -132,11 +150,24 @@ def same_impacts(one: pd.DataFrame, other: pd.DataFrame, within_sd: float = SMAL
     assert one["regime"].fillna("").tolist() == other["regime"].fillna("").tolist()
 
 
+def same_verdicts(one: Answer, other: Answer) -> None:
+    """The same checks hold, and the same parameters are named as not to be used, of each run."""
+    for a, b in zip(one.checks, other.checks, strict=True):
+        assert a.set_index("check")["state"].to_dict() == b.set_index("check")["state"].to_dict()
+        assert verdict(a)[:2] == verdict(b)[:2]
+
+
 def same(one: Answer, other: Answer, within_sd: float = SMALL) -> None:
     assert len(one.impacts) == len(other.impacts)
     for a, b in zip(one.impacts, other.impacts, strict=True):
         same_impacts(a, b, within_sd)
     same_parameters(one.parameters, other.parameters, within_sd)
+    same_verdicts(one, other)
+
+
+def without(found: Answer, names: Sequence[str]) -> Answer:
+    """``found`` without some of its parameters."""
+    return replace(found, parameters=found.parameters.drop(list(names)))
 
 
 def mapped(
@@ -158,7 +189,7 @@ def mapped(
         c, s = math.cos(tilt_rad), math.sin(tilt_rad)
         x, y = parameters.loc[names, "value"]
         parameters.loc[names, "value"] = c * x - s * y, s * x + c * y
-    return Answer(parameters, [impacts(table.copy()) for table in found.impacts])
+    return Answer(parameters, [impacts(table.copy()) for table in found.impacts], found.checks)
 
 
 def placed(motion: pd.DataFrame, shift_m: tuple[float, float], turn_rad: float) -> pd.DataFrame:
@@ -179,35 +210,40 @@ def test_where_the_origin_lies(series, base, tmp_path):
     same(base, identified(changed(series, lambda m: placed(m, SHIFT_M, 0.0)), tmp_path))
 
 
-@pytest.mark.parametrize("turn_rad", [TURN_RAD, -math.pi / 2])
-def test_how_the_axes_lie(series, base, turn_rad, tmp_path):
+def test_how_the_axes_lie(series, base, tmp_path):
+    """The axes exchanged; any angle: :func:`test_the_whole_way_to_the_diagnosis`."""
+    turn_rad = -math.pi / 2
     found = identified(changed(series, lambda m: placed(m, (0.0, 0.0), turn_rad)), tmp_path)
     back = mapped(found, lambda t: turned_back(t, turn_rad), tilt_rad=-turn_rad)
     # the tilt's sds belong to other axes: of either only the larger is compared, through its values
     names = ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]
     same_parameters(base.parameters.loc[names], back.parameters.loc[names], sds_too=False)
-    same(Answer(base.parameters.drop(names), base.impacts), Answer(back.parameters.drop(names), back.impacts))
+    same(without(base, names), without(back, names))
+
+
+def mirrored(motion: pd.DataFrame) -> pd.DataFrame:
+    """``motion`` seen in a mirror: y and angles change their signs."""
+    return motion.assign(**{name: -motion[name] for name in ("nes_y_m", "host_y_m", "nes_angle_rad", "host_angle_rad")})
+
+
+def mirrored_back(table: pd.DataFrame) -> pd.DataFrame:
+    """Impacts seen in a mirror taken back: azimuths, spins and tangential speeds change their signs."""
+    names = [
+        "azimuth_rad",
+        "tangential_speed_before_m_per_s",
+        "tangential_speed_after_m_per_s",
+        "spin_before_rad_per_s",
+        "spin_after_rad_per_s",
+    ]
+    return table.assign(**{name: -table[name] for name in names})
+
+
+#: what a mirror does to the parameters
+MIRRORED = dict.fromkeys(("table_tilt_y_m_per_s2", "wall_centre_y_m", "disk_centre_y_m", "wall_ellipticity_sin"), -1.0)
 
 
 def test_which_way_round_the_rig_is_built(series, base, tmp_path):
-    """Seen in a mirror: y, angles, spins and tangential speeds change their signs."""
-    flipped = ("nes_y_m", "host_y_m", "nes_angle_rad", "host_angle_rad")
-    found = identified(changed(series, lambda m: m.assign(**{name: -m[name] for name in flipped})), tmp_path)
-
-    def back(table: pd.DataFrame) -> pd.DataFrame:
-        names = [
-            "azimuth_rad",
-            "tangential_speed_before_m_per_s",
-            "tangential_speed_after_m_per_s",
-            "spin_before_rad_per_s",
-            "spin_after_rad_per_s",
-        ]
-        return table.assign(**{name: -table[name] for name in names})
-
-    mirrored = dict.fromkeys(
-        ("table_tilt_y_m_per_s2", "wall_centre_y_m", "disk_centre_y_m", "wall_ellipticity_sin"), -1.0
-    )
-    same(base, mapped(found, back, mirrored))
+    same(base, mapped(identified(changed(series, mirrored), tmp_path), mirrored_back, MIRRORED))
 
 
 def test_when_the_clock_starts_and_how_frames_are_numbered(series, base, tmp_path):
@@ -222,7 +258,7 @@ def test_in_which_order_and_under_which_names_runs_come(series, base, tmp_path):
         for run, word in zip(series, ("z", "Ä 2", "a"), strict=True)
     ]
     found = identified(renamed[::-1], tmp_path)
-    same(base, replace(found, impacts=found.impacts[::-1]))
+    same(base, replace(found, impacts=found.impacts[::-1], checks=found.checks[::-1]))
 
 
 @pytest.mark.parametrize("scale", [5.0, 0.2])
@@ -292,17 +328,18 @@ def test_every_second_frame_tells_the_same_less_well(series, base, tmp_path):
     )
 
 
-def test_a_run_cut_in_two(series, base, tmp_path):
+def test_a_run_cut_in_two(series, tmp_path):
     """Cut in the middle of its longest flight, the second part with its own clock: what ties the two halves of one
     flight together is lost.
     """
-    run = series[0]
+    base, run = identified_together(series, tmp_path / "whole"), series[0]
     times = base.impacts[0]["time_s"].to_numpy()
     longest = int(np.argmax(np.diff(times)))
     at = int(np.searchsorted(run.motion["time_s"], 0.5 * (times[longest] + times[longest + 1])))
     start = float(run.motion["time_s"].iloc[at])
     second = run.motion.iloc[at:].assign(frame=lambda m: m["frame"] - at, time_s=lambda m: m["time_s"] - start)
-    found = identified([replace(run, motion=run.motion.iloc[:at]), replace(run, motion=second), *series[1:]], tmp_path)
+    parts = [replace(run, motion=run.motion.iloc[:at]), replace(run, motion=second)]
+    found = identified_together([*parts, *series[1:]], tmp_path / "cut")
     joined = pd.concat(
         [found.impacts[0], found.impacts[1].assign(time_s=found.impacts[1]["time_s"] + start)], ignore_index=True
     )
@@ -341,12 +378,9 @@ def test_a_calm_run_added_to_the_series(series, base, tmp_path):
     text = re.sub(r"acceleration_g = .*", "acceleration_g = 0.01", run.toml)
     found = identified([*series, replace(run, motion=calm, toml=text)], tmp_path)
     assert len(found.impacts[3]) == 0
-    names = base.parameters.index.drop("drive_frequency_hz")  # this the calm second does tell
-    same(
-        Answer(base.parameters.loc[names], base.impacts),
-        Answer(found.parameters.loc[found.parameters.index.drop("drive_frequency_hz")], found.impacts[:3]),
-        CALM,
-    )
+    of_three = replace(found, impacts=found.impacts[:3], checks=found.checks[:3])
+    drive = ["drive_frequency_hz"]  # this the calm second does tell
+    same(without(base, drive), without(of_three, drive), CALM)
 
 
 def test_a_calm_second_at_the_end(tmp_path):
@@ -364,32 +398,31 @@ def test_a_calm_second_at_the_end(tmp_path):
     same(one, other, CALM)
 
 
-def test_through_the_commands_anywhere_at_any_time(series, tmp_path):
-    """`ovines identify` and `ovines diagnose` of the series elsewhere, turned and later: impacts, parameters, verdict,
-    effects, stage.
+def test_the_whole_way_to_the_diagnosis(series, tmp_path):
+    """`ovines identify` and `ovines diagnose` of the series elsewhere, turned, in a mirror and later, its runs in
+    another order: impacts, parameters, checks, verdict, effects, stage.
     """
 
     def elsewhere(motion: pd.DataFrame) -> pd.DataFrame:
-        motion = placed(motion, SHIFT_M, TURN_RAD)
+        motion = placed(mirrored(motion), SHIFT_M, TURN_RAD)
         return motion.assign(time_s=motion["time_s"] + LATE, frame=motion["frame"] + LATE)
 
-    told = {}
-    for name, runs in (("here", series), ("there", changed(series, elsewhere))):
-        folder, out = write_series(list(runs), tmp_path / name), tmp_path / f"out {name}"
-        assert main(["identify", str(folder), "--out", str(out)]) == 0
-        assert main(["diagnose", str(folder), "--out", str(out)]) == 0
-        impacts = [read_table(path, "impacts") for path in sorted(out.glob("run-*/impacts.parquet"))]
-        parameters = read_table(out / "identification.parquet", "identification").set_index("parameter")[
-            ["value", "sd", "low", "high"]
-        ]
-        told[name] = Answer(parameters, impacts), json.loads((out / "diagnosis.json").read_text())
-    there = mapped(
-        told["there"][0], lambda t: turned_back(t.assign(time_s=t["time_s"] - LATE), TURN_RAD), tilt_rad=-TURN_RAD
-    )
-    here, names = told["here"][0], ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]
+    told, diagnosed = {}, {}
+    for name, runs in (("here", series), ("there", changed(series, elsewhere)[::-1])):
+        told[name], out = identified(runs, tmp_path / name), tmp_path / name / "out"
+        assert main(["diagnose", str(tmp_path / name / "series"), "--out", str(out)]) == 0
+        diagnosed[name] = json.loads((out / "diagnosis.json").read_text())
+
+    def back(table: pd.DataFrame) -> pd.DataFrame:
+        return mirrored_back(turned_back(table.assign(time_s=table["time_s"] - LATE), TURN_RAD))
+
+    here, there = told["here"], mapped(told["there"], back, tilt_rad=-TURN_RAD)
+    there = mapped(there, factors=MIRRORED)
+    there = replace(there, impacts=there.impacts[::-1], checks=there.checks[::-1])
+    names = ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]
     same_parameters(here.parameters.loc[names], there.parameters.loc[names], sds_too=False)
-    same(Answer(here.parameters.drop(names), here.impacts), Answer(there.parameters.drop(names), there.impacts))
-    one, other = told["here"][1], told["there"][1]
+    same(without(here, names), without(there, names))
+    one, other = diagnosed["here"], diagnosed["there"]
     assert (
         (other["verdict"], other["effects"], other["stage"])
         == (one["verdict"], one["effects"], one["stage"])
@@ -398,7 +431,7 @@ def test_through_the_commands_anywhere_at_any_time(series, tmp_path):
     tilts = [d["parameters"]["table_tilt"] for d in (one, other)]
     half = 0.5 * (tilts[0]["tilt_rad"]["high"] - tilts[0]["tilt_rad"]["low"])
     assert abs(tilts[1]["tilt_rad"]["value"] - tilts[0]["tilt_rad"]["value"]) < SMALL * half
-    turned = tilts[1]["direction_rad"]["value"] - TURN_RAD - tilts[0]["direction_rad"]["value"]
+    turned = TURN_RAD - tilts[1]["direction_rad"]["value"] - tilts[0]["direction_rad"]["value"]
     assert abs(math.remainder(turned, 2 * math.pi)) < SMALL * 0.5 * (
         tilts[0]["direction_rad"]["high"] - tilts[0]["direction_rad"]["low"]
     )

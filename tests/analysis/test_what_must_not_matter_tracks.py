@@ -18,16 +18,17 @@ import pandas as pd
 import pytest
 
 from ovines.__main__ import main
-from ovines.tables import read_table
 from tests.analysis.test_what_must_not_matter import (
     LATE,
     SHIFT_M,
     TURN_RAD,
     Answer,
+    answer,
     mapped,
     same,
     same_parameters,
     turned_back,
+    without,
 )
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "series_tilted"
@@ -80,10 +81,7 @@ def identified(
         )
     out = folder / "out"
     assert main(["identify", str(folder), "--out", str(out)]) == 0
-    parameters = read_table(out / "identification.parquet", "identification").set_index("parameter")[
-        ["value", "sd", "low", "high"]
-    ]
-    return Answer(parameters, [read_table(out / name / "impacts.parquet", "impacts") for name in names])
+    return answer(out, names)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +110,7 @@ def test_where_the_board_lay_and_when_the_clock_started(base, tmp_path):
     )
     back = mapped(found, lambda t: turned_back(t.assign(time_s=t["time_s"] - LATE), TURN_RAD), tilt_rad=-TURN_RAD)
     same_parameters(base.parameters.loc[TILT], back.parameters.loc[TILT], sds_too=False)
-    same(Answer(base.parameters.drop(TILT), base.impacts), Answer(back.parameters.drop(TILT), back.impacts))
+    same(without(base, TILT), without(back, TILT))
 
 
 def test_names_and_orders(base, tmp_path):

@@ -1,5 +1,5 @@
-"""The same film told otherwise - other lengths, world, orders, names, numbers, formats, pixels - is tracked the
-same.
+"""The same film told otherwise - other lengths, world, orders, names, numbers, formats, pixels - is tracked the same,
+by ``ovines track``.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import pandas as pd
 import pytest
 
 import vision.track
+from ovines.__main__ import main
 from ovines.camera import Camera, write_calibration
 from ovines.recording import read_recording
+from ovines.tables import read_table
 from tests.vision.test_track import FRAME_RATE_HZ, GROUND, HOST, NES, SIZE, film
 
 FRAMES = 12
@@ -91,11 +93,11 @@ def _save(folder: Path, told: Told, pictures: tuple[np.ndarray, ...]) -> None:
 
 
 def followed(folder: Path, told: Told) -> pd.DataFrame:
-    """Tracks, one row per camera, frame and marker."""
-    folder = written(folder, told)
-    return vision.track.track(read_recording(folder), told.cameras).tracks.set_index(["camera", "frame", "marker"])[
-        ["u_px", "v_px", "time_s"]
-    ]
+    """Tracks, one row per camera, frame and marker, as the command writes them."""
+    out = folder.with_name(f"{folder.name} out")
+    assert main(["track", str(written(folder, told)), "--out", str(out)]) == 0
+    tracks = read_table(out / "tracks.parquet", "tracks")
+    return tracks.set_index(["camera", "frame", "marker"])[["u_px", "v_px", "time_s"]]
 
 
 def same(one: pd.DataFrame, other: pd.DataFrame, within_px: float) -> None:

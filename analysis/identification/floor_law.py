@@ -1,0 +1,142 @@
+"""Which law the floor follows: ``[model]``'s, or another that the flights of all runs need beyond doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from analysis.flights.evidence import columns_of, linearised, usable_flights
+from analysis.flights.fit import LENS_TERMS, ORIGIN
+from analysis.flights.frame_assignment import settled
+from analysis.flights.parameters import INDEX
+from analysis.flights.runs import Run
+from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
+from analysis.identification.floor import FloorFit, fit_floor, prior_in, without_force
+
+# Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
+TERMS_OF = {
+    "viscous_drag": ("viscous",),
+    "air_drag": ("air",),
+    "table_tilt": ("tilt_x", "tilt_y"),
+    "friction_drift": ("drift",),
+}
+# Fall of -2 log L from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600
+# series.
+ANOTHER_LAW = 25.0
+# Probability of an unknown force from which it counts as certain: notes speak of it, other laws are tried.
+SURE_FORCE = 0.95
+UNCOUPLED_WORDS = (
+    "The flights follow floor friction without its coupling to the spin (spin_coupling), which [model] effects names: "
+    "the floor friction is that of plain sliding."
+)
+# The same for further terms, each model with the unknown force that it leaves: six candidates of up to two parameters
+# give 25 by chance once in thirty thousand series.
+ANOTHER_TERM = 40.0
+MOST_ADDED = 3
+# What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
+CANDIDATES: dict[str, tuple[str, ...]] = {
+    "table_tilt": ("tilt_x", "tilt_y"),
+    "vertical_motion": ("load",),
+    "viscous_drag": ("viscous",),
+    "air_drag": ("air",),
+    "friction_drift": ("drift",),
+    "a force towards the Host's centre": ("centre_host",),
+}
+
+
+def choose_floor(
+    runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: Mapping[str, float] | None = None
+) -> tuple[list[Run], FloorFit, list[str]]:
+    """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling,
+    further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
+
+    A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
+    Returns the runs too: without the frames that no flight explains.
+    """
+    held = {term: value for term, value in (stated or {}).items() if term in INDEX}
+    names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
+    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
+    friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
+    if friction:
+        names = ["friction", *names]
+    floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}), []
+    if not friction or (angle and not coupled):
+        names = ["friction", *(n for n in names if n != "friction")]
+        richer = fit_floor(runs, names, {**held, "coupling": 1.0 if angle else 0.0})
+        if _cost(floor, richer) - _cost(richer, richer) > ANOTHER_LAW:
+            what = "the coupling of sliding and spinning friction" if friction else "floor friction"
+            floor, notes = (
+                richer,
+                [f"The flights need {what}, which [model] effects does not name; it was fitted along."],
+            )
+    found = [settled(run, fits) for run, fits in zip(runs, floor.fits, strict=True)]
+    if any(run is not None for run in found):
+        runs = [new or run for new, run in zip(found, runs, strict=True)]
+        floor = fit_floor(runs, floor.names, held, floor)
+    floor, added = _with_terms(runs, floor, effects, held)
+    if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
+        # Last: what a tilt or a drag leaves over may look like friction that knows no spin.
+        plain, others = _with_terms(runs, fit_floor(runs, names, {**held, "coupling": 0.0}), effects, held)
+        if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
+            floor, added = plain, [UNCOUPLED_WORDS, *others]
+    return list(runs), floor, [*notes, *added]
+
+
+def _with_terms(
+    runs: Sequence[Run], floor: FloorFit, effects: Sequence[str], held: Mapping[str, float]
+) -> tuple[FloorFit, list[str]]:
+    """``floor`` with those of :data:`CANDIDATES` that its flights need beyond doubt, and a note on each."""
+    notes = []
+    for _ in range(MOST_ADDED):
+        added = _needed_term(floor)
+        if added is None:
+            break
+        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], held, floor)
+        if not _confirmed(richer, CANDIDATES[added]):
+            break
+        floor = richer
+        other = f"another size of {added} than [model] states" if added in effects else None
+        notes.append(
+            f"The flights need {other or f'{added}, which [model] effects does not name'}; it was fitted along."
+        )
+    return floor, notes
+
+
+def _cost(floor: FloorFit, judge: FloorFit) -> float:
+    """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
+    are held against each other on the same frames."""
+    columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
+    rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
+    noise = without_force(judge.noise)
+    prior = prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
+    best, _, cost = best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])
+    return refined(rows, best, cost, prior)[1]
+
+
+def _needed_term(floor: FloorFit) -> str | None:
+    """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
+
+    Each candidate is held against the model without it, both with the unknown force that they leave."""
+    candidates = {name: terms for name, terms in CANDIDATES.items() if not set(terms) & set(floor.names)}
+    if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
+        del candidates["vertical_motion"]
+    if not candidates:
+        return None
+    columns = columns_of([*floor.names, *(t for terms in candidates.values() for t in terms), *ORIGIN, *LENS_TERMS])
+    rows = [linearised(fit, columns) for fit in floor.fits]
+    evidence = force_evidence(rows, tried_forces(rows, floor.noise, floor.fits[0].run.radius_m))
+    costs = {}
+    for name, terms in {"": (), **candidates}.items():
+        chosen = columns_of([*floor.names, *ORIGIN, *LENS_TERMS, *terms])
+        costs[name] = best_model(evidence, [prior_in(columns, chosen, floor.fits[0].shared, floor.lens_sd_m)])[2]
+    best = min(candidates, key=lambda name: costs[name])
+    return best if costs[""] - costs[best] > ANOTHER_TERM else None
+
+
+def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
+    """Whether fitted ``terms`` stand out of their covariance, in which the runs' disagreement is: what the model misses
+    pulls each run its own way."""
+    at = [floor.names.index(term) for term in terms]
+    value = floor.estimate[at]
+    return bool(value @ np.linalg.solve(floor.covariance[np.ix_(at, at)], value) > ANOTHER_LAW)
