@@ -1,7 +1,8 @@
 """What a calibration says of itself, held against the truth: flags, and the 90 % band over image and plane.
 
 python benchmarks/calibration.py flags [CASES] [BOARD]  model errors of 0.05 px flagged, and false flags
-python benchmarks/calibration.py band [CASES] [VIEWS]  true errors inside 1.645 sd: lens over the image, plane
+python benchmarks/calibration.py band [CASES] [VIEWS] [FIRST]  true errors inside 1.645 sd: lens over the image, plane;
+                                                     FIRST: seed of the first case
 python benchmarks/calibration.py rendered [CASES]    the same band with images rendered and corners found in them
 python benchmarks/calibration.py real FOLDER         real chessboard pairs, and FOLDER/stereo_dots
 
@@ -98,10 +99,10 @@ def flags(cases: int, board: str = "charuco_9x13_20mm") -> None:
         )
 
 
-def band(cases: int, views: int, rendered: bool = False) -> None:
+def band(cases: int, views: int, rendered: bool = False, first: int = 0) -> None:
     """Share of true errors within the 90 % band."""
     lens, plane = [], []
-    for seed in range(cases):
+    for seed in range(first, first + cases):
         setup, rng = setup_of(seed)
         found = calibrated(setup, views, rng, rendered)
         covariance = np.nan_to_num(found.covariance)
@@ -186,4 +187,5 @@ if __name__ == "__main__":
         flags(int(given[0]) if given else 20, *given[1:])
     else:
         cases = int(given[0]) if given else 200 if what == "band" else 5
-        band(cases, int(given[1]) if len(given) > 1 else 7, rendered=what == "rendered")
+        views, first = (int(given[k]) if len(given) > k else usual for k, usual in ((1, 7), (2, 0)))
+        band(cases, views, what == "rendered", first)
