@@ -137,6 +137,22 @@ def compare(
         claimed = f"; claimed {np.sqrt(np.nanmean(sd**2)):.4f}, {np.nanmedian(sd):.4f} px" if what == "ours" else ""
         print(f"  {what:22s} {counts}; held out {held:.4f} px{freed}{claimed}", flush=True)
 
+    if printed:
+        own_views(board, seen, images[0].shape[::-1])
+
+
+def own_views(board: Board, seen: list[View], size: tuple[int, ...]) -> None:
+    """Noise and claim of ours over all views that show the board whole, whatever other methods find."""
+    most = max(len(one.points) for one in seen)
+    whole = [one for one in seen if len(one.points) == most >= FEWEST]
+    found: list[Found] = [dict(zip(map(int, one.points), one.uv_px, strict=True)) for one in whole]
+    freed_px, noise_px, _ = board_freed(board, found, sorted(found[0]), size)
+    claimed = float(np.sqrt(np.nanmean(np.concatenate([one.sd_px for one in whole]) ** 2)))
+    print(
+        f"  ours, its {len(whole)} whole views: board freed {freed_px:.4f} px, noise {noise_px:.4f} px; "
+        f"claimed {claimed:.4f} px, {claimed / noise_px:.2f} of it"
+    )
+
 
 def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: tuple[int, ...]) -> float:
     """RMS per coordinate [px] on every second view, with the lens of the others."""
