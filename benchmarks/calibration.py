@@ -1,7 +1,8 @@
 """What a calibration says of itself, held against the truth: flags, and the 90 % band over image and plane.
 
-python benchmarks/calibration.py flags [CASES] [BOARD]  model errors of 0.05 px flagged, and false flags
-python benchmarks/calibration.py band [CASES] [VIEWS]  true errors inside 1.645 sd: lens over the image, plane
+python benchmarks/calibration.py flags [CASES] [BOARD] [FIRST]  model errors of 0.05 px flagged, and false flags
+python benchmarks/calibration.py band [CASES] [VIEWS] [FIRST]  true errors inside 1.645 sd: lens over the image, plane;
+                                                     FIRST: seed of the first case
 python benchmarks/calibration.py rendered [CASES]    the same band with images rendered and corners found in them
 python benchmarks/calibration.py real FOLDER         real chessboard pairs, and FOLDER/stereo_dots
 
@@ -74,11 +75,11 @@ def noisy(name: str, points: Array, uv_px: Array, rng: np.random.Generator) -> V
     return View(name, points, uv_px + rng.normal(0, NOISE_PX, uv_px.shape), np.full(len(uv_px), NOISE_PX), 40.0)
 
 
-def flags(cases: int, board: str = "charuco_9x13_20mm") -> None:
+def flags(cases: int, board: str = "charuco_9x13_20mm", first: int = 0) -> None:
     """How many of ``cases`` are flagged with a model error, and without."""
     for error_px in (ERROR_PX, 0.0):
         by_halves = by_field = either = 0
-        for seed in range(cases):
+        for seed in range(first, first + cases):
             setup, rng = setup_of(seed, board)
             camera = setup.cameras[0]
             views = views_of(setup, 0, 16, rng, False)
@@ -98,10 +99,10 @@ def flags(cases: int, board: str = "charuco_9x13_20mm") -> None:
         )
 
 
-def band(cases: int, views: int, rendered: bool = False) -> None:
+def band(cases: int, views: int, rendered: bool = False, first: int = 0) -> None:
     """Share of true errors within the 90 % band."""
     lens, plane = [], []
-    for seed in range(cases):
+    for seed in range(first, first + cases):
         setup, rng = setup_of(seed)
         found = calibrated(setup, views, rng, rendered)
         covariance = np.nan_to_num(found.covariance)
@@ -183,7 +184,8 @@ if __name__ == "__main__":
     if what == "real":
         real(Path(given[0]))
     elif what == "flags":
-        flags(int(given[0]) if given else 20, *given[1:])
+        flags(int(given[0]) if given else 20, *given[1:2], *map(int, given[2:]))
     else:
         cases = int(given[0]) if given else 200 if what == "band" else 5
-        band(cases, int(given[1]) if len(given) > 1 else 7, rendered=what == "rendered")
+        views, first = (int(given[k]) if len(given) > k else usual for k, usual in ((1, 7), (2, 0)))
+        band(cases, views, what == "rendered", first)

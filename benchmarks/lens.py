@@ -1,6 +1,6 @@
 """Lens fields learnt from recordings, against the residual that was put in.
 
-    python benchmarks/lens.py [--series 3] [--runs 12] [--tilts 20]
+    python benchmarks/lens.py [--series 3] [--runs 12] [--tilts 20] [--first 0]
 
 Three questions, each answered as a ratio to its goal (1 or below is reached).
 
@@ -93,11 +93,11 @@ def restitution_sd(tracks: Sequence[pd.DataFrame], cameras: Sequence[Camera], re
     return float(identify_series(motions, recordings)[0].set_index("parameter").loc["restitution", "sd"])
 
 
-def shapes_and_restitution(n_series: int, runs: int) -> None:
+def shapes_and_restitution(n_series: int, runs: int, first: int) -> None:
     print("shape: noise sd, correlation | residual, left, left without open terms (px) | last over goal | restitution:")
     print("       sd without residual, with residual, with residual and field | last over first over goal")
     for sd_px, correlation in NOISES:
-        for seed in range(n_series):
+        for seed in range(first, first + n_series):
             series = draw_series(seed, sd_px, correlation, runs)
             with tempfile.TemporaryDirectory() as folder:
                 write_series(series, Path(folder))
@@ -111,7 +111,7 @@ def shapes_and_restitution(n_series: int, runs: int) -> None:
                 rms = left_px(fields, put, cameras, tracks, recordings[0])
                 line = f"{sd_px:5.2f} {correlation:3.1f} | " + " ".join(f"{one:.4f}" for one in rms)
                 line += f" | {rms[2] / GOAL_PX:.2f}"
-                if seed == 0:
+                if seed == first:
                     sds = [
                         restitution_sd(one, seen, recordings)
                         for one, seen in ((plain, cameras), (tracks, cameras), (tracks, with_fields(cameras, fields)))
@@ -126,9 +126,9 @@ def _cameras(recording: Recording) -> list[Camera]:
     return read_calibration(recording.calibration_file)
 
 
-def tilts(number: int, runs: int) -> None:
+def tilts(number: int, runs: int, first: int) -> None:
     alarms = found = 0
-    for seed in range(number):
+    for seed in range(first, first + number):
         for tilted in (False, True):
             rng = np.random.default_rng(9000 + seed)
             outline = outline_series("plane_tilt" if tilted else "none", 1.0, rng, runs=runs, noise="warp")
@@ -149,9 +149,12 @@ def main() -> None:
     parser.add_argument("--series", type=int, default=3, help="series per noise")
     parser.add_argument("--runs", type=int, default=12, help="runs per series")
     parser.add_argument("--tilts", type=int, default=20, help="series without and with a tilt")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first series")
     arguments = parser.parse_args()
-    shapes_and_restitution(arguments.series, arguments.runs)
-    tilts(arguments.tilts, arguments.runs)
+    if arguments.series:
+        shapes_and_restitution(arguments.series, arguments.runs, arguments.first)
+    if arguments.tilts:
+        tilts(arguments.tilts, arguments.runs, arguments.first)
 
 
 if __name__ == "__main__":

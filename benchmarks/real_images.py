@@ -7,7 +7,9 @@ All points go through the same solver, OpenCV's calibrateCamera with five lens t
     views, points   in which the board was found, and how many points all methods share
     held out        RMS, px, on every second view, whose pose alone is fitted, with the lens of the others
     board freed     of a printed board: RMS, px, where its own points are unknowns too (calibrateCameraRO)
-    claimed         RMS of our points' own standard deviations, px, which the freed residual should equal
+    noise           the same without a smooth field in each view (a quartic over the board, where it has points enough):
+                    a board that moves while its rows are read, or bends, displaces neighbouring points alike
+    claimed         RMS and median of our points' own standard deviations, px, which the noise should equal
     board off       RMS, um, of the freed board from the stated grid after the best similarity: known lengths
 """
 
@@ -16,6 +18,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -30,7 +33,8 @@ Image = NDArray[np.uint8]
 Found = dict[int, Array]  # pixel by number of the point
 ROOT = Path(__file__).resolve().parents[1]
 NEAR_PX = 3.0  # of our centre, within which another detector's is the same dot's
-FEWEST, FRAMES = 12, 24  # points of a view; frames of a film
+FEWEST, FRAMES = 12, 400  # points of a view; frames of a film: all of these
+SMOOTH_DEGREE, POINTS_PER_TERM = 4, 3  # of a view's smooth field
 FREED = 40  # points of a board at most that are unknowns
 
 
@@ -127,11 +131,27 @@ def compare(
         held = held_out(board, [found[k] for k in kept], [both[k] for k in kept], images[0].shape[::-1])
         freed = ""
         if printed and len(whole) >= FEWEST:
-            noise, off_m = board_freed(board, [found[k] for k in kept], whole, images[0].shape[::-1])
-            freed = f"; board freed {noise:.4f} px, off {1e6 * off_m:.1f} um"
+            freed_px, noise_px, off_m = board_freed(board, [found[k] for k in kept], whole, images[0].shape[::-1])
+            freed = f"; board freed {freed_px:.4f} px, noise {noise_px:.4f} px, off {1e6 * off_m:.1f} um"
         counts = f"{len(usual[what]):3d} views, {sum(map(len, usual[what])):5d} points"
-        claimed = f"; claimed {np.sqrt(np.nanmean(sd**2)):.4f} px" if what == "ours" else ""
+        claimed = f"; claimed {np.sqrt(np.nanmean(sd**2)):.4f}, {np.nanmedian(sd):.4f} px" if what == "ours" else ""
         print(f"  {what:22s} {counts}; held out {held:.4f} px{freed}{claimed}", flush=True)
+
+    if printed:
+        own_views(board, seen, images[0].shape[::-1])
+
+
+def own_views(board: Board, seen: list[View], size: tuple[int, ...]) -> None:
+    """Noise and claim of ours over all views that show the board whole, whatever other methods find."""
+    most = max(len(one.points) for one in seen)
+    whole = [one for one in seen if len(one.points) == most >= FEWEST]
+    found: list[Found] = [dict(zip(map(int, one.points), one.uv_px, strict=True)) for one in whole]
+    freed_px, noise_px, _ = board_freed(board, found, sorted(found[0]), size)
+    claimed = float(np.sqrt(np.nanmean(np.concatenate([one.sd_px for one in whole]) ** 2)))
+    print(
+        f"  ours, its {len(whole)} whole views: board freed {freed_px:.4f} px, noise {noise_px:.4f} px; "
+        f"claimed {claimed:.4f} px, {claimed / noise_px:.2f} of it"
+    )
 
 
 def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: tuple[int, ...]) -> float:
@@ -152,23 +172,43 @@ def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: t
     return float(np.sqrt(squares / count))
 
 
-def board_freed(board: Board, found: list[Found], whole: list[int], size: tuple[int, ...]) -> tuple[float, float]:
-    """RMS per coordinate [px] with the board's points as unknowns, freedom counted; RMS [m] of them off the grid."""
+def board_freed(
+    board: Board, found: list[Found], whole: list[int], size: tuple[int, ...]
+) -> tuple[float, float, float]:
+    """RMS per coordinate [px] with the board's points as unknowns, the same without a smooth field in each view,
+    freedom counted; RMS [m] of the points off the grid."""
     whole = whole[:: max(1, len(whole) // FREED)]  # its time grows with the cube of their number
     points = board.points_m().astype(np.float32)[whole]
     views = [np.array([one[k] for k in whole], np.float32) for one in found]
     # The solver holds three points, the first, the fixed one and the last: a row's end and the last make the frame.
     fixed = int(np.argmax(points[:, 0] - points[:, 1]))
-    rms, _, _, _, _, placed = cv2.calibrateCameraRO(
+    rms, matrix, lens, turns, shifts, placed = cv2.calibrateCameraRO(
         [points] * len(views), views, (int(size[0]), int(size[1])), fixed, None, None
     )
-    freedom = 2 * len(views) * len(whole) - 6 * len(views) - 9 - 3 * len(whole) + 7
-    residual = rms * np.sqrt(len(views) * len(whole) / freedom)
+    count, shared = 2 * len(views) * len(whole), 9 - 7 + 3 * len(whole)
+    residual = rms * np.sqrt(len(views) * len(whole) / (count - 6 * len(views) - shared))
+    left = [
+        uv - cv2.projectPoints(placed.reshape(-1, 3), turn, shift, matrix, lens)[0].reshape(-1, 2)
+        for uv, turn, shift in zip(views, turns, shifts, strict=True)
+    ]
+    noise = smooth_apart(points, left) or residual
     grid, flat = points[:, :2].astype(float), placed.reshape(-1, 3)[:, :2].astype(float)
     a, b = grid - grid.mean(0), flat - flat.mean(0)
     u, s, vt = np.linalg.svd(b.T @ a)
     off = b @ (u @ vt) * (s.sum() / (b**2).sum()) - a
-    return float(residual), float(np.sqrt(np.mean(off**2)))
+    return float(residual), noise, float(np.sqrt(np.mean(off**2)))
+
+
+def smooth_apart(points: NDArray[Any], left: list[NDArray[Any]]) -> float | None:
+    """RMS per coordinate [px] of residuals without a polynomial over the board in each view; None of few points."""
+    x, y = (points[:, :2] - points[:, :2].mean(0)).T / np.ptp(points[:, :2])
+    terms = np.stack([x**i * y**j for i in range(SMOOTH_DEGREE + 1) for j in range(SMOOTH_DEGREE + 1 - i)], -1)
+    free = len(points) - terms.shape[1]
+    if len(points) < POINTS_PER_TERM * terms.shape[1]:
+        return None
+    apart = [one - terms @ np.linalg.lstsq(terms, one, rcond=None)[0] for one in left]
+    # What is not smooth of the board's own points was fitted, too: two coordinates show it, hardly the third.
+    return float(np.sqrt(sum((one**2).sum() for one in apart) / (2 * free * (len(left) - 1))))
 
 
 def read(folder: Path, pattern: str) -> list[Image]:

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 VIDEO_SUFFIXES = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
 TICK_S = 1.01e-3  # a container's clock may count milliseconds
 UNEVEN = 0.1  # of a frame's interval, by which a frame may be off an even clock
+_GREY_16 = b"Y1\x00\x10"  # FFmpeg's tag
 FEWEST = 3  # frames whose times say whether they are even
 
 
@@ -41,6 +42,30 @@ def rotation_deg(path: Path) -> int:
     turn = int(capture.get(cv2.CAP_PROP_ORIENTATION_META)) if capture.isOpened() else 0
     capture.release()
     return turn % 360
+
+
+def bits_per_channel(path: Path) -> int:
+    """Bits of each colour or grey of a film's pixels, as its pixel format tells them; 8 where it tells none.
+
+    FFmpeg's tags of deep formats are "Y", a digit, the layout and the depth, the other way round where bytes are.
+    """
+    capture = open_video(path)
+    tag = _pixel_format(capture)
+    capture.release()
+    if tag == b"P010":
+        return 10
+    first, digit, _, depth = tag if tag[:1] == b"Y" else tag[::-1]
+    deep = first == ord("Y") and chr(digit).isdigit() and 8 < depth <= 16
+    return depth if deep else 8
+
+
+def keep_deep_grey(capture: cv2.VideoCapture) -> bool:
+    """Let OpenCV's reader give grey of 16 bit as it is; of other deep formats it gives 8 bit whatever it is told."""
+    return _pixel_format(capture) == _GREY_16 and bool(capture.set(cv2.CAP_PROP_CONVERT_RGB, 0))
+
+
+def _pixel_format(capture: cv2.VideoCapture) -> bytes:
+    return (int(capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF).to_bytes(4, "little")
 
 
 def presented(path: Path) -> Presented | None:

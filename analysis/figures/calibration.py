@@ -73,6 +73,7 @@ def lens_field(field: pd.DataFrame, tracks: pd.DataFrame | None, windows: Mappin
         label(ax, "u on the sensor (px)", "v (px)" if ax is axes[0, 0] else "", camera, math=False)
     bar = figure.colorbar(drawn, cax=axes[0, -1].inset_axes((1.04, 0.0, 0.05, 1.0)))  # one scale for all
     bar.ax.tick_params(labelsize=7)
+    bar.ax.locator_params(axis="y", nbins=4)
     bar.ax.set_title("sd (px)", fontsize=8)
     bar.outline.set_visible(False)
     return figure

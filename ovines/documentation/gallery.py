@@ -52,7 +52,7 @@ LENS = """
 ![Arrows of the lens field of each camera over its standard deviation.](../figures/lens_field.png)
 
 What the lens models leave over (arrows), [learnt from rigid bodies](../markers.md#the-lens-learnt-from-recordings) in
-both views. Three runs of a blind series with a residual of 0.25 px; colour: sd (px); dots: markers.
+both views. Three runs of a blind series with a residual of 0.2 to 0.3 px; colour: sd (px); dots: markers.
 """
 
 

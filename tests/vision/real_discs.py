@@ -44,15 +44,16 @@ def picture(
     shadow=0.0,
     neighbour_px=0.0,
     motion_px=0.0,
+    turn_rad=None,
 ):
     """A picture uint8, and the disc's centre in it [px].  `corners`: a polygon; `kind`: "disc", "square" or "half";
-    `neighbour_px`: gap to another disc.
+    `neighbour_px`: gap to another disc; `turn_rad`: of polygon and light, drawn where None.
     """
     size = 2 * int(np.ceil(radius + 12)) + 1
     centre = (size - 1) / 2 + rng.uniform(-0.5, 0.5, 2)
     fine = (np.arange(size * FINE) + 0.5) / FINE - 0.5
     x, y = np.meshgrid(fine - centre[0], fine - centre[1])
-    turn = rng.uniform(0, 2 * np.pi)
+    turn = rng.uniform(0, 2 * np.pi) if turn_rad is None else turn_rad
     along, across = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
     angle, away, edge = np.arctan2(y, x), np.hypot(x, y), radius
     if corners:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import struct
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from vision.frames.sources import open_sources, stream
 from vision.frames.times import frame_times
 from vision.rendering.images import Pose
 from vision.rendering.recording import half_setup
-from vision.video import presented, rotation_deg
+from vision.video import bits_per_channel, presented, rotation_deg
 
 FRAMES, SIZE = 40, (160, 120)
 BOXES = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
@@ -113,6 +115,50 @@ def test_a_rotation_flag_is_not_obeyed_and_a_turned_size_is_told(tmp_path):
     assert np.abs(grey - (60 + 4 * np.arange(FRAMES))).max() < 4 and images[0][:, 90:].max() < 60
     with pytest.raises(InputError, match="asks players to turn"):
         list(stream(open_sources(recording(tmp_path, size=SIZE[::-1]))[0], []))
+
+
+# Two grey frames of 32 x 32 px, H.264 in 4:2:0 of 10 bit: ffmpeg -f lavfi -i color=c=gray:s=32x32:r=10:d=0.2
+# -pix_fmt yuv420p10le -c:v libx264 -bsf:v filter_units=remove_types=6 -flags:v +bitexact film.mp4, packed.
+TEN_BITS = (
+    b"c-muNU{FXasVvAW&d+6FU}6B#Kx~v)mTZ_?U}DI?z`&7Kl$r{pb#hY@OMtX+YDWu$(Eoqm*WPb5Ym9pPJ@@iQpfIQ7EX5p0`F~pvFfcI"
+    b"l=H};@0R?k%%Q8|JPyq7_AaR0$kpYAdfDu&{I^Tf-FJJ<qn3AHzY#=+PBpYleGZxcMVCW>qUIi#-U{Fa-DJcfhGO0PmB}h6>AoMa`$xX"
+    b">j1nJ04LHD}`C^#8HkAOM487VnMFqyK<lvHGuVL*PqM`B(|PAW(ZV|{LBUK)@gQkDxg6xo?7DG)iCl%mu$BuDX-7Ud{F*o^kYB}q9z_W"
+    b"t6M;uIt`>p>BXBPc+gR$%Y|(jG7sJU&463OSic6-H(z*djvW|9>E93RLCHn8(2N{~?1!I*?v=cFME^E}%GJ0TBT<9@8Qi8Q3yjKR&H=;"
+    b"P0<rAguxgiNys_XMnIsQb`dsj9C{zFoQ&K2{`;=&IQIh3y3WO^cJ!>2+IJ)lF`JNkmRaR(+`6<5c5LJO3p{pX8^>ur70z#I5o{p1=Ap)"
+    b"h#Y^wI4?>pD9Aw$3yw@+A^`yTQhQ+"
+)
+
+
+def film_of_one_colour(folder: Path, size: tuple[int, int]) -> tuple[np.ndarray, list[str]]:
+    notes: list[str] = []
+    sources, said = open_sources(recording(folder, size=size))
+    pictures = [images[0] for _, images in stream(sources, notes)]
+    return pictures[0], said
+
+
+def test_a_film_of_ten_bits_is_read_with_eight_and_says_so(tmp_path):
+    (tmp_path / "film.mp4").write_bytes(zlib.decompress(base64.b85decode(TEN_BITS)))
+    assert bits_per_channel(tmp_path / "film.mp4") == 10
+    picture, notes = film_of_one_colour(tmp_path, (32, 32))
+    assert picture.dtype == np.uint8 and abs(int(np.median(picture)) - 128) < 4
+    assert "10 bits per channel, read with 8" in " ".join(notes)
+    written(tmp_path / "film.mp4")
+    assert bits_per_channel(tmp_path / "film.mp4") == 8 and not film_of_one_colour(tmp_path, SIZE)[1]
+
+
+def test_a_film_of_sixteen_bits_of_grey_is_read_whole(tmp_path):
+    grey = (np.arange(48 * 64).reshape(48, 64) * 20).astype(np.uint16)
+    deep = [cv2.VIDEOWRITER_PROP_DEPTH, cv2.CV_16U, cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
+    film = cv2.VideoWriter(
+        str(tmp_path / "film.mkv"), cv2.CAP_FFMPEG, cv2.VideoWriter_fourcc(*"FFV1"), 10.0, (64, 48), deep
+    )
+    for _ in range(3):
+        film.write(grey)
+    film.release()
+    (tmp_path / "film.mkv").rename(tmp_path / "film.mp4")
+    picture, notes = film_of_one_colour(tmp_path, (64, 48))
+    np.testing.assert_array_equal(picture, grey)
+    assert not notes
 
 
 def poses(t: float) -> dict[str, Pose]:

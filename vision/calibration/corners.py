@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
@@ -17,7 +20,21 @@ LEAST_BLUR_PX, WIDEST_BLUR = 0.3, 0.5  # sd: a pixel's own area, and in parts of
 LEFT_REACH, LEAST_HALF_CONTRAST = 0.5, 5.0  # parts of that radius, and greys, at which a corner is given up
 _MIDDLE_PX = 1.0  # about the corner, of pixels whose direction says nothing
 _EXTREMES = (5, 95)  # percentiles that stand for dark and light
+FEWEST_FOR_MOSAIC = 12  # corners that show together what a colour filter does
 _DAMPING, _DAMPING_DOWN, _DAMPING_UP = 1e-3, 0.2, 10  # Levenberg's
+
+
+class Corner(NamedTuple):
+    """A fitted corner: ``uv_px`` (2,), ``influence`` (2, n) of each pixel on it, ``residual`` (n,), ``jacobian``
+    (n, 7), ``mosaic`` (n, 12) of :func:`_mosaic_patterns`, ``inside`` (rows, columns): where the pixels lie.
+    """
+
+    uv_px: Array
+    influence: Array
+    residual: Array
+    jacobian: Array
+    mosaic: Array
+    inside: NDArray[np.bool_]
 
 
 def refine_corners(
@@ -41,15 +58,23 @@ def refine_corners(
     """
     corners_px = np.asarray(corners_px, float)
     refined, sd = corners_px.copy(), np.full(len(corners_px), np.nan)
+    fits: dict[int, Corner] = {}
     for k, (corner, reach) in enumerate(zip(corners_px, reach_px, strict=True)):
         own = None if directions_rad is None else directions_rad[k]
         fitted = _fit(image, corner, float(np.clip(reach, *REACH_PX)), own)
         if fitted is not None:
-            refined[k], sd[k] = fitted
+            fits[k] = fitted
+    mosaic = _mosaic(list(fits.values()))
+    for k, fit in fits.items():
+        pattern = fit.mosaic @ mosaic
+        refined[k] = fit.uv_px - fit.influence @ pattern
+        residual = fit.residual - _beside(pattern, fit.jacobian)
+        freedom = len(residual) / max(1, len(residual) - PARAMETERS)
+        sd[k] = np.sqrt(0.5 * _shared_variance(fit.influence, residual, fit.inside) * freedom)
     return refined, sd
 
 
-def _fit(image: NDArray[np.uint8], corner: Array, reach: float, directions: Array | None) -> tuple[Array, float] | None:
+def _fit(image: NDArray[np.uint8], corner: Array, reach: float, directions: Array | None) -> Corner | None:
     size = int(np.ceil(reach))
     column, row = np.rint(corner).astype(int)
     if column - size < 0 or row - size < 0 or column + size >= image.shape[1] or row + size >= image.shape[0]:
@@ -87,9 +112,46 @@ def _fit(image: NDArray[np.uint8], corner: Array, reach: float, directions: Arra
         return None
     # By how much a grey level in each pixel moves the corner.
     influence = np.linalg.pinv(jacobian.T @ jacobian)[[U, V]] @ jacobian.T
-    return found, float(
-        np.sqrt(0.5 * _shared_variance(influence, grey - model, inside) * len(grey) / max(1, len(grey) - PARAMETERS))
+    return Corner(found, influence, grey - model, jacobian, _mosaic_patterns(p, u, v, fields, (column, row)), inside)
+
+
+def _mosaic_patterns(p: Array, u: Array, v: Array, fields: int, at: tuple[int, int]) -> Array:
+    """What a sensor's colour filters can leave of the corner ``p``, (n, 12): its first and second derivatives along u
+    and v, of alternating sign from column to column, from row to row and as a chequer.
+
+    Grey of such a camera is interpolated between filtered pixels, each class of pixels with a blur of its own.
+    """
+    _, here = _model(p, u, v, fields)
+    right, left, below, above = (
+        _model(p, u + du, v + dv, fields)[1] for du, dv in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5))
     )
+    slopes = -np.stack([here[:, U], here[:, V], right[:, U] - left[:, U], below[:, V] - above[:, V]], -1)
+    columns, rows = 1 - 2 * ((u + at[0]) % 2), 1 - 2 * ((v + at[1]) % 2)
+    return np.concatenate([sign[:, None] * slopes for sign in (columns, rows, columns * rows)], -1)
+
+
+def _mosaic(fits: Sequence[Corner]) -> Array:
+    """How much of each pattern (12,) all corners of a picture show alike; zeros where one half of them does not
+    foretell the other.
+    """
+    nothing = np.zeros(12)
+    if len(fits) < FEWEST_FOR_MOSAIC:
+        return nothing
+    halves = []
+    for part in (0, 1):
+        parts = [(_beside(fit.mosaic, fit.jacobian), fit.residual) for fit in fits[part::2]]
+        halves.append((sum(f.T @ f for f, _ in parts), sum(f.T @ r for f, r in parts)))
+    (matrix, right), (other, other_right) = halves
+    for learn, known, hold, held in ((matrix, right, other, other_right), (other, other_right, matrix, right)):
+        found = np.linalg.lstsq(learn, known, rcond=None)[0]
+        if 2 * found @ held <= found @ hold @ found:  # the squares that it takes off the other half
+            return nothing
+    return np.asarray(np.linalg.lstsq(matrix + other, right + other_right, rcond=None)[0])
+
+
+def _beside(patterns: Array, jacobian: Array) -> Array:
+    """What of ``patterns`` (n,) or (n, k) the corner's own parameters cannot do."""
+    return np.asarray(patterns - jacobian @ np.linalg.lstsq(jacobian, patterns, rcond=None)[0])
 
 
 def _shared_variance(influence: Array, residual: Array, inside: NDArray[np.bool_]) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vision.calibration.boards import Board
 from vision.markers.fit import fit_discs
 from vision.markers.row import CONTRAST, MISFIT, N_FIT, SD, U, V, disc_start
+from vision.markers.shared_shape import sd_without_shared_shape
 
 Array = NDArray[np.float64]
 Blob = tuple[Sequence[float], float]  # centre (u, v), radius
@@ -57,12 +58,15 @@ def fit_dots(image: NDArray[np.uint8], chosen: Sequence[tuple[int, Blob]]) -> tu
     for _, ((u, v), radius) in chosen:
         level, middle = _levels(image, u, v, radius)
         starts.append(disc_start(u, v, radius, level, middle - level))
-    fits = fit_discs(np.ascontiguousarray(image), np.asarray(starts))
+    image = np.ascontiguousarray(image)
+    fits = fit_discs(image, np.asarray(starts))
     # A print is no marker in the dark: what counts is a fit that ended (it has an sd) near its start with good
     # contrast.
     moved = np.hypot(*(fits[:, [U, V]] - np.asarray(starts)[:, [U, V]]).T)
     good = (fits[:, SD] > 0) & (fits[:, MISFIT] < WORST_MISFIT * np.abs(fits[:, CONTRAST])) & (moved < MOST_MOVED_PX)
-    return np.array([number for number, _ in chosen])[good], fits[good]
+    fits = fits[good]
+    fits[:, SD] = sd_without_shared_shape(image, fits)
+    return np.array([number for number, _ in chosen])[good], fits
 
 
 def lights(image: NDArray[np.uint8]) -> Iterator[NDArray[np.uint8]]:

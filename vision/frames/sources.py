@@ -1,7 +1,7 @@
 """Frames of a recording, streamed: image files or a video per camera, decoded ahead in threads.
 
-Grey levels: 8 and 16 bit are kept as they are (a video of 10 bit is decoded to 8); colour becomes luma
-(0.299 R + 0.587 G + 0.114 B).  A picture that cannot be read is a named gap; one of the wrong size is refused.
+Grey levels: 8 and 16 bit are kept as they are (a film of 10 or 12 bit is decoded to 8, with a note); colour becomes
+luma (0.299 R + 0.587 G + 0.114 B).  A picture that cannot be read is a named gap; one of the wrong size is refused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
 from vision.frames.image_header import ImageError, read_header
-from vision.video import VIDEO_SUFFIXES, open_video, rotation_deg
+from vision.video import VIDEO_SUFFIXES, bits_per_channel, keep_deep_grey, open_video, rotation_deg
 
 _LISTED, _NAMED_BAD = 8, 5  # frames named in a note on missing ones, and pictures that cannot be read
 _CHUNK = 8  # frames that a reading thread takes at once; handing over costs as much as mapping a raw picture
@@ -79,6 +79,7 @@ def open_sources(recording: Recording) -> tuple[list[Source], list[str]]:
     notes = []
     everything = sorted(set().union(*(source.numbers() for source in sources)))
     for source in sources:
+        notes += _reduced(source)
         missing = sorted(set(everything) - set(source.numbers()))
         if missing:
             notes.append(
@@ -86,6 +87,22 @@ def open_sources(recording: Recording) -> tuple[list[Source], list[str]]:
                 f"none for frame {_listed(missing)}"
             )
     return sources, notes
+
+
+def _reduced(source: Source) -> list[str]:
+    """A note where a film has more grey levels than are read."""
+    if source.video is None:
+        return []
+    capture = open_video(source.video)
+    kept = keep_deep_grey(capture)
+    capture.release()
+    bits = bits_per_channel(source.video)
+    if bits == 8 or kept:
+        return []
+    return [
+        f"{source.camera.name}: a film of {bits} bits per channel, read with 8: markers as good as in a film of 8; "
+        "TIFF or PNG files keep all"
+    ]
 
 
 def _listed(numbers: list[int]) -> str:
@@ -173,6 +190,7 @@ def _video_frames(source: Source) -> Iterator[np.ndarray]:
                 "a video that OpenCV reads",
                 "convert it, or give image files",
             )
+        keep_deep_grey(capture)
         while True:
             good, image = capture.read()
             if not good:

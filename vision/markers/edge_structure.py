@@ -64,13 +64,27 @@ def _sums(rows: Singles, n: int, last: int, moved: Array, weight: Array) -> None
 
 
 @compiled
-def edge_structure(rows: Singles, n: int, radius_px: float, noise: float) -> tuple[float, float, float]:
-    """What `normal_equations` left in `rows` of n edge pixels: noise that moves the centre, slow over fast power,
-    shape.
+def displacements(rows: Singles, n: int, radius_px: float) -> tuple[Array, Array, int]:
+    """Where the edge lies beside the fit, of the n edge pixels that `normal_equations` left in `rows`.
+
+    Per frequency (LAST + 1) and phase (2): residual times displacement [grey levels^2/px], and squared slope
+    [grey levels^2/px^2], their ratio being the displacement [px]; the last frequency that a disc of ``radius_px`` has.
+    """
+    last = min(max(int(_PER_RADIUS * radius_px), LAST_SHAPE), LAST)
+    moved, weight = np.zeros((LAST + 1, 2)), np.zeros((LAST + 1, 2))
+    _sums(rows, n, last, moved, weight)
+    return moved, weight, last
+
+
+@compiled
+def edge_structure(
+    moved: Array, weight: Array, last: int, radius_px: float, noise: float
+) -> tuple[float, float, float]:
+    """What `displacements` say: noise that moves the centre, slow over fast power, shape.
 
     Parameters
     ----------
-    rows : work of a window, its edge's rows; radius_px : of the disc; noise : rms of a pixel by itself [grey levels]
+    moved, weight, last : of `displacements`; radius_px : of the disc; noise : rms of a pixel by itself [grey levels]
 
     Returns
     -------
@@ -78,9 +92,6 @@ def edge_structure(rows: Singles, n: int, radius_px: float, noise: float) -> tup
     the edge over that of fast ones; rms of displacements of frequency 3 to 6, beyond what that noise makes, over the
     radius: the disc's difference from an ellipse.
     """
-    last = min(max(int(_PER_RADIUS * radius_px), LAST_SHAPE), LAST)
-    moved, weight = np.zeros((LAST + 1, 2)), np.zeros((LAST + 1, 2))
-    _sums(rows, n, last, moved, weight)
     total = slow = shape = 0.0
     powers = np.zeros(LAST + 1)
     for k in range(FIRST, last + 1):

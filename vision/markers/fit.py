@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.compiled import compiled
-from vision.markers.edge_structure import edge_structure
+from vision.markers.edge_structure import displacements, edge_structure
 from vision.markers.normal_equations import (
     CLIPPED,
     EDGE2,
@@ -69,10 +69,10 @@ from vision.markers.window import NARROWEST, Window, collect, recentre
 Array = NDArray[np.float64]
 
 # Residuals: noise and clipping [grey levels, or in parts of the noise]
-_HUBER = 3.0  # times the noise, from which a residual's weight falls: Huber's, wide enough for whole-number greys
-_LEAST_NOISE = 0.3  # grey levels: whole numbers alone make 0.29
+HUBER = 3.0  # times the noise, from which a residual's weight falls: Huber's, wide enough for whole-number greys
+LEAST_NOISE = 0.3  # grey levels: whole numbers alone make 0.29
 _ROUNDING2 = 1.0 / 144.0  # what rounding adds to the squared noise, spread over about 12 pixels that share it
-_FLOOR_PX2 = 4e-7  # squared sd that the model leaves, however little noise there is: 0.0006 px
+FLOOR_PX2 = 4e-7  # squared sd that the model leaves, however little noise there is: 0.0006 px
 _PIXEL_FREE = 1e-3  # keeps a plateau without pixels from dividing by zero
 _EDGE_TELLS = (
     2.0  # times the plateau's noise that the edge's counts up to: beyond, it is the model that has not settled
@@ -154,7 +154,7 @@ def _clip(sums: Array, first: bool) -> tuple[float, float]:
     plateau = math.sqrt((sums[IN2] + sums[OUT2] + _PIXEL_FREE) / (sums[N_IN] + sums[N_OUT] + _PIXEL_FREE))
     edge = math.sqrt(sums[EDGE2] / sums[N_EDGE])
     noise = plateau if not first and edge < _EDGE_TELLS * plateau else max(edge, plateau)
-    return _HUBER * max(_LEAST_NOISE, noise), plateau
+    return HUBER * max(LEAST_NOISE, noise), plateau
 
 
 @compiled
@@ -163,7 +163,7 @@ def _first_clip(p: Array) -> float:
     times _UNSURE_PX.
     """
     slope = _PEAK_SLOPE * abs(p[CONTRAST]) / math.sqrt(min(p[S11], p[S22]))
-    return _HUBER * max(_LEAST_NOISE, p[NOISE], p[MISFIT]) + _UNSURE_PX * slope
+    return HUBER * max(LEAST_NOISE, p[NOISE], p[MISFIT]) + _UNSURE_PX * slope
 
 
 @compiled
@@ -189,15 +189,16 @@ def _judge(p: Array, window: Window, odd: Array, sums: Array, n_odd: int, gain: 
     # sharpening) they share.
     white = math.sqrt(0.5 * sums[PAIRS2] / max(sums[N_PAIRS], 1.0)) if sums[N_PAIRS] > _FEWEST_PAIRS else noise
     radius = determinant(p) ** -0.25
-    moving, red, shape = edge_structure(window.work, window.n_edge, radius, max(noise, _LEAST_NOISE))
-    structured = max(edge, plateau) > _STRUCTURE * max(white, _LEAST_NOISE) and red > _RED
-    p[SD] = math.sqrt(0.5 * inverse_trace * (moving**2 + _ROUNDING2) + _FLOOR_PX2 + 0.5 * likely_shift**2)
+    moved, weight, last = displacements(window.work, window.n_edge, radius)
+    moving, red, shape = edge_structure(moved, weight, last, radius, max(noise, LEAST_NOISE))
+    structured = max(edge, plateau) > _STRUCTURE * max(white, LEAST_NOISE) and red > _RED
+    p[SD] = math.sqrt(0.5 * inverse_trace * (moving**2 + _ROUNDING2) + FLOOR_PX2 + 0.5 * likely_shift**2)
     p[NOISE] = plateau
     p[MISFIT] = edge
     p[COVERAGE] = sums[N_SEEN] / sums[N_WANTED]
     p[OUTLIERS] = sums[N_HELD_BACK] / sums[N_EDGE] + (STRUCTURED if structured else 0.0)
     # Grain of the surroundings averages out less than noise of single pixels does, and makes round blobs of its own.
-    grain = plateau * min(max(plateau / max(white, _LEAST_NOISE), 1.0), _COARSEST)
+    grain = plateau * min(max(plateau / max(white, LEAST_NOISE), 1.0), _COARSEST)
     p[OK] = 1.0 if abs(p[CONTRAST]) > _LEAST_CONTRAST * max(noise, grain) and shape < _ROUNDEST_OTHER else 0.0
 
 
