@@ -158,16 +158,24 @@ def quintic(a: Floats, b: Floats, h: float, axis: int, c: Floats) -> None:
 
 
 @inlined
-def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
-    """Whether a path between two ends in a round Host surely keeps off the wall, and there is nothing else to hit.
+def stays_clear(a: Floats, b: Floats, h: float, p: Floats, k: Ints) -> bool:
+    """Whether the quintic path of a step in a round Host surely keeps off the wall, and there is nothing else to hit.
 
-    ``bend`` bounds its second derivative over the unit interval, so that it leaves the chord by bend/8 at most.
+    A path lies in the hull of its Bernstein points; where these are inside a circle, it is.
     """
     if k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0:
         return False
-    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE]) - 0.125 * bend
-    ax, ay, bx, by = a[0] - p[P.WALL_X], a[1] - p[P.WALL_Y], b[0] - p[P.WALL_X], b[1] - p[P.WALL_Y]
-    return room > 0.0 and max(ax * ax + ay * ay, bx * bx + by * by) < room * room
+    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE])
+    first, second = h / 5.0, h * h / 20.0
+    square = 0.0
+    for end, way in ((a, first), (b, -first)):
+        x, y = end[0] - p[P.WALL_X], end[1] - p[P.WALL_Y]
+        square = max(square, x * x + y * y)
+        x, y = x + way * end[2], y + way * end[3]
+        square = max(square, x * x + y * y)
+        x, y = x + way * end[2] + second * end[4], y + way * end[3] + second * end[5]
+        square = max(square, x * x + y * y)
+    return square < room * room
 
 
 @compiled
@@ -176,13 +184,13 @@ def first_crossing(
 ) -> tuple[float, int]:
     """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
     p, k, polygon = system.p, system.k, system.polygon
+    if stays_clear(a, b, h, p, k):
+        return h, -1
     quintic(a, b, h, 0, cx)
     quintic(a, b, h, 1, cy)
     bend = 0.0
     for m in range(2, 6):
         bend += m * (m - 1) * math.sqrt(cx[m] * cx[m] + cy[m] * cy[m])
-    if stays_clear(a, b, bend, p, k):
-        return h, -1
     bend /= h * h
     tiny = ROUNDING * p[P.LENGTH]
     s = start

@@ -56,7 +56,8 @@ LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not
 
 class Tangents(NamedTuple):
     """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
-    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m).
+    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the slopes of twelve stages,
+    the tangents and the ways of :func:`quick_tangents` (14, 24); two states (2, 19).
     """
 
     s: Floats
@@ -64,6 +65,8 @@ class Tangents(NamedTuple):
     room: Floats
     slopes: Floats
     stage: Floats
+    quick: Floats
+    states: Floats
 
 
 class Found(NamedTuple):
@@ -127,8 +130,8 @@ def allowed(p: Floats) -> float:
 @inlined
 def estimate(h: float, slopes: Floats) -> float:
     """Error of one tangent's step from its twelve slopes: Hairer's blend, as for the state."""
-    e5, e3 = 0.0, 0.0
-    for b in range(12):
+    e5, e3 = ERROR_5[0] * slopes[0], ERROR_3[0] * slopes[0]
+    for b in range(5, 12):
         e5 += ERROR_5[b] * slopes[b]
         e3 += ERROR_3[b] * slopes[b]
     if e5 == 0.0:
@@ -137,50 +140,103 @@ def estimate(h: float, slopes: Floats) -> float:
 
 
 @compiled
-def vertical_slopes(t: float, drive: Floats) -> tuple[float, float, float]:
-    """Vertical acceleration of the harmonics, which is what their amplitude factor does, and its slopes over frequency
-    factor and phase.
+def carried_slopes(t: float, drive: Floats, out: Floats) -> None:
+    """What amplitude factor, frequency factor and phase shift do to the velocity of a Host's floor, along x (three
+    numbers of ``out``) and y, and to its vertical acceleration.
     """
-    louder, faster, later = 0.0, 0.0, 0.0
+    for n in range(9):
+        out[n] = 0.0
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) == Z:
-            omega = drive[row, 2]
-            argument = omega * t + drive[row, 3]
-            sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
-            louder -= omega * omega * sine
-            faster -= omega * omega * (2.0 * sine + omega * t * cosine)
-            later -= omega * omega * cosine
-    return louder, faster, later
+        axis, omega = int(drive[row, 0]), drive[row, 2]
+        if omega == 0.0 or axis == ROTATION:
+            continue
+        argument = omega * t + drive[row, 3]
+        sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
+        if axis == Z:
+            out[6] -= omega * omega * sine
+            out[7] -= omega * omega * (2.0 * sine + omega * t * cosine)
+            out[8] -= omega * omega * cosine
+        else:
+            out[3 * axis] += omega * cosine
+            out[3 * axis + 1] += omega * (cosine - omega * t * sine)
+            out[3 * axis + 2] -= omega * sine
 
 
 @compiled
-def quick_error(h: float, basis: Floats, slopes: Floats, p: Floats) -> float:
+def quick_stage(t: float, stage: int, system: System, at: Floats, tangents: Tangents) -> None:
+    """Slopes of the quick tangents at a stage, whose state's slopes are ``at``: a row of ``tangents.quick``."""
+    p, k = system.p, system.k
+    f, shaken, basis, out = tangents.room[12], tangents.room[13], tangents.quick[12], tangents.quick[stage]
+    vx, vy, spin, load = at[0], at[1], at[4], p[P.FLOOR_LOAD]
+    carried = k[P.ON_GROUND] == 0 and k[P.HOST_KIND] == P.DRIVEN
+    if carried:
+        carried_slopes(t, system.drive, shaken)
+        load += shaken[6]  # per unit amplitude factor: the motion itself
+        vx, vy = vx - shaken[0], vy - shaken[3]
+    wears = max(1.0 + p[P.DRIFT_PER_S] * t, 0.0)
+    friction, load = p[P.FLOOR_FRICTION] * wears, max(load, 0.0)
+    strength = friction * load
+    floor_slopes(vx, vy, spin, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], f)
+    per_inertia = p[P.MASS] / p[P.INERTIA]
+    xx, xy, xs = strength * f[3], strength * f[4], strength * f[5]
+    yx, yy, ys = strength * f[7], strength * f[8], strength * f[9]
+    around = per_inertia * strength
+    sx, sy, ss = around * f[11], around * f[12], around * f[13]
+    if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
+        wx, wy = at[0], at[1]
+        speed = math.sqrt(wx * wx + wy * wy)
+        rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
+        steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
+        xx, xy = xx - rate - steep * wx * wx, xy - steep * wx * wy
+        yx, yy = yx - steep * wx * wy, yy - rate - steep * wy * wy
+    for j in range(8):
+        gx, gy, turn = basis[j], basis[8 + j], basis[16 + j]
+        out[j] = xx * gx + xy * gy + xs * turn
+        out[8 + j] = yx * gx + yy * gy + ys * turn
+        out[16 + j] = sx * gx + sy * gy + ss * turn
+    for row in range(3):
+        scale = per_inertia if row == 2 else 1.0
+        own, a, first = scale * f[row], 3 + 4 * row, 8 * row
+        out[first + 3] += own * wears * load
+        out[first + 7] += scale * strength * f[a + 3]
+        if carried:
+            steeper = own * friction if load > 0.0 else 0.0
+            for n in range(3):
+                dragged = scale * strength * (f[a] * shaken[n] + f[a + 1] * shaken[3 + n])
+                out[first + 4 + n] += steeper * shaken[6 + n] - dragged
+    out[23] -= 2.0 * around * f[2] / p[P.RADIUS]  # its inertia grows with its radius
+
+
+@compiled
+def quick_error(h: float, quick: Floats, p: Floats) -> float:
     """Largest error of a step's basis over what is allowed."""
     worst = 0.0
     for j in range(8):
         size = LITTLE * p[P.SPEED] / (p[P.RADIUS] if j == 7 else 1.0)
+        error = 0.0
         for row in range(3):
-            size = max(size, abs(basis[row, j]) * (p[P.RADIUS] if row == 2 else 1.0))
-        for row in range(3):
-            error = estimate(h, slopes[:, row, j]) * (p[P.RADIUS] if row == 2 else 1.0)
-            worst = max(worst, error / (allowed(p) * size))
+            unit = p[P.RADIUS] if row == 2 else 1.0
+            size = max(size, unit * abs(quick[12, 8 * row + j]))
+            error = max(error, unit * estimate(h, quick[:12, 8 * row + j]))
+        worst = max(worst, error / (allowed(p) * size))
     return worst
 
 
 @compiled
-def combine(basis: Floats, moved: Floats, s: Floats, q: Floats, x: Floats) -> None:
-    """Tangents after a step from the basis of velocities and spin after it and of the ways ``moved``; in place."""
+def combine(quick: Floats, s: Floats, q: Floats) -> None:
+    """Tangents after a step from the basis of velocities and spin after it and the ways of it; in place."""
     for j in range(q.shape[1]):
-        x[0], x[1], x[2] = s[2, j], s[3, j], s[5, j]
-        x[3], x[4], x[5] = q[Q_FLOOR, j], q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j]
-        x[6], x[7] = q[Q_PHASE, j], q[Q_RADIUS, j]
+        vx, vy, spin = s[2, j], s[3, j], s[5, j]
+        floor, louder, faster, later, radius = (
+            q[Q_FLOOR, j], q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j], q[Q_RADIUS, j]
+        )  # fmt: skip
         for row in range(3):
             place_row, rate_row = (4, 5) if row == 2 else (row, 2 + row)
-            rate_after = 0.0
-            for n in range(8):
-                s[place_row, j] += moved[row, n] * x[n]
-                rate_after += basis[row, n] * x[n]
-            s[rate_row, j] = rate_after
+            for whose, target in ((13, place_row), (12, rate_row)):
+                c = quick[whose, 8 * row : 8 * row + 8]
+                change = c[0] * vx + c[1] * vy + c[2] * spin + c[3] * floor
+                change += c[4] * louder + c[5] * faster + c[6] * later + c[7] * radius
+                s[target, j] = change if whose == 12 else s[target, j] + change
 
 
 @compiled
@@ -189,73 +245,32 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
     :func:`ovines.core.integration.disk_step.disk_step` steps.
 
     Only velocities and spin feed back, so that three columns of their own and one for each number that forces them
-    give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  Returns the error over what is
-    allowed; above 1 nothing is changed.
+    give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  They stand in one row, eight
+    for vx, eight for vy, eight for the spin.  Returns the error over what is allowed; above 1 nothing is changed.
     """
-    p, k, drive = system.p, system.k, system.drive
-    s, q, room, slopes, x = tangents.s, tangents.q, tangents.room, tangents.slopes, tangents.stage
-    base, f, basis, moved = room[0:9, 0:3], room[12, :15], room[13:16, :8], room[16:19, :8]
-    carried = k[P.ON_GROUND] == 0 and k[P.HOST_KIND] == P.DRIVEN
-    per_inertia = p[P.MASS] / p[P.INERTIA]
-    moved[:, :] = 0.0
-    base[:, :] = 0.0
-    for i in range(12):
-        basis[:, :] = 0.0
-        for row in range(3):
-            basis[row, row] = 1.0
-            for b in range(i):
-                weight = h * STAGES[i, b]
-                if weight != 0.0:
-                    for j in range(8):
-                        basis[row, j] += weight * slopes[b, row, j]
-        vx, vy, spin, now = work[i, 0], work[i, 1], work[i, 4], t + NODES[i] * h
-        load, louder, faster, later = p[P.FLOOR_LOAD], 0.0, 0.0, 0.0
-        if carried:
-            drive_slopes(now, drive, base)
-            floor_vx, floor_vy = base[3, 0], base[4, 0]  # per unit amplitude factor: the motion itself
-            louder, faster, later = vertical_slopes(now, drive)
-            load += louder
-            vx, vy = vx - floor_vx, vy - floor_vy
-        wears = max(1.0 + p[P.DRIFT_PER_S] * now, 0.0)
-        friction = p[P.FLOOR_FRICTION] * wears
-        strength = friction * max(load, 0.0)
-        floor_slopes(vx, vy, spin, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], f)
-        steeper = friction if load > 0.0 else 0.0
-        rate, xx, xy, yy = 0.0, 0.0, 0.0, 0.0
-        if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
-            wx, wy = work[i, 0], work[i, 1]
-            speed = math.hypot(wx, wy)
-            rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
-            steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
-            xx, xy, yy = steep * wx * wx, steep * wx * wy, steep * wy * wy
-        for j in range(8):
-            gx, gy, turn = basis[0, j], basis[1, j], basis[2, j]
-            slopes[i, 0, j] = strength * (f[3] * gx + f[4] * gy + f[5] * turn) - (rate + xx) * gx - xy * gy
-            slopes[i, 1, j] = strength * (f[7] * gx + f[8] * gy + f[9] * turn) - (rate + yy) * gy - xy * gx
-            slopes[i, 2, j] = per_inertia * strength * (f[11] * gx + f[12] * gy + f[13] * turn)
-        for row in range(3):
-            scale = per_inertia if row == 2 else 1.0
-            own, a = scale * f[row], 3 + 4 * row
-            slopes[i, row, 3] += own * wears * max(load, 0.0)
-            slopes[i, row, 7] += scale * strength * f[a + 3]
-            if row == 2:
-                slopes[i, row, 7] -= 2.0 * own * strength / p[P.RADIUS]  # its inertia grows with it
-            for n in range(3):
-                shaken = scale * strength * (f[a] * base[3, n] + f[a + 1] * base[4, n])
-                slopes[i, row, 4 + n] += own * steeper * (louder, faster, later)[n] - shaken
-        for row in range(3):
-            for j in range(8):
-                moved[row, j] += h * WEIGHTS[i] * basis[row, j]
-    basis[:, :] = 0.0
-    for row in range(3):
-        basis[row, row] = 1.0
-        for b in range(12):
-            for j in range(8):
-                basis[row, j] += h * WEIGHTS[b] * slopes[b, row, j]
-    worst = quick_error(h, basis, slopes, p)
-    if worst > 1.0:
-        return worst
-    combine(basis, moved, s, q, x[:, 0])
+    quick = tangents.quick
+    basis, moved = quick[12], quick[13]
+    for c in range(24):
+        moved[c] = 0.0
+    for i in range(13):  # the last are the tangents at the step's end
+        for c in range(24):
+            basis[c] = 0.0
+        basis[0], basis[9], basis[18] = 1.0, 1.0, 1.0
+        for b in range(min(i, 12)):
+            weight = h * (STAGES[i, b] if i < 12 else WEIGHTS[b])
+            if weight != 0.0:
+                for c in range(24):
+                    basis[c] += weight * quick[b, c]
+        if i == 12:
+            break
+        quick_stage(t + NODES[i] * h, i, system, work[i], tangents)
+        weight = h * WEIGHTS[i]
+        if weight != 0.0:
+            for c in range(24):
+                moved[c] += weight * basis[c]
+    worst = quick_error(h, quick, system.p)
+    if worst <= 1.0:
+        combine(quick, tangents.s, tangents.q)
     return worst
 
 
@@ -317,7 +332,8 @@ def step_tangents(
     """
     k = system.k
     quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
-    part, after = trial.copy(), trial.copy()
+    quick = quick and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
+    part, after = tangents.states[0], tangents.states[1]
     part[:] = y
     done, size, again = 0.0, h, False
     while done < h:
@@ -354,7 +370,9 @@ def fly_tangents(
     a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     flying = Contact(P.FLIGHT, -1, 0.0)
     h = min(0.05 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3])), p[P.MAX_STEP])
-    spare = np.zeros(P.N_STATE)
+    spare, last = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
+    flight_slopes(t, y, system, work, work[0])
+    relative(t, y, system, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, system):
             y[2], y[3] = 0.0, 0.0
@@ -363,9 +381,7 @@ def fly_tangents(
                 y[5] = 0.0
                 tangents.s[5, :] = 0.0
             return t, -2
-        flight_slopes(t, y, system, work, work[0])
-        relative(t, y, system, work, work[0], a)
-        s = min(h, end - t)
+        s = asked = min(h, end - t)
         error = flight_step(t, y, s, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
@@ -378,12 +394,19 @@ def fly_tangents(
             if not contact:
                 wall = -1
             flight_step(t, y, s, system, work, trial)  # its slopes are those of this step
+        last[:] = work[P.SPARE]
         step_tangents(t, y, s, flying, system, work, spare, tangents)
         for j in range(k[P.STATE_SIZE]):
             y[j] = trial[j]
         t = t + s if s < end - t else end
         if wall >= 0:
             return t, wall
+        if s == asked:  # the slopes at the step's end are those of this state
+            work[0, :] = last
+            a[:] = b
+        else:
+            flight_slopes(t, y, system, work, work[0])
+            relative(t, y, system, work, work[0], a)
         grace = max(grace - s, 0.0)
         h = min(next_size(s, error), p[P.MAX_STEP])
     return t, -1
@@ -507,7 +530,7 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
     m = q.shape[1]
     work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
     trial, delay = np.zeros(P.N_STATE), np.zeros(m)
-    tangents = Tangents(s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, max(m, 8))), np.zeros((12, m)))
+    tangents = Tangents(s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((14, 24)), np.zeros((2, P.N_STATE)))
     t, grace, n_impacts = begin, 0.0, 0
     p[P.LAST_IMPACT] = -math.inf
     at_rest, driven = False, k[P.HOST_KIND] == P.DRIVEN

@@ -25,7 +25,7 @@ from ovines.core.sensitivity.columns import (
 )
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations
-from ovines.core.system.friction import bulirsch, smooth_step
+from ovines.core.system.friction import farkas_slope, smooth_step
 from ovines.core.system.host import ROTATION, Z, vertical_acceleration
 from ovines.core.system.kinematics import inverse_mass, levers, normal_here, place, relative_acceleration
 from ovines.core.system.packed import Contact, Face, System
@@ -37,22 +37,6 @@ N_GEOMETRY = 11
 
 
 @compiled
-def farkas_slope(ratio: float) -> tuple[float, float, float]:
-    """Farkas' F and T and the slope F' over the ratio; T' = -ratio F' (both forces have one potential)."""
-    k = ratio if ratio <= 1.0 else 1.0 / ratio
-    k2 = k * k
-    kc2 = (1.0 - k) * (1.0 + k)
-    if kc2 < 1e-30:
-        return 8.0 / (3.0 * math.pi), 8.0 / (9.0 * math.pi), 4.0 / (3.0 * math.pi)
-    first, b, c, d = bulirsch(k2, kc2)
-    second = b + kc2 * d
-    unit = 4.0 / (3.0 * math.pi)
-    if ratio <= 1.0:
-        return unit * k * (b + second), unit / 3.0 * ((4.0 - 2.0 * k2) * second - kc2 * first), unit * (2 * second - b)
-    return unit * (second + b), unit / 3.0 * k * (c + 3.0 * b - d), unit * k2 * k * (d - c)
-
-
-@compiled
 def floor_slopes(
     vx: float, vy: float, spin: float, radius: float, regularisation: float, coupling: float, out: Floats
 ) -> None:
@@ -61,9 +45,9 @@ def floor_slopes(
     ``out``: force x, y, torque (of :func:`ovines.core.system.friction.floor_friction` at strength 1); then each one's
     slopes over vx, vy, spin, radius.
     """
-    speed, rim = math.hypot(vx, vy), radius * abs(spin)
+    speed, rim = math.sqrt(vx * vx + vy * vy), radius * abs(spin)
     side = 1.0 if spin > 0.0 else -1.0
-    total = math.hypot(speed, rim)
+    total = math.sqrt(speed * speed + rim * rim)
     force, by_speed, by_rim = 0.0, 0.0, 0.0
     turn, turn_by_speed, turn_by_rim = 0.0, 0.0, 0.0
     per_speed = 0.0  # force over speed
