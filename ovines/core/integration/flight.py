@@ -7,7 +7,7 @@ import math
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, host_after, sprung_response
+from ovines.core.system.host import ROTATION, host_after, host_starts, sprung_response
 from ovines.core.system.kinematics import in_host, place, relative_acceleration
 from ovines.core.system.packed import System
 from ovines.core.system.walls import gap_measure, safe_time
@@ -19,6 +19,7 @@ ROUNDING = 4e-16  # of a length: gaps below this are contact
 def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out: Floats) -> None:
     """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
     p, k = system.p, system.k
+    host_starts(t0, y0, system, scratch)
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     out[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
@@ -38,7 +39,7 @@ def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out:
 def glide_in_host(
     t0: float, s: float, y0: Floats, system: System, scratch: Floats, at: Floats
 ) -> tuple[float, float, float, float]:
-    """The same, only the centre in the Host's frame."""
+    """The same, only the centre in the Host's frame; ``scratch`` as :func:`host_starts` leaves it for ``y0``."""
     p, k = system.p, system.k
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
@@ -98,6 +99,7 @@ def glide_to_contact(
     s = min(grace, remaining)
     tiny = ROUNDING * p[P.LENGTH]
     scratch, at = work[P.SCRATCH], work[P.PLACE]
+    host_starts(t, y, system, scratch)
     horizon = remaining
     while s < remaining:
         x, yy, vx, vy = glide_in_host(t, s, y, system, scratch, at)

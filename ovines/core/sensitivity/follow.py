@@ -23,7 +23,7 @@ from ovines.core.contact.along_wall import (
 )
 from ovines.core.contact.collision import resolve
 from ovines.core.engine import can_rest
-from ovines.core.integration.disk_step import flight_slopes, flight_step
+from ovines.core.integration.disk_step import Disk, disk_of, flight_slopes, flight_step
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
@@ -51,13 +51,16 @@ from ovines.core.system.packed import Contact, System
 
 FOLLOWED, GRAZED, CORNERED, FULL = range(4)  # how a run with tangents ends
 N_ROOM = 28
+# rows of the quick tangents' room, after the slopes of twelve stages
+STAGE_BASIS, BASIS, WAYS, FIFTH, THIRD, N_QUICK = 12, 24, 25, 26, 27, 28
 LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not resolved finer than relative to this
 
 
 class Tangents(NamedTuple):
     """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
-    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the slopes of twelve stages,
-    the tangents and the ways of :func:`quick_tangents` (14, 24); two states (2, 19).
+    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the room of
+    :func:`quick_tangents` (28, 24): slopes and tangents of twelve stages, those at the step's end, the ways, two
+    errors; two states (2, 19).
     """
 
     s: Floats
@@ -128,15 +131,9 @@ def allowed(p: Floats) -> float:
 
 
 @inlined
-def estimate(h: float, slopes: Floats) -> float:
-    """Error of one tangent's step from its twelve slopes: Hairer's blend, as for the state."""
-    e5, e3 = ERROR_5[0] * slopes[0], ERROR_3[0] * slopes[0]
-    for b in range(5, 12):
-        e5 += ERROR_5[b] * slopes[b]
-        e3 += ERROR_3[b] * slopes[b]
-    if e5 == 0.0:
-        return 0.0
-    return abs(h) * e5 * e5 / math.sqrt(e5 * e5 + 0.01 * e3 * e3)
+def blended(e5: float, e3: float) -> float:
+    """Error of a step from its squared estimates of orders 5 and 3: Hairer's blend, as for the state."""
+    return e5 / math.sqrt(e5 + 0.01 * e3) if e5 > 0.0 else 0.0
 
 
 @compiled
@@ -162,64 +159,83 @@ def carried_slopes(t: float, drive: Floats, out: Floats) -> None:
             out[3 * axis + 2] -= omega * sine
 
 
-@compiled
-def quick_stage(t: float, stage: int, system: System, at: Floats, tangents: Tangents) -> None:
-    """Slopes of the quick tangents at a stage, whose state's slopes are ``at``: a row of ``tangents.quick``."""
-    p, k = system.p, system.k
-    f, shaken, basis, out = tangents.room[12], tangents.room[13], tangents.quick[12], tangents.quick[stage]
-    vx, vy, spin, load = at[0], at[1], at[4], p[P.FLOOR_LOAD]
-    carried = k[P.ON_GROUND] == 0 and k[P.HOST_KIND] == P.DRIVEN
-    if carried:
-        carried_slopes(t, system.drive, shaken)
+@inlined
+def weighed(h: float, weights: Floats, begin: int, end: int, first: int, into: int, quick: Floats) -> None:
+    """``h`` times a weighed sum of rows of ``quick``, the row ``first`` and those ``begin`` to ``end`` after it, into
+    row ``into``.
+
+    Four columns at a time: one by one, or row by row, takes three times as long.
+    """
+    for c in range(0, 24, 4):
+        w = weights[0]
+        one, two = w * quick[first, c], w * quick[first, c + 1]
+        three, four = w * quick[first, c + 2], w * quick[first, c + 3]
+        for b in range(begin, end):
+            w = weights[b]
+            one += w * quick[first + b, c]
+            two += w * quick[first + b, c + 1]
+            three += w * quick[first + b, c + 2]
+            four += w * quick[first + b, c + 3]
+        quick[into, c], quick[into, c + 1], quick[into, c + 2], quick[into, c + 3] = h * one, h * two, h * three, h * four
+
+
+@inlined
+def quick_stage(
+    t: float, stage: int, work: Floats, disk: Disk, driven: bool, f: Floats, shaken: Floats, quick: Floats
+) -> None:
+    """Slopes of the quick tangents at a stage, whose state's slopes stand in ``work``: a row of ``quick``."""
+    vx, vy, spin, load = work[stage, 0], work[stage, 1], work[stage, 4], disk.load
+    if driven:
+        carried_slopes(t, disk.drive, shaken)
         load += shaken[6]  # per unit amplitude factor: the motion itself
         vx, vy = vx - shaken[0], vy - shaken[3]
-    wears = max(1.0 + p[P.DRIFT_PER_S] * t, 0.0)
-    friction, load = p[P.FLOOR_FRICTION] * wears, max(load, 0.0)
+    wears = max(1.0 + disk.drift * t, 0.0)
+    friction, load = disk.friction * wears, max(load, 0.0)
     strength = friction * load
-    floor_slopes(vx, vy, spin, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], f)
-    per_inertia = p[P.MASS] / p[P.INERTIA]
+    floor_slopes(vx, vy, spin, disk.radius, disk.regularisation, disk.coupling, f)
+    around = disk.mass_over_inertia * strength
     xx, xy, xs = strength * f[3], strength * f[4], strength * f[5]
     yx, yy, ys = strength * f[7], strength * f[8], strength * f[9]
-    around = per_inertia * strength
     sx, sy, ss = around * f[11], around * f[12], around * f[13]
-    if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
-        wx, wy = at[0], at[1]
+    if disk.viscous != 0.0 or disk.air != 0.0:
+        wx, wy = work[stage, 0], work[stage, 1]
         speed = math.sqrt(wx * wx + wy * wy)
-        rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
-        steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
+        rate = disk.viscous + disk.air * speed
+        steep = disk.air / speed if speed > 0.0 else 0.0
         xx, xy = xx - rate - steep * wx * wx, xy - steep * wx * wy
         yx, yy = yx - steep * wx * wy, yy - rate - steep * wy * wy
+    basis = STAGE_BASIS + stage
     for j in range(8):
-        gx, gy, turn = basis[j], basis[8 + j], basis[16 + j]
-        out[j] = xx * gx + xy * gy + xs * turn
-        out[8 + j] = yx * gx + yy * gy + ys * turn
-        out[16 + j] = sx * gx + sy * gy + ss * turn
+        gx, gy, turn = quick[basis, j], quick[basis, 8 + j], quick[basis, 16 + j]
+        quick[stage, j] = xx * gx + xy * gy + xs * turn
+        quick[stage, 8 + j] = yx * gx + yy * gy + ys * turn
+        quick[stage, 16 + j] = sx * gx + sy * gy + ss * turn
     for row in range(3):
-        scale = per_inertia if row == 2 else 1.0
+        scale = disk.mass_over_inertia if row == 2 else 1.0
         own, a, first = scale * f[row], 3 + 4 * row, 8 * row
-        out[first + 3] += own * wears * load
-        out[first + 7] += scale * strength * f[a + 3]
-        if carried:
+        quick[stage, first + 3] += own * wears * load
+        quick[stage, first + 7] += scale * strength * f[a + 3]
+        if driven:
             steeper = own * friction if load > 0.0 else 0.0
             for n in range(3):
                 dragged = scale * strength * (f[a] * shaken[n] + f[a + 1] * shaken[3 + n])
-                out[first + 4 + n] += steeper * shaken[6 + n] - dragged
-    out[23] -= 2.0 * around * f[2] / p[P.RADIUS]  # its inertia grows with its radius
+                quick[stage, first + 4 + n] += steeper * shaken[6 + n] - dragged
+    quick[stage, 23] -= 2.0 * around * f[2] / disk.radius  # its inertia grows with its radius
 
 
-@compiled
+@inlined
 def quick_error(h: float, quick: Floats, p: Floats) -> float:
-    """Largest error of a step's basis over what is allowed."""
-    worst = 0.0
+    """Largest error of a step's columns over what is allowed."""
+    worst, radius = 0.0, p[P.RADIUS]
+    weighed(h, ERROR_5, 5, 12, 0, FIFTH, quick)
+    weighed(h, ERROR_3, 5, 12, 0, THIRD, quick)
     for j in range(8):
-        size = LITTLE * p[P.SPEED] / (p[P.RADIUS] if j == 7 else 1.0)
-        error = 0.0
-        for row in range(3):
-            unit = p[P.RADIUS] if row == 2 else 1.0
-            size = max(size, unit * abs(quick[12, 8 * row + j]))
-            error = max(error, unit * estimate(h, quick[:12, 8 * row + j]))
-        worst = max(worst, error / (allowed(p) * size))
-    return worst
+        size = LITTLE * p[P.SPEED] / (radius if j == 7 else 1.0)
+        size = max(size, abs(quick[BASIS, j]), abs(quick[BASIS, 8 + j]), radius * abs(quick[BASIS, 16 + j]))
+        e5 = quick[FIFTH, j] ** 2 + quick[FIFTH, 8 + j] ** 2 + (radius * quick[FIFTH, 16 + j]) ** 2
+        e3 = quick[THIRD, j] ** 2 + quick[THIRD, 8 + j] ** 2 + (radius * quick[THIRD, 16 + j]) ** 2
+        worst = max(worst, blended(e5, e3) / size)
+    return worst / allowed(p)
 
 
 @compiled
@@ -232,11 +248,11 @@ def combine(quick: Floats, s: Floats, q: Floats) -> None:
         )  # fmt: skip
         for row in range(3):
             place_row, rate_row = (4, 5) if row == 2 else (row, 2 + row)
-            for whose, target in ((13, place_row), (12, rate_row)):
+            for whose, target in ((WAYS, place_row), (BASIS, rate_row)):
                 c = quick[whose, 8 * row : 8 * row + 8]
                 change = c[0] * vx + c[1] * vy + c[2] * spin + c[3] * floor
                 change += c[4] * louder + c[5] * faster + c[6] * later + c[7] * radius
-                s[target, j] = change if whose == 12 else s[target, j] + change
+                s[target, j] = change if whose == BASIS else s[target, j] + change
 
 
 @compiled
@@ -248,26 +264,20 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
     give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  They stand in one row, eight
     for vx, eight for vy, eight for the spin.  Returns the error over what is allowed; above 1 nothing is changed.
     """
-    quick = tangents.quick
-    basis, moved = quick[12], quick[13]
-    for c in range(24):
-        moved[c] = 0.0
-    for i in range(13):  # the last are the tangents at the step's end
-        for c in range(24):
-            basis[c] = 0.0
-        basis[0], basis[9], basis[18] = 1.0, 1.0, 1.0
-        for b in range(min(i, 12)):
-            weight = h * (STAGES[i, b] if i < 12 else WEIGHTS[b])
-            if weight != 0.0:
-                for c in range(24):
-                    basis[c] += weight * quick[b, c]
-        if i == 12:
-            break
-        quick_stage(t + NODES[i] * h, i, system, work[i], tangents)
-        weight = h * WEIGHTS[i]
-        if weight != 0.0:
-            for c in range(24):
-                moved[c] += weight * basis[c]
+    quick, f, shaken, disk = tangents.quick, tangents.room[12], tangents.room[13], disk_of(system)
+    driven = disk.carried and system.k[P.HOST_KIND] == P.DRIVEN
+    for i in range(12):
+        if i == 0:
+            quick[STAGE_BASIS, :] = 0.0
+        else:  # stages after the fifth leave the second and the third out
+            weighed(h, STAGES[i], 1 if i < 5 else 3, i, 0, STAGE_BASIS + i, quick)
+        for row in range(3):
+            quick[STAGE_BASIS + i, 9 * row] += 1.0
+        quick_stage(t + NODES[i] * h, i, work, disk, driven, f, shaken, quick)
+    weighed(h, WEIGHTS, 5, 12, 0, BASIS, quick)  # the second to the fifth weigh nothing
+    weighed(h, WEIGHTS, 5, 12, STAGE_BASIS, WAYS, quick)
+    for row in range(3):
+        quick[BASIS, 9 * row] += 1.0
     worst = quick_error(h, quick, system.p)
     if worst <= 1.0:
         combine(quick, tangents.s, tangents.q)
@@ -308,7 +318,11 @@ def full_tangents(
         for row in range(rows):
             unit = (1.0, 1.0, time, time, p[P.RADIUS], p[P.RADIUS] * time)[row % 6]
             size = max(size, unit * abs(s[row, j]))
-            error = max(error, unit * estimate(h, slopes[:, row, j]))
+            e5, e3 = 0.0, 0.0
+            for b in range(12):
+                e5 += ERROR_5[b] * slopes[b, row, j]
+                e3 += ERROR_3[b] * slopes[b, row, j]
+            error = max(error, h * unit * blended(e5 * e5, e3 * e3))
         worst = max(worst, error / (allowed(p) * size)) if size > 0.0 else worst
     if worst > 1.0:
         return worst
@@ -530,7 +544,7 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
     m = q.shape[1]
     work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
     trial, delay = np.zeros(P.N_STATE), np.zeros(m)
-    tangents = Tangents(s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((14, 24)), np.zeros((2, P.N_STATE)))
+    tangents = Tangents(s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((N_QUICK, 24)), np.zeros((2, P.N_STATE)))
     t, grace, n_impacts = begin, 0.0, 0
     p[P.LAST_IMPACT] = -math.inf
     at_rest, driven = False, k[P.HOST_KIND] == P.DRIVEN

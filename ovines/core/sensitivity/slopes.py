@@ -50,25 +50,28 @@ def floor_slopes(
     total = math.sqrt(speed * speed + rim * rim)
     force, by_speed, by_rim = 0.0, 0.0, 0.0
     turn, turn_by_speed, turn_by_rim = 0.0, 0.0, 0.0
-    per_speed = 0.0  # force over speed
+    inverse = 1.0 / speed if speed > 0.0 else 0.0
     if coupling > 0.0:
-        smooth, slope = smooth_step(total / regularisation), 0.0
+        smooth, along_speed, along_rim = smooth_step(total / regularisation), 0.0, 0.0
         if total < 20.0 * regularisation:
             slope = (1.0 - smooth * smooth) / regularisation
-        along_speed, along_rim = (speed / total, rim / total) if total > 0.0 else (1.0, 0.0)
-        f, torque, f_speed, f_rim, t_speed, t_rim = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            along_speed, along_rim = (slope * speed / total, slope * rim / total) if total > 0.0 else (slope, 0.0)
+        f, torque, f_speed, cross, t_rim = 1.0, 0.0, 0.0, 0.0, 0.0  # cross: of the force over the rim's speed, and back
         if rim > 1e-12 * speed:
-            f, torque, steep = farkas_slope(speed / rim)
-            f_speed, f_rim = steep / rim, -steep * speed / (rim * rim)
-            t_speed, t_rim = f_rim, steep * speed * speed / (rim * rim * rim)
+            per_rim = 1.0 / rim
+            ratio = speed * per_rim
+            f, torque, steep = farkas_slope(ratio)
+            f_speed = steep * per_rim
+            cross = -f_speed * ratio
+            t_rim = -cross * ratio
         elif speed > 0.0:
-            t_rim = 0.25 / speed
+            t_rim = 0.25 * inverse
         force = coupling * f * smooth
-        by_speed = coupling * (f_speed * smooth + f * slope * along_speed)
-        by_rim = coupling * (f_rim * smooth + f * slope * along_rim)
+        by_speed = coupling * (f_speed * smooth + f * along_speed)
+        by_rim = coupling * (cross * smooth + f * along_rim)
         turn = coupling * torque * smooth
-        turn_by_speed = coupling * (t_speed * smooth + torque * slope * along_speed)
-        turn_by_rim = coupling * (t_rim * smooth + torque * slope * along_rim)
+        turn_by_speed = coupling * (cross * smooth + torque * along_speed)
+        turn_by_rim = coupling * (t_rim * smooth + torque * along_rim)
         if total == 0.0:
             turn_by_rim = 0.25 * coupling / regularisation
     if coupling < 1.0:
@@ -76,8 +79,8 @@ def floor_slopes(
         force += (1.0 - coupling) * smooth
         if speed < 20.0 * regularisation:
             by_speed += (1.0 - coupling) * (1.0 - smooth * smooth) / regularisation
-    per_speed = force / speed if speed > 1e-14 * rim and speed > 0.0 else by_speed
-    ux, uy = (vx / speed, vy / speed) if speed > 0.0 else (0.0, 0.0)
+    per_speed = force * inverse if speed > 1e-14 * rim and speed > 0.0 else by_speed
+    ux, uy = vx * inverse, vy * inverse
     bent = by_speed - per_speed
     out[0], out[1], out[2] = -per_speed * vx, -per_speed * vy, -radius * turn * side
     out[3], out[4] = -per_speed - bent * ux * ux, -bent * ux * uy
