@@ -54,11 +54,12 @@ CELLS, TABULATED, DEGREE = 64, 58, 7  # of a unit of the modulus; the first 58, 
 def tabulate() -> np.ndarray:
     """Coefficients (58 cells, 5 parts, 8) of the parts over each cell, its middle at 0 and its ends at -1 and 1.
 
-    Interpolated in Chebyshev's points; right to 2e-15 of the value, a third of the mean's time.
+    By the first terms of Chebyshev's series from three times as many points, so that rounding averages out: as right
+    as the mean itself, in a third of its time.
     """
-    order = np.arange(DEGREE + 1)
-    turns = math.pi * (order + 0.5) / (DEGREE + 1)
-    to_series = np.cos(np.outer(order, turns)) * np.where(order > 0, 2.0, 1.0)[:, None] / (DEGREE + 1)
+    order, nodes = np.arange(DEGREE + 1), 24
+    turns = math.pi * (np.arange(nodes) + 0.5) / nodes
+    to_series = np.cos(np.outer(order, turns)) * np.where(order > 0, 2.0, 1.0)[:, None] / nodes
     to_powers = np.zeros((DEGREE + 1, DEGREE + 1))
     for one in order:
         to_powers[: one + 1, one] = np.polynomial.chebyshev.cheb2poly(np.eye(DEGREE + 1)[one, : one + 1])
