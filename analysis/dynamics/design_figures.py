@@ -93,9 +93,13 @@ def design_figure(found: Design) -> Figure:
         for n, one in enumerate(k for k in found.kept if k.numbers):
             colour = GREEN if one is found.kept[0] else BLUE
             bars = MM * np.array([[one.level_m - one.low_m], [one.high_m - one.level_m]])
-            name_it = "kept, 90 %" if n == 0 else None
+            name_it = ("best, 90 %", "kept, 90 %")[n] if n < 2 else None
             ax.errorbar(one.numbers[name], MM * one.level_m, bars, fmt="o", color=colour, ms=4, lw=1.0, label=name_it)
-        ax.axhline(MM * found.damper_m, color=PURPLE, lw=1.2, ls="--", label="tuned mass damper")
+        last = "tuned mass damper" if name == names[-1] else None  # a legend of five would not fit above one panel
+        ax.axhline(MM * found.damper_m, color=PURPLE, lw=1.2, ls="--", label=last)
+        ax.locator_params(axis="x", nbins=6)
+        ax.set_ylim(bottom=0.0)
         label(ax, in_words(name), "largest amplitude (mm)" if ax in axes[:, 0] else "")
-    legend(axes[0, 0], ncols=3)
+    for ax in {axes[0, 0], axes.ravel()[len(names) - 1]}:
+        legend(ax, ncols=4)
     return figure

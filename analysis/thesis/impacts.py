@@ -19,6 +19,7 @@ from ovines.recording import Recording
 from ovines.recording_schema import ThesisMethod
 
 Array = NDArray[np.float64]
+USUAL = ThesisMethod()
 STATE = ("nes_x_m", "nes_y_m", "nes_angle_rad", "host_x_m", "host_y_m", "host_angle_rad")
 
 
@@ -29,10 +30,10 @@ def method_of(recording: Recording) -> ThesisMethod:
     between 0.6 and 1, half between 0.4 and 0.6, one in ten below; no peak without an impact.  Five points a side, the
     nearest left out, is the reading of "a few points".
     """
-    return recording.settings.thesis_method or ThesisMethod()
+    return recording.settings.thesis_method or USUAL
 
 
-def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = ThesisMethod()) -> pd.DataFrame:
+def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = USUAL) -> pd.DataFrame:
     """``frame, time_s, nes_vx_m_per_s, nes_vy_m_per_s, acceleration_m_per_s2`` on every frame from first to
     last.
 

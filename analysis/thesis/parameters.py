@@ -79,10 +79,10 @@ def thesis_identification(table: pd.DataFrame, inertia_factor: float, picked: Se
     """Table ``identification`` by the thesis' recipe: mean and sd of the restitutions, minimum of the summed
     J_t.
 
-    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the
-    mean; ``low`` and ``high`` are null: the recipe gives no interval.  Wall friction and tangential
-    restitution are null with fewer than two impacts; ``picked``: :func:`usable`.  J_t is capped at :data:`CAP` per impact: v_theta near zero after
-    an impact makes its relative error arbitrarily large.
+    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the mean;
+    ``low`` and ``high`` are null: the recipe gives no interval.  Wall friction and tangential restitution are null
+    with fewer than two impacts; ``picked``: :func:`usable`.  J_t is capped at :data:`CAP` per impact: v_theta near
+    zero after an impact makes its relative error arbitrarily large.
     """
     chosen = usable(table, picked)
     eps = chosen["restitution"].to_numpy(float)

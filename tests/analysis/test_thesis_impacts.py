@@ -66,7 +66,7 @@ def test_the_methods_settings_are_obeyed(tmp_path):
     """Slow bounces do not stand out by 1000 m/s^2, close ones not where peaks lie apart, lines of many points meet
     the next impact.
     """
-    motion, times = bouncing(0.9)
+    motion, _ = bouncing(0.9)
     usual = thesis_impacts(motion, recording(tmp_path))
     steep = thesis_impacts(motion, recording(tmp_path, more="[thesis_method]\nprominence_m_per_s2 = 250.0"))
     assert 0 < len(steep) < len(usual) and (steep["prominence_m_per_s2"] >= 250).all()
