@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
-from analysis.blind.plant.dynamics import Motion, host_at, run_plant, state_at
+from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Draft
+from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
@@ -38,23 +39,22 @@ class Outline:
 
 
 def draw_host(
-    acceleration_g: float, vertical_m: float, vertical_phase_rad: float, drive_hz: float, rng: np.random.Generator
+    place: Place, acceleration_g: float, vertical_m: float, vertical_phase_rad: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Host harmonics (4, 4) of one run: the drive along x, its overtone, a crosswise share, and the
-    vertical motion."""
-    drive = 2.0 * np.pi * drive_hz
-    phase = rng.uniform(0.0, 2.0 * np.pi, 3)
-    harmonics = np.array(
-        [
-            [0, acceleration_g * 9.81 / drive**2 * (1 + rng.normal(0.0, 1e-3)), drive, phase[0]],
-            [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[1]],
-            [1, rng.uniform(0.03, 0.16) * 1e-3, drive, phase[2]],
-            [3, vertical_m, drive, vertical_phase_rad],
-        ]
-    )
+    """Host lines (n, 7) of one run: the drive, chiefly along x, an overtone, a crosswise share, and the vertical
+    motion."""
+    drive = 2.0 * np.pi * place.drive_hz
+    phase = rng.uniform(0.0, 2.0 * np.pi, 2)
+    beside = np.zeros((3, 7))
+    beside[:, :4] = [
+        [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[0]],
+        [1, rng.uniform(0.03, 0.16) * 1e-3, drive, phase[1]],
+        [3, vertical_m, drive, vertical_phase_rad],
+    ]
+    lines = np.vstack([draw_drive(place.drive, acceleration_g, place.drive_hz, START_S, LONGEST_S, rng), beside])
     if acceleration_g == 0.0:
-        harmonics[:, 1] = 0.0
-    return harmonics
+        lines[:, 1] = 0.0
+    return lines
 
 
 def draw_start(rng: np.random.Generator) -> np.ndarray:
@@ -75,7 +75,8 @@ def _with_sway(harmonics: np.ndarray, sway: tuple[float, float, float], phase_ra
     """A run's harmonics and a slow line beside them, along its own direction."""
     amplitude, hz, direction = sway
     along = ((0, np.cos(direction)), (1, np.sin(direction)))
-    return np.vstack([harmonics, *([[axis, amplitude * c, 2.0 * np.pi * hz, phase_rad]] for axis, c in along)])
+    omega = 2.0 * np.pi * hz
+    return np.vstack([harmonics, *([[axis, amplitude * c, omega, phase_rad, 0.0, 0.0, 0.0]] for axis, c in along)])
 
 
 def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
@@ -132,7 +133,7 @@ def _one_run(
     outline: Outline, run: int, level_g: float, rng: np.random.Generator
 ) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
     draft, errors, place = outline.draft, view_of(outline.draft), outline.place
-    harmonics = draw_host(level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, place.drive_hz, rng)
+    harmonics = draw_host(place, level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, rng)
     if draft.sway is not None:
         harmonics = _with_sway(harmonics, draft.sway, rng.uniform(0.0, 2.0 * np.pi))
     physics = physics_of_run(draft, run, 2.0 * np.pi * place.drive_hz, LONGEST_S)
@@ -184,7 +185,7 @@ def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict[str
 
 def outline_series(
     kind: str,
-    size: float,
+    size: float | tuple[float, ...],
     rng: np.random.Generator,
     runs: int = 12,
     noise: str | None = None,
@@ -194,7 +195,7 @@ def outline_series(
 ) -> Outline:
     """Draw a series; the arguments are those of `make_series`."""
     noise_kind = noise or str(rng.choice(NOISE_KINDS))
-    draft = draft_series(kind, size, rng, runs)
+    draft = draft_series(kind, size, rng, runs, place.wall)
     views = draw_views(rng)
     marks = draw_marks(view_of(draft).centre_marker_offset_m, rng)
     seen = draw_noise(noise_kind, rng)
@@ -204,7 +205,8 @@ def outline_series(
     truth = {
         "case": name,
         "effect": kind,
-        "size": size,
+        "size": size if isinstance(size, float) else max(size, default=1.0),
+        "sizes": dict.fromkeys(causes, size) if isinstance(size, float) else dict(zip(causes, size, strict=True)),
         "verdict": "none" if not causes else "effect" if len(listed) == len(causes) else "unknown",
         "effects": listed,
         "stages": [CAUSES[c].stage for c in causes],
@@ -243,7 +245,7 @@ def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | Non
 
 def make_series(
     kind: str,
-    size: float,
+    size: float | tuple[float, ...],
     rng: np.random.Generator,
     runs: int = 12,
     noise: str | None = None,
@@ -253,8 +255,9 @@ def make_series(
 ) -> Series:
     """A series of `runs` short recordings with the cause `kind` at `size`.
 
-    `kind`: "none", a name of `causes.CAUSES`, or two joined by "+". `noise`: "white", "ar1", "warp", or None to draw
-    one. `tell_model` writes nominal parameters, each off by about 3 %, into `[model]`. `place`: where the rig stands,
-    its size and clock (`draw_place`); the usual rig at the world's origin. About a second for 12 runs once compiled.
+    `kind`: "none", or names of `causes.CAUSES` joined by "+"; `size`: one for all or one each. `noise`: "white", "ar1",
+    "warp", or None to draw one. `tell_model` writes nominal parameters, each off by about 3 %, into `[model]`. `place`:
+    where the rig stands, its size, wall, drive and clock (`draw_place`); the usual rig at the world's origin. About a
+    second for 12 runs once compiled.
     """
     return run_outline(outline_series(kind, size, rng, runs, noise, name, tell_model, place), rng)

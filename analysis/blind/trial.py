@@ -17,20 +17,14 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.causes.listed import LISTED
-from analysis.blind.causes.named import CAUSES
-from analysis.blind.causes.unlisted import UNLISTED
+from analysis.blind.draw import Case, draw_cases
 from analysis.blind.recording.place import draw_place
-from analysis.blind.series import NOISE_KINDS, Outline, Series, outline_series, run_outline, write_series
+from analysis.blind.series import Outline, Series, outline_series, run_outline, write_series
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 
 Film = Callable[[Series, Outline, Path], None]
 
-LARGE, SMALL = 1.0, 0.35
-BOTH_SIZES = (LARGE, SMALL)
-# Shares of a trial; the issue asks for at least 60 series without effect beside every effect at two sizes.
-SHARES = {"listed": 0.46, "none": 0.28, "unknown": 0.15, "pair": 0.11}
 # Filmed cases: what shows in three runs and needs no camera other than the one that is calibrated.
 FILMED = (
     "none",
@@ -41,65 +35,6 @@ FILMED = (
     "unknown_central",
 )
 FILMED_RUNS = 3
-PAIRS = (
-    "table_tilt+wall_ellipticity",
-    "vertical_motion+direction_dependent_restitution",
-    "air_drag+wall_centre_offset",
-    "camera_clock_offset+speed_dependent_restitution",
-    "length_scale_error+table_tilt",
-    "spin_coupling+mass_centre_offset",
-    "friction_drift+frame_rate_error",
-    "plane_tilt+viscous_drag",
-    "sensor_window_offset+finite_contact_time",
-    "trigger_jitter+wall_ellipticity",
-    "centre_marker_offset+table_tilt",
-    "speed_dependent_restitution+vertical_motion",
-    "direction_dependent_restitution+table_tilt",
-)
-
-
-def _decks(kinds: tuple[str, ...], sizes: tuple[float, ...]) -> dict[str, list[tuple[str, float]]]:
-    """What each group deals out; `kinds` restricts them to "none", "listed", "unknown", "pair" or names of
-    causes."""
-    full = {
-        "listed": [(c.name, size) for c in LISTED for size in sizes],
-        "none": [("none", LARGE)],
-        "unknown": [(c.name, LARGE) for c in UNLISTED],
-        "pair": [(pair, LARGE) for pair in PAIRS],
-    }
-    if not kinds:
-        return full
-    strange = [kind for kind in kinds if kind not in full and not set(kind.split("+")) <= set(CAUSES)]
-    if strange:
-        raise InputError(
-            f"kinds {', '.join(strange)}",
-            "none, listed, unknown, pair, a cause's name, or two joined by +",
-            f"choose among {', '.join(sorted(CAUSES))}",
-        )
-    decks = {group: deck for group, deck in full.items() if group in kinds}
-    named = [(kind, size) for kind in kinds if kind not in full for size in sizes]
-    return decks | ({"named": named} if named else {})
-
-
-def plan_cases(
-    count: int, rng: np.random.Generator, kinds: tuple[str, ...] = (), sizes: tuple[float, ...] = BOTH_SIZES
-) -> list[tuple[str, float, str]]:
-    """Kind, size and noise of `count` cases, in random order.
-
-    Groups get their shares of the trial (equal ones with `kinds`) as evenly as whole numbers allow;
-    within a group everything occurs once before anything occurs twice, and the noise kinds take turns.
-    """
-    decks = _decks(kinds, sizes)
-    weight = np.array([1.0 if kinds else SHARES[group] for group in decks])
-    cumulated = np.round(np.concatenate([[0.0], np.cumsum(weight / weight.sum())]) * count).astype(int)
-    plan = []
-    for deck, number in zip(decks.values(), np.diff(cumulated), strict=True):
-        dealt: list[tuple[str, float]] = []
-        while len(dealt) < number:
-            dealt += [deck[i] for i in rng.permutation(len(deck))]
-        first = int(rng.integers(3))
-        plan += [(kind, size, NOISE_KINDS[(first + i) % 3]) for i, (kind, size) in enumerate(dealt[:number])]
-    return [plan[i] for i in rng.permutation(len(plan))]
 
 
 def outlines(
@@ -108,23 +43,23 @@ def outlines(
     kinds: tuple[str, ...] = (),
     runs: int = 12,
     filmed: int = 0,
-    sizes: tuple[float, ...] = BOTH_SIZES,
+    sizes: tuple[float, ...] = (),
 ) -> Iterator[Outline]:
-    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines.
-    Each truth carries
-    a salt so that
-    its hash cannot be guessed from the few causes there are."""
-    plan = plan_cases(count, np.random.default_rng([seed, 0]), kinds, sizes)
+    """What a trial consists of, case by case, `filmed` cases last; the same arguments give the same outlines. Each
+    truth carries a salt, so that its hash cannot be guessed from the few causes there are."""
+    plan = draw_cases(count, np.random.default_rng([seed, 0]), kinds, sizes, runs)
     film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
-    plan += [(FILMED[film[i % len(FILMED)]], LARGE, "image") for i in range(filmed)]
-    for index, (kind, size, noise) in enumerate(plan):
+    names = [FILMED[film[i % len(FILMED)]] for i in range(filmed)]
+    plan += [Case(*(((), ()) if name == "none" else ((name,), (1.0,))), "image", FILMED_RUNS) for name in names]
+    for index, case in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
         salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
-        shots = FILMED_RUNS if noise == "image" else runs
-        place = draw_place(np.random.default_rng([seed, index + 1, 2]), shots)
-        if noise == "image":  # frames carry numbers from 0 and no times
+        place = draw_place(np.random.default_rng([seed, index + 1, 2]), case.runs)
+        if case.noise == "image":  # frames carry numbers from 0 and no times
             place = replace(place, start_s=(), first_frame=())
-        outline = outline_series(kind, size, rng, shots, noise, f"case-{index + 1:03d}", told, place)
+        place = replace(place, wall=case.wall, drive=case.drive)
+        name = f"case-{index + 1:03d}"
+        outline = outline_series(case.kind, case.sizes, rng, case.runs, case.noise, name, told, place)
         outline.truth["salt"] = salt
         yield outline
 
@@ -158,7 +93,7 @@ def make_trial(
     progress: Callable[[str], None] = lambda _: None,
     filmed: int = 0,
     film: Film | None = None,
-    sizes: tuple[float, ...] = BOTH_SIZES,
+    sizes: tuple[float, ...] = (),
     jobs: int = 1,
 ) -> None:
     """Write a trial of `count` cases and `filmed` more whose frames `film` writes in place of tracks.

@@ -16,6 +16,7 @@ from joblib import Parallel, delayed
 
 from analysis.blind import trial
 from analysis.blind.scoring import report, score
+from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
 from ovines import __version__
 from ovines.blind_film import film_series
@@ -37,9 +38,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--cases", type=whole_number, default=80, help="how many series (default: 80)")
     make.add_argument("--seed", type=whole_number, required=True, help="the same seed gives the same cases")
     make.add_argument(
-        "--kinds", default="", help="only these: none, listed, unknown, pair or causes, separated by commas"
+        "--kinds",
+        default="",
+        help="only these, separated by commas: none, listed, pair, triple (of listed causes), unknown, later (of "
+        "causes in nobody's list), beside (one of each), causes by name, several joined by +",
     )
-    make.add_argument("--sizes", default="1,0.35", help="sizes of the listed causes (default: 1,0.35; 1 is large)")
+    make.add_argument(
+        "--sizes", default="", help="severities of the causes, in turn; 1 is large (default: any from 0.3 to 1.2)"
+    )
     make.add_argument("--runs", type=whole_number, default=12, help="recordings per series (default: 12)")
     make.add_argument(
         "--seal", action="store_true", help="keep the truths out of the folder; scoring then needs the seed"
@@ -62,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     without.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     without.add_argument("--most", type=whole_number, default=None, metavar="N", help="the first N such cases only")
     _add_jobs(without)
-    marks = steps.add_parser("score", help="compare answers with truths: score.json, score.md, confusion.png")
+    marks = steps.add_parser(
+        "score", help="compare answers with truths: score.json, score.md, confusion.png, reliability.png"
+    )
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
@@ -101,10 +109,11 @@ def _make(args: argparse.Namespace) -> int:
         raise InputError(f"{args.cases} cases of {args.runs} runs", "at least one of each", "give larger numbers")
     kinds = tuple(kind.strip() for kind in args.kinds.split(",") if kind.strip())
     try:
-        sizes = tuple(float(size) for size in args.sizes.split(","))
+        sizes = tuple(float(size) for size in args.sizes.split(",") if args.sizes)
+        wrong = bool(sizes) and min(sizes) <= 0
     except ValueError:
-        sizes = ()
-    if not sizes or min(sizes) <= 0:
+        sizes, wrong = (), True
+    if wrong:
         raise InputError(f"--sizes {args.sizes}", "positive numbers separated by commas", "for example --sizes 1,0.35")
     cost_s = args.cases * args.runs * RUN_S + args.rendered * FILM_S
     _refuse_costly(f"{args.cases} cases of {args.runs} runs and {args.rendered} films", cost_s, args)
@@ -238,18 +247,22 @@ def _score(args: argparse.Namespace) -> int:
         rows, answers = _marked(args, truths)
     if not rows:
         raise InputError(f"no answers in {args.folder}", "at least one", "run `ovines blind answer` first")
-    figures = score.figures_of(rows, np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    figures = score.figures_of(rows, rng) + probability_figures(rows, rng)
+    bands = reliability(rows)
     causes = score.per_cause(rows, answers)
     result = {
         "format": 1,
         "figures": [asdict(f) for f in figures],
+        "reliability": bands,
         "causes": causes,
         "cases": [asdict(r) for r in rows],
     }
     (args.folder / "score.json").write_text(json.dumps(result, indent=1))
     told = f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
-    text = report.markdown(figures, causes, rows, told)
+    text = report.markdown(figures, causes, rows, bands, told)
     (args.folder / "score.md").write_text(text)
     report.confusion_picture(rows, args.folder / "confusion.png")
+    report.reliability_picture(bands, args.folder / "reliability.png")
     print(text)
     return 0

@@ -8,18 +8,49 @@ spread of 15 %.
 import numpy as np
 
 from analysis.blind.causes.further import FURTHER
+from analysis.blind.causes.later import LATER
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
+from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED}
+CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER}
 
 
-def draft_series(kind: str, size: float, rng: np.random.Generator, runs: int) -> Draft:
-    """Ordinary physics with the causes of `kind` ("none", a name of CAUSES, or two joined by +) put in at
-    `size`."""
+# Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
+RIVALS = (
+    ("floor_friction", "spin_coupling", "friction_drift"),
+    ("nes_rocking", "unknown_settling_friction", "unknown_hop"),
+    ("host_recoil", "host_ringing", "host_sway"),
+    (
+        "finite_contact_time",
+        *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
+    ),
+)
+ROUND_ONLY = ("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk")
+STEADY_ONLY = ("unknown_drive_phase_restitution",)
+
+
+def may_stand_together(causes: tuple[str, ...], wall: str, drive: str) -> bool:
+    """Whether a series with that wall and drive may have all `causes` at once."""
+    if len(set(causes)) < len(causes):
+        return False
+    if sum(c == "finite_contact_time" for c in causes) and len(set(RIVALS[-1]) & set(causes)) > 1:
+        return False
+    if any(len(set(rivals) & set(causes)) > 1 for rivals in RIVALS[:-1]):
+        return False
+    if wall in ("triangle", "square") and set(ROUND_ONLY) & set(causes):
+        return False
+    return drive in ("sine", "start_up") or not set(STEADY_ONLY) & set(causes)
+
+
+def draft_series(
+    kind: str, size: float | tuple[float, ...], rng: np.random.Generator, runs: int, wall: str = "round"
+) -> Draft:
+    """Ordinary physics inside `wall` with the causes of `kind` ("none", or names of CAUSES joined by +) put in at
+    `size`, one for all or one each."""
     draft = Draft(
         plant={
             "restitution": rng.uniform(0.69, 0.80),
@@ -29,11 +60,11 @@ def draft_series(kind: str, size: float, rng: np.random.Generator, runs: int) ->
             "floor_friction": rng.uniform(0.18, 0.35),
         }
     )
+    draft.plant |= {name: float(value) for name, value in WALLS[wall].items()}
     names = [] if kind == "none" else kind.split("+")
-    for name in names:
-        draft.parameters[name] = {
-            key: float(value) for key, value in CAUSES[name].apply(draft, size, rng, runs).items()
-        }
+    sizes = (size,) * len(names) if isinstance(size, float) else size
+    for name, own in zip(names, sizes, strict=True):
+        draft.parameters[name] = {key: float(value) for key, value in CAUSES[name].apply(draft, own, rng, runs).items()}
     return draft
 
 

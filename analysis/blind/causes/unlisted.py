@@ -5,7 +5,7 @@ import numpy as np
 from analysis.blind.recording.draft import Apply, Cause, Draft, Rng, Truth, sign, spread, vector
 
 
-def _changes(scale: dict[str, float], angles: tuple[str, ...] = (), signed: bool = False) -> Apply:
+def changes(scale: dict[str, float], angles: tuple[str, ...] = (), signed: bool = False) -> Apply:
     """A cause that sets numbers proportional to its size and draws the named angles at random."""
 
     def apply(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -54,7 +54,7 @@ def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
 
 
-def _seen(name: str, value: float) -> Apply:
+def seen(name: str, value: float) -> Apply:
     """A cause in the cameras: one number, proportional to its size."""
 
     def apply(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -65,46 +65,46 @@ def _seen(name: str, value: float) -> Apply:
 
 
 UNLISTED = [
-    Cause("unknown_central", "flight", False, _changes({"central_per_s2": 13.3})),
-    Cause("unknown_magnus", "flight", False, _changes({"magnus": 0.005}, signed=True)),
+    Cause("unknown_central", "flight", False, changes({"central_per_s2": 13.3})),
+    Cause("unknown_magnus", "flight", False, changes({"magnus": 0.005}, signed=True)),
     Cause("unknown_magnetic_pull", "flight", False, _pull),
     Cause("unknown_patchy_friction", "flight", False, _patch),
     Cause(
         "unknown_anisotropic_friction",
         "flight",
         False,
-        _changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",)),
+        changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",)),
     ),
-    Cause("unknown_spin_drag", "flight", False, _changes({"spin_drag_per_s": 1.5})),
-    Cause("unknown_hop", "flight", False, _changes({"hop_s": 0.012})),
-    Cause("unknown_soft_spot", "impact", False, _changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
+    Cause("unknown_spin_drag", "flight", False, changes({"spin_drag_per_s": 1.5})),
+    Cause("unknown_hop", "flight", False, changes({"hop_s": 0.012})),
+    Cause("unknown_soft_spot", "impact", False, changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
     Cause(
         "unknown_drive_phase_restitution",
         "impact",
         False,
-        _changes({"phase_amplitude": 0.12}, ("phase_rad",)),
+        changes({"phase_amplitude": 0.12}, ("phase_rad",)),
     ),
-    Cause("unknown_spin_restitution", "impact", False, _changes({"spin_restitution_s": 0.0012})),
-    Cause("unknown_ageing_restitution", "impact", False, _changes({"ageing_per_s": 0.35})),
+    Cause("unknown_spin_restitution", "impact", False, changes({"spin_restitution_s": 0.0012})),
+    Cause("unknown_ageing_restitution", "impact", False, changes({"ageing_per_s": 0.35})),
     Cause(
         "unknown_wall_friction_azimuth",
         "impact",
         False,
-        _changes({"wall_friction_amplitude": 0.6}, ("wall_friction_phase_rad",)),
+        changes({"wall_friction_amplitude": 0.6}, ("wall_friction_phase_rad",)),
     ),
     Cause("unknown_camera_wobble", "measurement", False, _wobble),
-    Cause("unknown_wall_pull", "flight", False, _changes({"wall_pull_m_per_s2": 2.5}, signed=True)),
-    Cause("unknown_swirl", "flight", False, _changes({"swirl_per_s2": 10.0}, signed=True)),
-    Cause("unknown_weakening_friction", "flight", False, _changes({"weakening": 0.5})),
-    Cause("unknown_rail_drag", "flight", False, _changes({"rail_per_s": 0.7}, ("rail_rad",))),
+    Cause("unknown_wall_pull", "flight", False, changes({"wall_pull_m_per_s2": 2.5}, signed=True)),
+    Cause("unknown_swirl", "flight", False, changes({"swirl_per_s2": 10.0}, signed=True)),
+    Cause("unknown_weakening_friction", "flight", False, changes({"weakening": 0.5})),
+    Cause("unknown_rail_drag", "flight", False, changes({"rail_per_s": 0.7}, ("rail_rad",))),
     Cause("unknown_swaying_floor", "flight", False, _sway),
     Cause("unknown_ridge", "flight", False, _ridge),
-    Cause("unknown_settling_friction", "flight", False, _changes({"settling": 0.6})),
-    Cause("unknown_restless_restitution", "impact", False, _changes({"rest_amplitude": 0.2})),
-    Cause("unknown_slip_restitution", "impact", False, _changes({"slip_restitution_s_per_m": 0.15})),
-    Cause("unknown_handed_wall_friction", "impact", False, _changes({"handed": 0.4}, signed=True)),
-    Cause("unknown_rolling_loss", "impact", False, _changes({"rolling_loss": 0.05})),
+    Cause("unknown_settling_friction", "flight", False, changes({"settling": 0.6})),
+    Cause("unknown_restless_restitution", "impact", False, changes({"rest_amplitude": 0.2})),
+    Cause("unknown_slip_restitution", "impact", False, changes({"slip_restitution_s_per_m": 0.15})),
+    Cause("unknown_handed_wall_friction", "impact", False, changes({"handed": 0.4}, signed=True)),
+    Cause("unknown_rolling_loss", "impact", False, changes({"rolling_loss": 0.05})),
     Cause("unknown_slipped_marker", "measurement", False, _slipped_marker),
-    Cause("unknown_rolling_shutter", "measurement", False, _seen("shutter_s", 6e-4)),
-    Cause("unknown_camera_creep", "measurement", False, _seen("creep_px", 1.5)),
+    Cause("unknown_rolling_shutter", "measurement", False, seen("shutter_s", 6e-4)),
+    Cause("unknown_camera_creep", "measurement", False, seen("creep_px", 1.5)),
 ]

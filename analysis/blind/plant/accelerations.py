@@ -8,12 +8,13 @@ from analysis.blind.plant.state import PlantParameters
 
 @compiled
 def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
-    """Host position, velocity and acceleration (each: x, y, rotation, z) from its lines: rows (n, 4 or 6) of axis,
-    amplitude, angular frequency, phase, and of a line that dies out (rate > 0) the time of that phase and the rate."""
+    """Host position, velocity and acceleration (each: x, y, rotation, z) from its lines: rows (n, 7) of axis,
+    amplitude, angular frequency, phase, of a line that dies out (rate > 0) the time of that phase and the rate, and how
+    fast the angular frequency rises."""
     position, velocity, acceleration = np.zeros(4), np.zeros(4), np.zeros(4)
     for i in range(host.shape[0]):
         axis, amplitude, omega = int(host[i, 0]), host[i, 1], host[i, 2]
-        if host.shape[1] > 4 and host[i, 5] > 0.0:
+        if host[i, 5] > 0.0:
             late, decay = time - host[i, 4], host[i, 5]
             size = amplitude * np.exp(-decay * late)
             s, c = np.sin(omega * late + host[i, 3]), np.cos(omega * late + host[i, 3])
@@ -21,10 +22,12 @@ def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
             velocity[axis] += size * (omega * c - decay * s)
             acceleration[axis] += size * ((decay**2 - omega**2) * s - 2.0 * decay * omega * c)
             continue
-        phase = omega * time + host[i, 3]
-        position[axis] += amplitude * np.sin(phase)
-        velocity[axis] += amplitude * omega * np.cos(phase)
-        acceleration[axis] -= amplitude * omega**2 * np.sin(phase)
+        phase = (omega + 0.5 * host[i, 6] * time) * time + host[i, 3]
+        omega += host[i, 6] * time
+        s, c = np.sin(phase), np.cos(phase)
+        position[axis] += amplitude * s
+        velocity[axis] += amplitude * omega * c
+        acceleration[axis] += amplitude * (host[i, 6] * c - omega**2 * s)
     return position, velocity, acceleration
 
 
@@ -52,6 +55,42 @@ def floor_traction(
 
 
 @compiled
+def _add_later_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
+    """Forces of `causes.later`."""
+    if p.stream_per_s != 0.0:
+        a, b = np.cos(p.stream_rad), np.sin(p.stream_rad)
+        across = (b * x - a * y) / p.stream_width_m
+        carried = p.stream_per_s * np.exp(-0.5 * across**2)
+        out[2] += carried * (p.stream_m_per_s * a - state[2])
+        out[3] += carried * (p.stream_m_per_s * b - state[3])
+    if p.saddle_per_s2 != 0.0:
+        a, b = np.cos(2.0 * p.saddle_rad), np.sin(2.0 * p.saddle_rad)
+        out[2] += p.saddle_per_s2 * (a * x + b * y)
+        out[3] += p.saddle_per_s2 * (b * x - a * y)
+    if p.sag_m_per_s2 != 0.0:
+        push = p.sag_m_per_s2 * (2.0 * time / p.duration_s - 1.0)
+        out[2] += push * np.cos(p.sag_rad)
+        out[3] += push * np.sin(p.sag_rad)
+
+
+@compiled
+def _friction_share(x: float, y: float, state: Floats, p: PlantParameters) -> float:
+    """What `causes.later` multiply the floor's friction by; x, y from the Host's centre."""
+    share = 1.0
+    if p.groove != 0.0:
+        along = np.cos(p.groove_rad) * x + np.sin(p.groove_rad) * y
+        share *= 1.0 + p.groove * np.cos(2.0 * np.pi * along / p.groove_m + p.groove_phase_rad)
+    if p.warming != 0.0:
+        share *= 1.0 - p.warming * (1.0 - np.exp(-state[8] / p.warming_m))
+    if p.film != 0.0:
+        share *= 1.0 - p.film * (1.0 - np.exp(-abs(state[5]) / p.film_rad_per_s))
+    if p.rim != 0.0:
+        late = (np.sqrt(x * x + y * y) / p.contact_radius_m - p.rim_share) / 0.03
+        share *= 1.0 + p.rim * 0.5 * (1.0 + np.tanh(late))
+    return share
+
+
+@compiled
 def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
     """Forces that nobody would put into a model: x, y from the Host's centre."""
     radius = np.sqrt(x * x + y * y) + 1e-12
@@ -70,6 +109,7 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
         push = p.sway_m_per_s2 * np.sin(p.sway_rad_per_s * time)
         out[2] += push * np.cos(p.sway_rad)
         out[3] += push * np.sin(p.sway_rad)
+    _add_later_forces(time, x, y, state, p, out)
     if p.ridge_m_per_s2 != 0.0:
         a, b = np.cos(p.ridge_rad), np.sin(p.ridge_rad)
         across = (a * x + b * y - p.ridge_m) / 0.004
@@ -80,7 +120,8 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
 
 @compiled
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
-    """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall); x, y: centre of mass."""
+    """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
+    impact so far); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -106,10 +147,12 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     if p.patch_amplitude != 0.0:
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
+    mu *= _friction_share(x, y, state, p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
-    out = np.zeros(8)
+    out = np.zeros(10)
+    out[8] = np.sqrt(slip_x**2 + slip_y**2)
     out[0], out[1], out[4] = state[2], state[3], spin
     out[2] = force_x - drag * state[2] + p.tilt_x_m_per_s2 - p.central_per_s2 * x - p.magnus * spin * state[3]
     out[3] = force_y - drag * state[3] + p.tilt_y_m_per_s2 - p.central_per_s2 * y + p.magnus * spin * state[2]
@@ -121,4 +164,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     _add_strange_forces(time, x, y, state, p, out)
     torque = arm_x * force_y - arm_y * force_x + p.disk_radius_m * turn
     out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
+    out[5] -= p.needle_rad_per_s2 * np.sin(state[4] - p.needle_rad)
     return out

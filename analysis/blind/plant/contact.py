@@ -9,6 +9,31 @@ from analysis.blind.plant.state import PlantParameters
 
 
 @compiled
+def _reach(azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
+    """How far the disk's middle gets along `azimuth`, and its slope (m per rad)."""
+    ellipse = 2.0 * (azimuth - p.ellipticity_phase_rad)
+    lobe = p.lobe_order * (azimuth - p.lobe_phase_rad)
+    oval = 2.0 * (azimuth - disk_angle - p.oval_rad)
+    reach = 1.0 + p.ellipticity * np.cos(ellipse) + p.lobes * np.cos(lobe) - p.oval * np.cos(oval)
+    rise = -2.0 * p.ellipticity * np.sin(ellipse) - p.lobe_order * p.lobes * np.sin(lobe) + 2.0 * p.oval * np.sin(oval)
+    away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
+    dent = p.dent_m * np.exp(-0.5 * away**2)
+    return p.contact_radius_m * reach - dent, p.contact_radius_m * rise + dent * away / p.dent_width_rad
+
+
+@compiled
+def _flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tuple[float, float, float]:
+    """Distance from the nearest side of the polygon and that side's outward normal."""
+    gap, nx, ny = 1e300, 1.0, 0.0
+    for side in range(int(p.wall_sides)):
+        angle = host_angle + p.wall_turn_rad + 2.0 * np.pi * side / p.wall_sides
+        ax, ay = np.cos(angle), np.sin(angle)
+        if p.contact_radius_m - ax * x - ay * y < gap:
+            gap, nx, ny = p.contact_radius_m - ax * x - ay * y, ax, ay
+    return gap, nx, ny
+
+
+@compiled
 def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
     position = host_pose(time, host)[0]
@@ -17,13 +42,16 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
     radius = np.sqrt(x * x + y * y) + 1e-300
-    angle = 2.0 * (np.arctan2(y, x) - p.ellipticity_phase_rad)
-    lobe = p.lobe_order * (np.arctan2(y, x) - p.lobe_phase_rad)
-    reach = p.contact_radius_m * (1.0 + p.ellipticity * np.cos(angle) + p.lobes * np.cos(lobe))
-    slope = -p.contact_radius_m / radius * (2.0 * p.ellipticity * np.sin(angle) + p.lobe_order * p.lobes * np.sin(lobe))
-    nx, ny = x / radius + slope * y / radius, y / radius - slope * x / radius
-    size = np.sqrt(nx * nx + ny * ny)
-    return (reach - radius) / size, nx / size, ny / size
+    if p.wall_sides > 0.0:
+        gap, nx, ny = _flat_gap(x, y, position[2], p)
+    else:
+        reach, rise = _reach(np.arctan2(y, x), state[4], p)
+        nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
+        size = np.sqrt(nx * nx + ny * ny)
+        gap, nx, ny = (reach - radius) / size, nx / size, ny / size
+    if p.obstacle_m > 0.0 and radius - p.obstacle_m < gap:
+        return radius - p.obstacle_m, -x / radius, -y / radius
+    return gap, nx, ny
 
 
 @compiled
@@ -65,6 +93,7 @@ def restitution_at(
     value -= p.slip_restitution_s_per_m * abs(slip)
     if p.rest_amplitude != 0.0:
         value -= p.rest_amplitude * np.exp(-since_s / p.rest_s)
+    value -= p.glancing * slip**2 / (slip**2 + approach**2 + 1e-300)
     value *= 1.0 - p.ageing_per_s * time
     return min(max(value + p.restitution_scatter * scatter, 0.05), 0.98)
 
@@ -89,17 +118,27 @@ def impact(
         new[1] += gap * ny
     if approach <= 0.0:
         return new, 0.0, slip
-    azimuth = np.arctan2(ny, nx)
-    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter) * bounce
+    position = host_pose(time, host)[0]
+    azimuth = np.arctan2(  # of the contact, seen from the Host's centre
+        state[1] + arm_y - position[1],
+        state[0] + arm_x - position[0],
+    )
+    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter)
+    rim = azimuth - state[4] - p.nick_rad
+    rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
+    rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
+    new[9] = max(state[9], approach)
     mu = p.wall_friction * (
         1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
     )
     mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
+    away = np.arctan2(np.sin(azimuth - p.tacky_rad), np.cos(azimuth - p.tacky_rad))
+    mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
     back = p.tangential_restitution * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
-    change_n, change_t = -(1.0 + rebound) * approach, -(1.0 + back) * slip
+    change_n, change_t = -(1.0 + rebound) * approach, -(1.0 + back) * (slip - p.teeth_m_per_s * bounce)
     determinant = w_nn * w_tt - w_nt**2
     push_n = (w_tt * change_n - w_nt * change_t) / determinant
     push_t = (w_nn * change_t - w_nt * change_n) / determinant

@@ -21,8 +21,8 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 6): those that the Host
-    followed (`host_pose`), `swings` (s, 2, 6) its swings along x and y, each from its own time on."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 7): those that the Host
+    followed (`host_pose`), `swings` (s, 2, 7) its swings along x and y, each from its own time on."""
 
     nodes: np.ndarray
     impacts: np.ndarray
@@ -57,7 +57,7 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
 
 @compiled
 def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantParameters) -> None:
-    """Swings of the Host (2, 6) after the disk's velocity has changed at `time`: the Host takes the opposite momentum,
+    """Swings of the Host (2, 7) after the disk's velocity has changed at `time`: the Host takes the opposite momentum,
     as a mass on a damped spring."""
     for axis in range(2):
         omega, decay, late = rows[axis, 2], rows[axis, 5], time - rows[axis, 4]
@@ -75,9 +75,9 @@ def _run(
     impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
     n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
     gives = p.recoil_kg > 0.0
-    host = np.zeros((n_line + 2 if gives else n_line, 6))
+    host = np.zeros((n_line + 2 if gives else n_line, 7))
     host[:n_line] = lines
-    swings = np.zeros((nodes.shape[0] if gives else 0, 2, 6))
+    swings = np.zeros((nodes.shape[0] if gives else 0, 2, 7))
     if gives:
         for axis in range(2):
             host[n_line + axis, 0], host[n_line + axis, 4] = axis, START_S
@@ -152,13 +152,14 @@ def run_plant(
 ) -> Motion:
     """Move the disk for `duration_s` or until it has been held at the wall for a while.
 
-    `host_harmonics` (n, 4): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine.
+    `host_harmonics` (n, 4 to 7): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine, and
+    the rest of `host_pose`'s rows.
     `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.
     """
-    lines = np.zeros((len(host_harmonics), 6))
-    lines[:, :4] = host_harmonics
+    lines = np.zeros((len(host_harmonics), 7))
+    lines[:, : host_harmonics.shape[1]] = host_harmonics
     position = host_pose(START_S, lines)[0]
-    state = np.empty(8)
+    state = np.zeros(10)
     state[:6] = initial
     state[0] += position[0]
     state[1] += position[1]

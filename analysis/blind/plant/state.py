@@ -48,6 +48,10 @@ class PlantParameters(NamedTuple):
     wall_y_m: float = 0.0
     mass_x_m: float = 0.0  # centre of mass from the geometric centre, in the disk
     mass_y_m: float = 0.0
+    # flat walls, a cylinder in the ring
+    wall_sides: float = 0.0  # 0: round; else a regular polygon whose sides lie contact_radius_m from its middle
+    wall_turn_rad: float = 0.0  # normal of its first side, in the Host
+    obstacle_m: float = 0.0  # from the cylinder's axis to the disk's middle where they touch; 0: no cylinder
     # causes in nobody's list
     central_per_s2: float = 0.0
     magnus: float = 0.0
@@ -94,3 +98,37 @@ class PlantParameters(NamedTuple):
     slip_restitution_s_per_m: float = 0.0  # restitution lost per slip
     handed: float = 0.0  # wall friction larger in one sense of slip
     rolling_loss: float = 0.0  # share of the spin lost in each impact
+    # causes in nobody's list that came after the diagnosis was made (`causes.later`)
+    groove: float = 0.0  # floor friction more and less along one direction, once in groove_m
+    groove_m: float = 0.012
+    groove_rad: float = 0.0
+    groove_phase_rad: float = 0.0
+    warming: float = 0.0  # share of the floor friction lost along the way slid, most of it within warming_m
+    warming_m: float = 0.5
+    needle_rad_per_s2: float = 0.0  # the disk turns like a compass needle
+    needle_rad: float = 0.0
+    stream_per_s: float = 0.0  # a stream of air along a line across the ring
+    stream_m_per_s: float = 0.8
+    stream_width_m: float = 0.01
+    stream_rad: float = 0.0
+    saddle_per_s2: float = 0.0  # the floor rises along one line and falls across it
+    saddle_rad: float = 0.0
+    film: float = 0.0  # share of the floor friction that a spinning disk loses
+    film_rad_per_s: float = 60.0
+    rim: float = 0.0  # floor friction more by this share near the wall
+    rim_share: float = 0.75  # from this share of the contact radius on
+    sag_m_per_s2: float = 0.0  # the room's floor tilts steadily during the run
+    sag_rad: float = 0.0
+    tacky: float = 0.0  # wall friction more by this share in a spot of the wall
+    tacky_rad: float = 0.0
+    nick: float = 0.0  # restitution lost where a spot of the disk's rim meets the wall
+    nick_rad: float = 0.0
+    glancing: float = 0.0  # restitution lost with the square of the sine of the angle of incidence
+    damage: float = 0.0  # restitution lost for good after a blow harder than damage_m_per_s
+    damage_m_per_s: float = 1.6
+    teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
+    dent_m: float = 0.0  # the wall stands in by this much in a spot
+    dent_rad: float = 0.0
+    dent_width_rad: float = 0.3
+    oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
+    oval_rad: float = 0.0

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.blind.recording.place import HOME, Place
+from analysis.blind.recording.drive import ASKED
+from analysis.blind.recording.place import HOME, WALLS, Place
 from analysis.blind.recording.views import HOST_M, NES_M, SENSOR_PX, View
 from ovines.io.provenance import provenance
 from ovines.tables import write_table
@@ -41,6 +42,22 @@ class Series:
     poses: list[list[Poses]]
 
 
+WALL_M = 0.05  # from the Host's centre to a round or the middle of a flat wall
+CYLINDER_M = 0.008
+
+
+def wall_text(place: Place) -> str:
+    """The lines of `[bodies.host]` that say what the wall is."""
+    plant = WALLS[place.wall]
+    sides = int(plant.get("wall_sides", 0))
+    if not sides:
+        text = f"inner_radius_m = {place.in_units('_m', WALL_M)}\n"
+        return text + (f"obstacle_radius_m = {place.in_units('_m', CYLINDER_M)}\n" if "obstacle_m" in plant else "")
+    angle = plant["wall_turn_rad"] + 2.0 * np.pi * (np.arange(sides) + 0.5) / sides
+    corners = place.in_units("_m", WALL_M) / np.cos(np.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
+    return f"polygon_m = {corners.round(9).tolist()}\n"
+
+
 def recording_text(
     name: str,
     level_g: float,
@@ -60,6 +77,10 @@ def recording_text(
         camera += f"sensor_size_px = {list(SENSOR_PX)}\nwindow_offset_px = {list(view.window_offset_px)}\n"
         camera += f"window_size_px = {list(view.window_size_px)}\n\n"
     layouts = [(layout * place.scale).round(6 if place.scale == 1.0 else 9).tolist() for layout in (host_m, NES_M)]
+    asked = ""
+    if place.drive in ASKED:
+        hz = place.in_units("_hz", place.drive_hz)
+        asked = f'[excitation]\nfrequency_hz = {hz}\nacceleration_g = {level_g}\naxis = "x"\n\n'
     lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in model.items())
     return f"""format = 1
 name = "{name}"
@@ -75,8 +96,7 @@ markers = ["G1", "G2", "G3"]
 
 [bodies.host]
 markers = ["H1", "H2", "H3", "H4"]
-inner_radius_m = {place.in_units("_m", 0.05)}
-layout_m = {layouts[0]}
+{wall_text(place)}layout_m = {layouts[0]}
 layout_sd_m = {place.in_units("_m", 3e-5)}
 
 [bodies.nes]
@@ -88,12 +108,7 @@ inertia_factor = 0.5
 layout_m = {layouts[1]}
 layout_sd_m = {place.in_units("_m", 3e-5)}
 
-[excitation]
-frequency_hz = {place.in_units("_hz", place.drive_hz)}
-acceleration_g = {level_g}
-axis = "x"
-
-[model]
+{asked}[model]
 {lines}"""
 
 

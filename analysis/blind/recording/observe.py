@@ -80,6 +80,12 @@ def tracks_of(
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
         if index == 1:
             pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
+            grown = 1.0 + errors.zoom * np.linspace(0.0, 1.0, frames)
+            pixels = view.centre_px + (pixels - view.centre_px) * grown[:, None, None]
+            if errors.lost_frame_share > 0.0:
+                late = np.arange(frames) >= errors.lost_frame_share * frames
+                pixels = np.where(late[:, None, None], np.roll(pixels, -1, axis=0), pixels)[: frames - 1]
+                frames -= 1
         if errors.shutter_s > 0.0:
             late_s = errors.shutter_s * (pixels[..., 1:] - view.window_offset_px[1]) / WINDOW_PX[1]
             pixels = pixels + np.gradient(pixels, axis=0) * frame_rate_hz * late_s

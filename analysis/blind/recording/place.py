@@ -18,6 +18,12 @@ DRIVES_HZ, FRAME_RATES_HZ = (9.0, 13.0), (400.0, 800.0, 1600.0)  # of others, in
 SCALES = (0.3, 5.0)
 USUAL_SHARE = 0.4  # of the series that are of the usual rig
 FARTHEST_M, LATEST_S, LAST_FRAME = 2.0, 1e5, 1_000_000
+WALLS: dict[str, dict[str, float]] = {  # in the plant's numbers
+    "round": {},
+    "triangle": {"wall_sides": 3.0, "wall_turn_rad": 0.5},
+    "square": {"wall_sides": 4.0, "wall_turn_rad": 0.3},
+    "cylinder": {"obstacle_m": 0.018},
+}
 # Powers of the scale by the end of a name; the first end that fits counts.
 POWERS = (
     ("_m_per_s2", 0.0),
@@ -39,7 +45,8 @@ class Place:
     """The defaults are the usual rig at the world's origin.
 
     ``rig_at_m``, ``turned_rad``: world = turn(rig) + rig_at_m; ``start_s``, ``first_frame``: of each run, none where
-    empty; ``drive_hz`` and ``frame_rate_hz`` in the usual rig's units.
+    empty; ``drive_hz`` and ``frame_rate_hz`` in the usual rig's units;
+    ``wall`` and ``drive``: which kinds of them.
     """
 
     rig_at_m: tuple[float, float] = (0.0, 0.0)
@@ -49,6 +56,8 @@ class Place:
     scale: float = 1.0
     drive_hz: float = DRIVE_HZ
     frame_rate_hz: float = FRAME_RATE_HZ
+    wall: str = "round"  # of WALLS
+    drive: str = "sine"  # of `recording.drive`
 
     @property
     def slower(self) -> float:
@@ -98,11 +107,9 @@ class Place:
         out = {}
         for key, values in states.items():
             unit = units[key.rstrip("0123456789")]
-            if unit is None:  # axis, amplitude (an angle about z), angular frequency, phase
-                amplitude = np.where(values[:, 0] == 2, 1.0, long)
-                out[key] = values * np.column_stack(
-                    [np.ones_like(amplitude), amplitude, np.full_like(amplitude, 1 / slow), np.ones_like(amplitude)]
-                )
+            if unit is None:  # the rows of the plant's `host_pose`; about z an amplitude is an angle
+                out[key] = values * np.array([1.0, long, 1 / slow, 1.0, slow, 1 / slow, 1 / slow**2])
+                out[key][:, 1] = values[:, 1] * np.where(values[:, 0] == 2, 1.0, long)
             else:
                 out[key] = values * np.array(unit)
         return out
@@ -117,6 +124,8 @@ class Place:
             "scale": self.scale,
             "drive_hz": self.in_units("_hz", self.drive_hz),
             "frame_rate_hz": self.in_units("_hz", self.frame_rate_hz),
+            "wall": self.wall,
+            "drive": self.drive,
             "note": "states are in the rig's frame, their times from each run's first frame: world = turn(rig) + "
             "rig_at_m",
         }

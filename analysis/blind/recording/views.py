@@ -100,4 +100,6 @@ class ViewErrors:
     wobble_hz: float = 0.0
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
+    zoom: float = 0.0  # the second camera's picture grows by this share about its centre within a run
+    lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run

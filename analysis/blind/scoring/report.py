@@ -6,11 +6,18 @@ from typing import Any
 import numpy as np
 
 from analysis.blind.scoring.intervals import Figure
-from analysis.blind.scoring.score import Row
+from analysis.blind.scoring.score import LARGE, Row
 
 
-def markdown(figures: list[Figure], causes: list[dict[str, Any]], rows: list[Row], command: str) -> str:
-    """The full report: figures against goals, one row per cause, every case answered wrongly."""
+def markdown(
+    figures: list[Figure],
+    causes: list[dict[str, Any]],
+    rows: list[Row],
+    bands: list[dict[str, Any]],
+    command: str,
+) -> str:
+    """The full report: figures against goals, probabilities against what was true, one row per cause, every case that
+    was not answered rightly in every point."""
     lines = [
         "# Blind trial",
         "",
@@ -26,41 +33,55 @@ def markdown(figures: list[Figure], causes: list[dict[str, Any]], rows: list[Row
         lines.append(f"| {f.name} | {value} | {interval} | {f.n} | {f.goal} | {met} |")
     lines += [
         "",
-        "## By cause",
+        "## Probabilities",
         "",
-        "| cause | found (size: of) | taken for | shrinkage | intervals right | detectable (median stated) |",
+        "| given | claims | mean | true | interval | holds |",
         "|---|---|---|---|---|---|",
     ]
+    lines += [
+        f"| {b['from']:g} to {b['to']:g} | {b['claims']} | {b['mean_probability']:.3f} | {b['share_true']:.3f} "
+        f"| {b['low']:.3f} to {b['high']:.3f} | {'yes' if b['holds'] else '**no**'} |"
+        for b in bands
+    ]
+    lines += [
+        "",
+        "## By cause",
+        "",
+        "| cause | found | alone | alone taken for | shrinkage | intervals right | detectable (median) |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for c in causes:
-        found = ", ".join(f"{size}: {right} of {n}" for size, (right, n) in c["found"].items())
+        found = ", ".join(f"{size} {right} of {n}" for size, (right, n) in c["found"].items())
         inside, stated = c["coverage"]
         coverage = f"{inside} of {stated}" if stated else ""
         shrinkage = "" if c["shrinkage"] is None else f"{c['shrinkage']:.3f}"
         limit = "" if c["detectable"] is None else f"{c['detectable']:.2g}"
-        lines.append(f"| {c['kind']} | {found} | {', '.join(c['answered'])} | {shrinkage} | {coverage} | {limit} |")
-    wrong = [
-        r
-        for r in rows
-        if (
-            r.verdict != "none"
-            if r.group == "none"
-            else r.verdict != "unknown"
-            if r.group == "unknown"
-            else not r.all_named
-        )
-    ]
+        alone = f"{c['alone'][0]} of {c['alone'][1]}" if c["alone"][1] else ""
+        row = (c["cause"], found, alone, ", ".join(c["answered"]), shrinkage, coverage, limit)
+        lines.append(f"| {' | '.join(row)} |")
     lines += [
         "",
-        "## Cases answered wrongly",
+        "## Cases not answered rightly in every point",
         "",
-        "| case | truth | size | noise | answer | stage |",
-        "|---|---|---|---|---|---|",
+        "| case | truth (severity) | rig | answer | left |",
+        "|---|---|---|---|---|",
     ]
-    lines += [
-        f"| {r.case} | {r.kind} | {r.size:g} | {r.noise} | {', '.join(r.named) or r.verdict} | {r.stage or ''} |"
-        for r in wrong
-    ]
+    for r in rows:
+        if not r.right:
+            truth = " + ".join(f"{name} ({size:.2f})" for name, size in r.sizes.items()) or "none"
+            rig = f"{r.noise}, {r.wall}, {r.drive}, {r.runs} runs"
+            left = "" if r.verdict != "unknown" else f"in the {'right' if r.left_told else 'wrong'} stage"
+            lines.append(f"| {r.case} | {truth} | {rig} | {', '.join(r.named) or r.verdict} | {left} |")
     return "\n".join(lines) + "\n"
+
+
+def _picture_key(row: Row) -> tuple[int, str]:
+    """The line of the picture that a case belongs to: single causes by name and size, the others by what they are."""
+    order = {"none": 0, "listed": 1, "unknown": 2, "pair": 3, "triple": 4, "beside": 5}
+    told = {"none": "none", "pair": "two listed", "triple": "three listed", "beside": "listed beside unlisted"}
+    size = " large" if row.size >= LARGE else " small"
+    name = told.get(row.group) or row.kind.removeprefix("unknown_") + size
+    return order[row.group], name
 
 
 def confusion_picture(rows: list[Row], path: Path) -> None:
@@ -71,18 +92,12 @@ def confusion_picture(rows: list[Row], path: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    order = {"none": 0, "listed": 1, "pair": 2, "unknown": 3}
-    keys = sorted({(order[r.group], r.kind, -r.size if r.group == "listed" else 0.0) for r in rows})
-    label = {
-        key: key[1].removeprefix("unknown_") + ("" if key[0] != 1 else " large" if key[2] <= -1 else " small")
-        for key in keys
-    }
-    answers = sorted({r.answered for r in rows} | {k[1] for k in keys if k[0] == 1}) + []
+    keys = sorted({_picture_key(r) for r in rows})
+    answers = sorted({r.answered for r in rows} | {r.kind for r in rows if r.group == "listed"})
     answers = [a for a in answers if a not in ("none", "unknown")] + ["none", "unknown"]
     counts = np.zeros((len(keys), len(answers)))
     for r in rows:
-        key = (order[r.group], r.kind, -r.size if r.group == "listed" else 0.0)
-        counts[keys.index(key), answers.index(r.answered)] += 1
+        counts[keys.index(_picture_key(r)), answers.index(r.answered)] += 1
     share = counts / counts.sum(axis=1, keepdims=True)
     figure, axes = plt.subplots(figsize=(3.6 + 0.36 * len(answers), 2.6 + 0.21 * len(keys)), layout="constrained")
     axes.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
@@ -100,8 +115,32 @@ def confusion_picture(rows: list[Row], path: Path) -> None:
         if keys[i][0] != keys[i - 1][0]:
             axes.axhline(i - 0.5, color="0.3", lw=0.8)
     axes.set_xticks(range(len(answers)), [a.replace("_", " ") for a in answers], rotation=60, ha="right", fontsize=7)
-    axes.set_yticks(range(len(keys)), [label[k].replace("_", " ") for k in keys], fontsize=7)
+    axes.set_yticks(range(len(keys)), [name.replace("_", " ") for _, name in keys], fontsize=7)
     axes.set_xlabel("answer (cause named first)")
     axes.set_ylabel("truth")
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def reliability_picture(bands: list[dict[str, Any]], path: Path) -> None:
+    """The share of claims that was true over the probability they were given, with 90 % intervals."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.2, 4.0), layout="constrained")
+    axes.plot([0, 1], [0, 1], color="0.6", lw=1)
+    for band in bands:
+        told = band["mean_probability"]
+        axes.plot([told, told], [band["low"], band["high"]], color="#1f77b4", lw=1.5)
+        axes.plot(told, band["share_true"], "o", color="#1f77b4", ms=5)
+        axes.annotate(
+            f"{band['claims']}", (told, band["share_true"]), xytext=(6, -3), textcoords="offset points", fontsize=7
+        )
+    axes.set_xlabel("probability given")
+    axes.set_ylabel("share that was true (number of claims beside it)")
+    axes.set_xlim(-0.04, 1.1)
+    axes.set_ylim(-0.04, 1.04)
     figure.savefig(path, dpi=150)
     plt.close(figure)

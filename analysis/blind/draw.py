@@ -1,0 +1,131 @@
+"""What a trial's cases are: causes, sizes, noise, walls, drives and numbers of runs, drawn at random."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.blind.causes.further import FURTHER
+from analysis.blind.causes.later import LATER
+from analysis.blind.causes.listed import LISTED
+from analysis.blind.causes.named import CAUSES, may_stand_together
+from analysis.blind.causes.unlisted import UNLISTED
+from analysis.blind.series import NOISE_KINDS
+from ovines.errors import InputError
+
+# Of a trial whose kinds are not said: how many causes a series has, and whether some are in nobody's list.
+SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.06, "later": 0.06, "beside": 0.12}
+MADE_OF = {  # the pool that each of a series' causes is drawn from
+    "none": (),
+    "listed": ("listed",),
+    "pair": ("listed", "listed"),
+    "triple": ("listed", "listed", "listed"),
+    "unknown": ("unknown",),
+    "later": ("later",),
+    "beside": ("listed", "any unknown"),
+}
+POOLS = {
+    "listed": tuple(c.name for c in LISTED + FURTHER),
+    "unknown": tuple(c.name for c in UNLISTED),
+    "later": tuple(c.name for c in LATER),
+    "any unknown": tuple(c.name for c in UNLISTED + LATER),
+}
+SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
+WALL_SHARES = {"round": 0.76, "triangle": 0.06, "square": 0.06, "cylinder": 0.12}
+DRIVE_SHARES = {"sine": 0.65, "start_up": 0.07, "two_axes": 0.07, "two_lines": 0.07, "chirp": 0.07, "random": 0.07}
+FULL_RUNS_SHARE, FEWEST_RUNS = 0.6, 3  # of the cases have as many runs as asked for; the others any number from three
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of a trial; ``sizes``: one for each of ``causes``."""
+
+    causes: tuple[str, ...]
+    sizes: tuple[float, ...]
+    noise: str
+    runs: int
+    wall: str = "round"
+    drive: str = "sine"
+
+    @property
+    def kind(self) -> str:
+        """ "none", or the causes joined by +."""
+        return "+".join(self.causes) or "none"
+
+
+def _dealt(shares: dict[str, float], count: int, rng: np.random.Generator) -> list[str]:
+    """``count`` names, each as often as its share says to within one, in random order."""
+    cumulated = np.round(np.concatenate([[0.0], np.cumsum(list(shares.values()))]) * count / sum(shares.values()))
+    names = [name for name, n in zip(shares, np.diff(cumulated).astype(int), strict=True) for _ in range(n)]
+    return [names[i] for i in rng.permutation(count)]
+
+
+class _Decks:
+    """Causes of each pool in turn: every one once before any twice."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng = rng
+        self.left: dict[str, list[str]] = {pool: [] for pool in POOLS}
+
+    def draw(self, pool: str) -> str:
+        """The next one of ``pool``."""
+        if not self.left[pool]:
+            self.left[pool] = [POOLS[pool][i] for i in self.rng.permutation(len(POOLS[pool]))]
+        return self.left[pool].pop()
+
+    def together(self, pools: tuple[str, ...], wall: str, drive: str) -> tuple[str, ...]:
+        """One of each pool, which may stand together on that rig; those that may not go back under the deck,
+        and a new deck under them, so that others come up."""
+        while True:
+            causes = tuple(self.draw(pool) for pool in pools)
+            if may_stand_together(causes, wall, drive):
+                return causes
+            for pool, cause in zip(pools, causes, strict=True):
+                fresh = [POOLS[pool][i] for i in self.rng.permutation(len(POOLS[pool]))]
+                self.left[pool] = [*fresh, cause, *self.left[pool]]
+
+
+def _refuse_strange(kinds: tuple[str, ...]) -> None:
+    strange = [kind for kind in kinds if kind not in MADE_OF and not set(kind.split("+")) <= set(CAUSES)]
+    if strange:
+        raise InputError(
+            f"kinds {', '.join(strange)}",
+            f"{', '.join(MADE_OF)}, a cause's name, or several joined by +",
+            f"choose among {', '.join(sorted(CAUSES))}",
+        )
+
+
+def draw_cases(
+    count: int,
+    rng: np.random.Generator,
+    kinds: tuple[str, ...] = (),
+    sizes: tuple[float, ...] = (),
+    runs: int = 12,
+) -> list[Case]:
+    """``count`` cases in random order.
+
+    Without ``kinds`` in the shares of ``SHARES``; with them as evenly as whole numbers allow.  ``sizes``: severities
+    that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
+    Walls, drives and numbers of runs are dealt in their shares; noise kinds take turns within a kind of case.
+    """
+    _refuse_strange(kinds)
+    groups = _dealt(dict.fromkeys(kinds, 1.0) if kinds else SHARES, count, rng)
+    walls, drives = _dealt(WALL_SHARES, count, rng), _dealt(DRIVE_SHARES, count, rng)
+    decks, turns = _Decks(rng), dict.fromkeys(groups, 0)
+    first = int(rng.integers(len(NOISE_KINDS)))
+    cases = []
+    for group, wall, drive in zip(groups, walls, drives, strict=True):
+        if group in MADE_OF:
+            causes = decks.together(MADE_OF[group], wall, drive)
+        else:
+            causes = tuple(group.split("+"))
+            if not may_stand_together(causes, wall, drive):
+                wall, drive = "round", "sine"
+        turn, turns[group] = turns[group], turns[group] + 1
+        drawn = np.exp(rng.uniform(*np.log(SEVERITIES), len(causes)))
+        severity = tuple(sizes[turn % len(sizes)] for _ in causes) if sizes else tuple(map(float, drawn))
+        shots = runs if rng.random() < FULL_RUNS_SHARE else int(rng.integers(min(FEWEST_RUNS, runs), runs + 1))
+        noise = NOISE_KINDS[(first + (turn // len(sizes) if sizes else turn)) % len(NOISE_KINDS)]
+        cases.append(Case(causes, severity, noise, shots, wall, drive))
+    return cases
