@@ -81,6 +81,46 @@ def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats)
 
 
 @compiled
+def quiet_room(system: System, scratch: Floats) -> float:
+    """Radius (m) of the circle in the room that a sprung round Host's wall cannot enter during a flight, less than 0
+    where there is none: the contact radius less how far springs let it swing, steadily and from the flight's start.
+
+    ``scratch``: as :func:`host_starts` leaves it.  The free part's energy only falls.
+    """
+    p, k, drive = system.p, system.k, system.drive
+    if k[P.HOST_KIND] != P.SPRUNG or k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0 or k[P.WALL_TURNS]:
+        return -1.0
+    if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.WALL_SHAPE] != 0.0:
+        return -1.0
+    square = 0.0
+    for axis in range(2):
+        stiffness = p[P.STIFFNESS_X + axis] * p[P.INVERSE_HOST_MASS]
+        damping = p[P.DAMPING_X + axis] * p[P.INVERSE_HOST_MASS]
+        if stiffness <= 0.0:
+            return -1.0
+        swing = math.sqrt(scratch[9 + axis] ** 2 + scratch[12 + axis] ** 2 / stiffness)
+        for row in range(drive.shape[0]):
+            if int(drive[row, 0]) == axis:
+                omega = drive[row, 2]
+                real, imaginary = stiffness - omega * omega, damping * omega
+                gain = (stiffness * stiffness + imaginary * imaginary) / (real * real + imaginary * imaginary)
+                swing += abs(drive[row, 1]) * math.sqrt(gain)
+        square += swing * swing
+    offset = math.sqrt(p[P.WALL_X] ** 2 + p[P.WALL_Y] ** 2)
+    return p[P.CONTACT_RADIUS] * (1.0 - 1e-12) - offset - math.sqrt(square)
+
+
+@inlined
+def leaves(room: float, x: float, y: float, vx: float, vy: float) -> float:
+    """When a straight path leaves the circle of radius ``room`` about the origin (0 where it is not in it)."""
+    inside, speed = room * room - x * x - y * y, vx * vx + vy * vy
+    if inside <= 0.0 or speed == 0.0:
+        return 0.0
+    along = x * vx + y * vy
+    return (math.sqrt(along * along + speed * inside) - along) / speed
+
+
+@compiled
 def glide_to_contact(
     t: float,
     y: Floats,
@@ -100,6 +140,7 @@ def glide_to_contact(
     tiny = ROUNDING * p[P.LENGTH]
     scratch, at = work[P.SCRATCH], work[P.PLACE]
     host_starts(t, y, system, scratch)
+    room = quiet_room(system, scratch)
     horizon = remaining
     while s < remaining:
         x, yy, vx, vy = glide_in_host(t, s, y, system, scratch, at)
@@ -116,6 +157,8 @@ def glide_to_contact(
             if f <= tiny and rate < 0.0:
                 return s, wall
             advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, system))
+        if room > 0.0:
+            advance = max(advance, min(leaves(room, at[0], at[1], at[2], at[3]), remaining - s))
         s += max(advance, 1e-16 * (t + s))
     return remaining, -1
 
