@@ -23,6 +23,7 @@ from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.selection.centres import centre_offsets, is_effect
+from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.flight_steps import (
     FlightSteps,
     first_flights,
@@ -31,7 +32,7 @@ from analysis.gap.selection.flight_steps import (
 )
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
-from analysis.gap.selection.inertia import InertiaStep, inertia_step, stated_ratio, with_inertia
+from analysis.gap.selection.inertia import NEGLIGIBLE, InertiaStep, inertia_step, stated_ratio, with_inertia
 from analysis.gap.series import Series
 
 Array = NDArray[np.float64]
@@ -87,11 +88,8 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     ground = ground_motion(series)
     corrected = with_inertia(corrected, stated_ratio(corrected))
     first = first_flights(corrected, effects)
-    inertia = inertia_step(first, stated_ratio(corrected))
     drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
-    if inertia.found and "inertia_error" not in withheld:
-        corrected = with_inertia(corrected, inertia.ratio)
-    flights = select_flight_effects(corrected, effects, withheld, tests.lens_residual_found, rng)
+    inertia, flights, corrected = _flights_and_inertia(corrected, first, effects, withheld, tests, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
@@ -143,6 +141,29 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         causes=tuple(sorted(causes, key=lambda c: -c.strength)),
         structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )
+
+
+def _flights_and_inertia(
+    series: Series,
+    first: FlightFit,
+    effects: Sequence[str],
+    withheld: frozenset[str],
+    tests: MeasurementTests,
+    rng: np.random.Generator,
+) -> tuple[InertiaStep, FlightSteps, Series]:
+    """The disk's inertia and what acts on its flights, which each need the other: an inertia that the ``first`` flights
+    show counts once those show it that hold what acts on them, and these are fitted again where that changes it."""
+    factor, stated = series.runs[0].data.inertia_factor, stated_ratio(series)
+    told = inertia_step(first, factor, stated)
+    for _ in range(2):
+        in_use = told.ratio if told.found and "inertia_error" not in withheld else 1.0
+        series = with_inertia(series, in_use * factor / series.runs[0].data.inertia_factor)
+        flights = select_flight_effects(series, effects, withheld, tests.lens_residual_found, rng)
+        told = inertia_step(flights.fitted, factor, stated)
+        wanted = told.ratio if told.found and "inertia_error" not in withheld else 1.0
+        if abs(wanted - in_use) < NEGLIGIBLE:
+            break
+    return told, flights, series
 
 
 def _clock_s(findings: Sequence[Finding]) -> float:

@@ -49,6 +49,16 @@ class Series:
         """Names of the runs, in their order."""
         return [run.data.name for run in self.runs]
 
+    @property
+    def period_s(self) -> float:
+        """From frame to frame (median of the runs)."""
+        return float(np.median([run.data.period_s for run in self.runs]))
+
+    @property
+    def contact_radius_m(self) -> float:
+        """As stated: what lengths of the rig are told in shares of."""
+        return float(self.runs[0].data.contact_radius_m)
+
 
 def from_motions(
     recordings: Sequence[Recording], motions: Sequence[pd.DataFrame], laws: Sequence[WrittenLaw] = ()

@@ -11,21 +11,26 @@ OVERRIDES = 10.0
 LEFT_OVER = 0.25
 # Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
 EQUIVALENT = 10.0
-CENTRE_NEGLIGIBLE_M = 1.0e-4
-MASS_CENTRE_NEGLIGIBLE_M = 5e-5
+# Of the contact radius: what turning, gluing and a lens residual leave of centres (0.1 and 0.05 mm of 40 mm), of the
+# distance at which the disk meets the wall, and of the way that it goes at its median approach during a contact.
+CENTRE_NEGLIGIBLE, MASS_CENTRE_NEGLIGIBLE = 2.5e-3, 1.25e-3
+DISTANCE_NEGLIGIBLE, USUAL_DISTANCE = 6.25e-4, 1e-3
+CONTACT_NEGLIGIBLE = 1.6e-3
+# A wall's centre or a marker off by less than so many times layout_sd_m is its placement.
+PLACEMENTS = 2.0
 # A wall that is not where recording.toml says: turning and gluing leave some tenths of a per cent, and less than this.
-STATED_SHARE, STATED_NEGLIGIBLE_M = 0.01, 5e-4
-CONTACT_TIME_NEGLIGIBLE_S = 6e-5
+STATED_SHARE = 0.01
 # Ellipticity; where a lens residual is seen, what the like of it leaves in 50 series (0.7e-3 at most) is no finding.
 ELLIPTICITY_NEGLIGIBLE, ELLIPTICITY_UNDER_LENS = 5e-4, 1.1e-3
 ELLIPTICITY_SD_UNDER_LENS = 2.5e-4
 
-#: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig
+#: smallest size that is called an effect; below it lies what calibration, placement and lens leave over on a good rig:
+#: a window in pixels (it is off by whole ones), ratios and angles; times as shares of the frame interval, of a blur
+#: more than a marker's size hides
 NEGLIGIBLE = {
-    "camera_clock_offset": 3e-5,
     "sensor_window_offset": 0.35,
     "length_scale_error": 1.6e-3,
     "frame_rate_error": 2.5e-4,
     "plane_tilt": 1.7e-3,
-    "trigger_jitter": 7e-6,
 }
+NEGLIGIBLE_FRAMES = {"camera_clock_offset": 0.024, "trigger_jitter": 0.0056, "motion_blur": 0.005}

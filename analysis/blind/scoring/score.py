@@ -121,7 +121,7 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
     large, small = [r for r in listed if r.size >= LARGE], [r for r in listed if r.size < LARGE]
     left = by["unknown"] + by["beside"]
     found = [r for r in listed if r.first_right]
-    out = [
+    return [
         proportion("right in every point", [r.right for r in rows]),
         proportion("cause named first, large size", [r.first_right for r in large], 0.97),
         proportion("cause named first, small size", [r.first_right for r in small], 0.97),
@@ -156,7 +156,6 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
         mean("shrinkage, several listed causes (oracle: 1)", _shrunk(by["pair"] + by["triple"]), rng),
         mean("seconds per series", [r.seconds for r in rows if r.seconds is not None], rng, 60.0, at_most=True),
     ]
-    return out
 
 
 def _shrunk(rows: list[Row]) -> list[float]:

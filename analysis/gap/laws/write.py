@@ -10,7 +10,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 
 
 def write_laws(ladder: Ladder, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Ladder]:
@@ -31,5 +31,5 @@ def write_laws(ladder: Ladder, rng: np.random.Generator) -> tuple[tuple[LawFound
     if impacts is not None and "impact" in left:
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
-        laws.append(find_wall_law(impacts, fits, frame, NEGLIGIBLE["distance"], rng))
+        laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
     return tuple(one for one in laws if one is not None), ladder

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.finding import Finding, judge
 from analysis.gap.series import Series
+from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
@@ -18,8 +19,6 @@ Array = NDArray[np.float64]
 CLIP_SD = 4.0
 # The Host's fit of harmonics takes 1 to 3 % of the scatter with it (six series with known jitter).
 SHARE_OF_SIZE = 0.02
-# Smeared by the way of this share of the time between frames: the rest a marker's size hides anyway.
-BLUR_SHARE = 5e-3
 
 
 def speed_noise(series: Series) -> list[Finding]:
@@ -34,12 +33,12 @@ def speed_noise(series: Series) -> list[Finding]:
     speed = np.sum(velocity**2, 1)
     axes = [(residual[:, axis], np.column_stack([velocity[:, axis] ** 2, speed])) for axis in range(2)]
     sizes, errors = _variances(axes)
-    period_s = float(np.median([run.data.period_s for run in series.runs]))
-    blur = _finding("motion_blur", sizes[1], errors[1], BLUR_SHARE * period_s)
+    least_s = {effect: share * series.period_s for effect, share in NEGLIGIBLE_FRAMES.items()}
+    blur = _finding("motion_blur", sizes[1], errors[1], least_s["motion_blur"])
     if not blur.found:
         axis = int(np.argmax(np.max(np.abs(velocity), 0)))
         sizes, errors = _variances([(residual[:, axis], velocity[:, axis : axis + 1] ** 2)])
-    return [_finding("trigger_jitter", sizes[0], errors[0]), blur]
+    return [_finding("trigger_jitter", sizes[0], errors[0], least_s["trigger_jitter"]), blur]
 
 
 def _residuals(residual: Array, velocity: Array) -> tuple[Array, Array]:
@@ -49,7 +48,7 @@ def _residuals(residual: Array, velocity: Array) -> tuple[Array, Array]:
     return seen - np.median(seen, 0) if len(seen) else seen, velocity[ok, :2]
 
 
-def _finding(effect: str, size: float, error: float, negligible: float | None = None) -> Finding:
+def _finding(effect: str, size: float, error: float, negligible: float) -> Finding:
     """A scatter whose square is ``size`` with an sd of ``error``."""
     sd = float(np.sqrt(max(size, 0.0)))
     sd_error = float(np.hypot(error / (2 * max(sd, np.sqrt(error))), SHARE_OF_SIZE * sd))

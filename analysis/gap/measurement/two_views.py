@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from analysis.flights.runs import Run
 from analysis.gap.finding import Finding, judge
 from analysis.gap.series import Series
-from analysis.gap.thresholds import EQUIVALENT, SIGNIFICANCE
+from analysis.gap.thresholds import EQUIVALENT, NEGLIGIBLE_FRAMES, SIGNIFICANCE
 from analysis.motion.bodies import VELOCITY_REACH
 from analysis.statistics.robust import least_squares
 from ovines.camera import Camera, baseline, triangulate_points
@@ -109,6 +109,7 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
             {"offset_s": (delay, float(np.linalg.norm([sd_delay, 0.1 * warp_px / speed, CLOCK_SHARE * delay])))},
             abs(delay),
             abs(delay) / sd_delay,
+            NEGLIGIBLE_FRAMES["camera_clock_offset"] * series.period_s,
         ),
         # z = a x + b y is the world turned by b about x and by -a about y.
         judge(

@@ -20,10 +20,11 @@ from analysis.gap.drive.steps import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection import inertia
+from analysis.gap.selection.centres import centre_negligible_m
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, conditions
-from analysis.gap.selection.impact_steps import HasLaw
+from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring
 
@@ -80,7 +81,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
     if steps.drive.paths:
         least = float(np.sqrt(2)) * NEGLIGIBLE_SHARE * steps.series.runs[0].data.contact_radius_m
         out["host_sway"] = _entry("amplitude_m", least, None)
-    out.setdefault("centre_marker_offset", _entry("x_m", rules.CENTRE_NEGLIGIBLE_M, None))
+    out.setdefault("centre_marker_offset", _entry("x_m", centre_negligible_m(steps.series), None))
     for cause in steps.causes:
         if cause.effect in out:
             out[cause.effect] |= {"measured": None, "measured_sd": None}
@@ -185,7 +186,7 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_foun
     found = {
         "finite_contact_time": _entry(
             "duration_s",
-            rules.CONTACT_TIME_NEGLIGIBLE_S,
+            contact_negligible_s(impacts),
             noise_m / np.sqrt(2) / max(float(np.std(speed)), 1e-6) * per_slope,
             None if finite is None else (float(finite.estimate[-1]) * per_slope, float(finite.sd[-1]) * per_slope),
         ),

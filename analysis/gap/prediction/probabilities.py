@@ -38,6 +38,13 @@ def probability_of(size: float, sd: float, negligible: float) -> float:
     return float(weight[sizes > negligible].sum() / weight.sum())
 
 
+def against(probability: float, held_out: float) -> float:
+    """``probability`` once runs that an effect was not learnt from say that they are better without it: ``held_out``,
+    their fall of -2 log L, is negative then; a factor of e^5 at the most."""
+    weight = float(np.exp(0.5 * np.clip(held_out, -10.0, 0.0)))
+    return probability * weight / (probability * weight + 1 - probability)
+
+
 def probability_of_left(p: float) -> float:
     """Probability that something is left, when chance makes what is seen look so with probability ``p``.
 
@@ -62,9 +69,15 @@ def probabilities(ladder: Ladder, causes: Sequence[Cause], detectable: dict[str,
         total = sum(weights.values())
         for name, weight in weights.items():
             out[name] = max(out.get(name, 0.0), whole * weight / total)
+    clear = {g.term.name: (g.significance, g.held_out) for g in ladder.flights.left}
+    clear |= {g.name: (g.significance, 0.0) for g in ladder.impacts.left}
     for effect, entry in detectable.items():
         if effect not in out and entry["measured"] is not None:
-            out[effect] = probability_of(entry["measured"], entry["measured_sd"], entry["size"])
+            size, sd = entry["measured"], entry["measured_sd"]
+            runs_say, held_out = clear.get(effect, (0.0, 0.0))
+            if runs_say > 0:  # its estimate scatters from run to run by more than the noise alone makes it
+                sd = max(sd, abs(size) / runs_say)
+            out[effect] = against(probability_of(size, sd, entry["size"]), held_out)
         elif effect not in out:
             out[effect] = probability_of(0.0, entry["size"] / 5, entry["size"])
     left = probability_of_left(ladder.left_p)

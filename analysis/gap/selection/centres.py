@@ -1,5 +1,5 @@
-"""Wall centre, mass centre, centre marker and the wall's stated lengths: placement up to 0.1 mm is the nominal model's,
-beyond it an effect; so are lengths that are not what recording.toml says.
+"""Wall centre, mass centre, centre marker and the wall's stated lengths: placement is the nominal model's, beyond it is
+an effect; so are lengths that are not what recording.toml says.
 """
 
 from __future__ import annotations
@@ -14,16 +14,27 @@ from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.gap.series import Series
 from analysis.gap.thresholds import (
-    CENTRE_NEGLIGIBLE_M,
-    MASS_CENTRE_NEGLIGIBLE_M,
+    CENTRE_NEGLIGIBLE,
+    MASS_CENTRE_NEGLIGIBLE,
+    PLACEMENTS,
     SIGNIFICANCE,
-    STATED_NEGLIGIBLE_M,
     STATED_SHARE,
 )
 from analysis.walls.wall import DISK_TERMS, Sides, Wall, side_term
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
+
+
+# Of the contact radius: what fits are good to at best, what a lens residual leaves of the wall's centre, what a
+# marker's place in the disk is known to (2, 25 and 5 um of 40 mm).
+FIT_SHARE, LENS_SHARE, MARKER_SHARE = 5e-5, 6.25e-4, 1.25e-4
+
+
+def centre_negligible_m(series: Series) -> float:
+    """Up to here a wall's centre or a centre marker that is off is placement."""
+    sds = [body.layout_sd_m or 0.0 for body in series.recordings[0].bodies.values()]
+    return max(CENTRE_NEGLIGIBLE * series.contact_radius_m, PLACEMENTS * max(sds, default=0.0))
 
 
 def is_effect(offset: Cause) -> bool:
@@ -39,13 +50,14 @@ def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None)
     if impacts is not None:
         wall, terms = impacts.wall.wall, list(impacts.wall.terms)
         covariance = impacts.wall.covariance[: len(terms), : len(terms)]
-        lens = float(np.hypot(2e-6, impacts.wall.scatter_m / 3))
+        radius_m = series.contact_radius_m
+        lens = float(np.hypot(FIT_SHARE * radius_m, impacts.wall.scatter_m / 3))
         for effect, vector, rows, limit in (
-            ("wall_centre_offset", wall.centre_m, _centre_rows(wall, terms), CENTRE_NEGLIGIBLE_M),
-            ("mass_centre_offset", -wall.disk_m, _rows_of(DISK_TERMS, terms), MASS_CENTRE_NEGLIGIBLE_M),
+            ("wall_centre_offset", wall.centre_m, _centre_rows(wall, terms), centre_negligible_m(series)),
+            ("mass_centre_offset", -wall.disk_m, _rows_of(DISK_TERMS, terms), MASS_CENTRE_NEGLIGIBLE * radius_m),
         ):
             sd = np.sqrt(np.diag(rows @ covariance @ rows.T))
-            error = np.hypot(sd, lens if effect == "mass_centre_offset" else 2.5e-5).tolist()
+            error = np.hypot(sd, lens if effect == "mass_centre_offset" else LENS_SHARE * radius_m).tolist()
             size = float(np.hypot(*vector))
             parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
             gain = (size / max(float(sd[0]), 1e-12)) ** 2
@@ -71,7 +83,7 @@ def _stated_radius(series: Series, impacts: ImpactFit) -> Cause:
         if design.is_length(term)
     ]
     off, sd = max(lengths, key=lambda one: abs(one[0]) / max(one[1], 1e-12))
-    limit = min(STATED_SHARE * design.size_m, STATED_NEGLIGIBLE_M)
+    limit = STATED_SHARE * design.size_m
     # Without a layout of the markers nobody knows whether the wall is off or the unit of length.
     rivals = () if series.layouts is not None else ("length_scale_error",)
     parameters = {"radius_m": (off, sd)}
@@ -106,12 +118,12 @@ def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None,
     if off_centre and impacts is not None:
         offset = offset - impacts.wall.wall.disk_m
     size = float(np.hypot(*offset))
-    sd = 5e-6
+    sd = MARKER_SHARE * series.contact_radius_m
     return Cause(
         "centre_marker_offset",
         "geometry",
         {"x_m": (float(offset[0]), sd), "y_m": (float(offset[1]), sd)},
-        size / CENTRE_NEGLIGIBLE_M,
+        size / centre_negligible_m(series),
         (size / sd) ** 2,
         "x",
         "all",

@@ -35,8 +35,14 @@ from ovines.robust import MEDIAN_TO_SD, residual_sd
 
 Array = NDArray[np.float64]
 
-#: what a term must explain to be more than negligible, in the units of its residual
-NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "distance": 2.5e-5, "angular": 5e-3}
+#: what a term must explain to be more than negligible: of a law of the contact in its own units, of the angular one (a
+#: velocity) as a share of the median approach
+NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "angular": 5e-3}
+
+
+def negligible_size(residual: str, data: LawData) -> float:
+    """What a term of ``residual`` must explain of these impacts to be more than negligible."""
+    return NEGLIGIBLE[residual] * (float(np.median(data.before)) if residual == "angular" else 1.0)
 
 
 @dataclass(frozen=True, eq=False)

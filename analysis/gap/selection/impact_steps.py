@@ -15,7 +15,7 @@ from analysis.contact.law import Law, LawData, fit_restitution
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, Shape, fit_impacts
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, ImpactGain, Shape, fit_impacts
 from analysis.gap.selection.lobed_wall import LOBE_TERMS
 from analysis.gap.selection.null_distribution import (
     by_chance,
@@ -25,7 +25,8 @@ from analysis.gap.selection.null_distribution import (
     threshold,
 )
 from analysis.gap.thresholds import (
-    CONTACT_TIME_NEGLIGIBLE_S,
+    CONTACT_NEGLIGIBLE,
+    DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
     ELLIPTICITY_SD_UNDER_LENS,
     ELLIPTICITY_UNDER_LENS,
@@ -34,13 +35,14 @@ from analysis.gap.thresholds import (
     LEFT_OVER,
     OVERRIDES,
     SIGNIFICANCE,
+    USUAL_DISTANCE,
 )
 from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
 # cause.
-USUAL_SCATTER, USUAL_DISTANCE_M = 0.03, 4e-5
+USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8
 # Terms of the restitution at the most.
 MOST_TERMS = 6
@@ -67,8 +69,9 @@ class ImpactSteps:
 
     @property
     def left_p(self) -> float:
-        """How often chance makes the best probe of the restitution gain what it does."""
-        gained = [g.gain for g in self.probes if g.residual == "restitution"]
+        """How often chance makes the best probe of the restitution gain what it does; 1 where none explains more than
+        is negligible."""
+        gained = [g.gain for g in self.probes if g.residual == "restitution" and g.size > NEGLIGIBLE["restitution"]]
         return by_chance(self.null_distribution, max(gained)) if gained else 1.0
 
 
@@ -96,7 +99,8 @@ def select_impact_effects(
         fitted, terms, shape.finite, withheld, null_distribution
     )
     distance_probes = [g for g in impact_candidates.distance_gains(fitted, shape, withheld) if not g.named]
-    structure = [*structure, *_distance_structure(distance_probes, shapes)]
+    limit_m = DISTANCE_NEGLIGIBLE * fitted.wall.wall.size_m
+    structure = [*structure, *_distance_structure(distance_probes, shapes, limit_m)]
     return ImpactSteps(
         nominal,
         fitted,
@@ -147,11 +151,16 @@ def _contact_time(slope_s: float, restitution: float) -> float:
     return slope_s * (1 + restitution) / max(restitution, 0.05)
 
 
+def contact_negligible_s(base: ImpactFit) -> float:
+    """A contact as short as this is an instant: the way at the median approach is a small share of the radius."""
+    return CONTACT_NEGLIGIBLE * base.wall.wall.size_m / max(float(np.median(base.data.before)), 1e-9)
+
+
 def _shape_accepted(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -> bool:
     if gain.gain < IMPACT_GAIN or gain.significance < SIGNIFICANCE:
         return False
     if gain.name == "finite_contact_time":
-        return _contact_time(float(gain.estimate[-1]), base.law.restitution) > CONTACT_TIME_NEGLIGIBLE_S
+        return _contact_time(float(gain.estimate[-1]), base.law.restitution) > contact_negligible_s(base)
     e = gain.estimate[:2]
     return float(np.hypot(*e)) > (ELLIPTICITY_UNDER_LENS if lens_residual_found else ELLIPTICITY_NEGLIGIBLE)
 
@@ -162,7 +171,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
         duration = base.contact_slope_s * factor
         parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + 0.03 * duration)}
         return Cause(
-            gain.name, "impact", parameters, duration / CONTACT_TIME_NEGLIGIBLE_S, gain.gain, "normal", "impact"
+            gain.name, "impact", parameters, duration / contact_negligible_s(base), gain.gain, "normal", "impact"
         )
     terms, order = (LOBE_TERMS, gain.order) if gain.order else (ELLIPSE_TERMS, 2)
     values = base.wall.wall.values()
@@ -209,14 +218,14 @@ def select_laws(
     for _ in range(MOST_TERMS):
         found = impact_candidates.restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
-        open_ = [g for g in found if g.name not in {s.name for s in structure} and _law_accepted(g, least)]
+        open_ = [g for g in found if g.name not in {s.name for s in structure} and _law_accepted(g, least, base.data)]
         best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
         probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
         if best is None or (probe is not None and probe.gain > best.gain + OVERRIDES):
             if probe is None:
                 break
             structure.append(probe)
-            names = [n for n in names if n in held or _law_accepted(_kept(base, names, n, structure), least)]
+            names = [n for n in names if n in held or _law_accepted(_kept(base, names, n, structure), least, base.data)]
         else:
             names.append(best.name)
             added[best.name] = _rivals(best, found)
@@ -232,7 +241,7 @@ def select_laws(
     tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for residual in COORDINATES:
-        accepted = [p for p in tangential if p.residual == residual and _law_accepted(p, least)]
+        accepted = [p for p in tangential if p.residual == residual and _law_accepted(p, least, base.data)]
         structure += sorted(accepted, key=lambda p: -p.gain)[:1]
     return (
         causes,
@@ -240,17 +249,17 @@ def select_laws(
         first,
         [g for g in found if g.named],
         probes,
-        [_law_structure(s, null_distribution, len(tangential)) for s in structure],
+        [_law_structure(s, base.data, null_distribution, len(tangential)) for s in structure],
     )
 
 
-def _law_structure(gain: ImpactGain, null_distribution: Array, tried: int) -> Structure:
+def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tried: int) -> Structure:
     chance = (
         by_chance(null_distribution, gain.gain)
         if gain.residual == "restitution"
         else chance_of_largest(gain.gain, len(gain.estimate), tried)
     )
-    strength = gain.size / impact_candidates.NEGLIGIBLE[gain.residual]
+    strength = gain.size / impact_candidates.negligible_size(gain.residual, data)
     unit = "m/s" if gain.residual == "angular" else "1"
     return Structure(
         "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
@@ -266,12 +275,12 @@ def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[Imp
     return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
 
 
-def _law_accepted(gain: ImpactGain, least: float) -> bool:
+def _law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
     """``least``: gain that chance does not reach."""
     return (
         gain.gain > least
         and gain.significance > SIGNIFICANCE - 1
-        and gain.size > impact_candidates.NEGLIGIBLE[gain.residual]
+        and gain.size > impact_candidates.negligible_size(gain.residual, data)
     )
 
 
@@ -281,7 +290,7 @@ def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], str
     k = design.shape[1]
     c, covariance, _, _ = fit_restitution(data, design if beside is None else np.column_stack([design, beside]))
     c, sd = c[:k], np.sqrt(np.diag(covariance))[:k]
-    strength = gain.size / impact_candidates.NEGLIGIBLE["restitution"]
+    strength = gain.size / NEGLIGIBLE["restitution"]
     if gain.name == "speed_dependent_restitution":
         scale = impact_candidates.best_speed_scale(data)
         scale_sd = impact_candidates.speed_scale_sd(data, scale)
@@ -311,7 +320,7 @@ def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], str
     return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 
 
-def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -> list[Structure]:
+def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause], limit_m: float) -> list[Structure]:
     strongest = max((c.strength for c in causes), default=0.0)
     # A contact distance that goes with the azimuth is the wall's shape; with the speed of approach it is the contact's
     # doing.
@@ -321,7 +330,7 @@ def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -
             "impact",
             "radius",
             p.name,
-            p.size / impact_candidates.NEGLIGIBLE["distance"],
+            p.size / limit_m,
             p.gain,
             p.size,
             "m",
@@ -330,8 +339,7 @@ def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause]) -
         for p in probes
         if p.gain > 2 * IMPACT_GAIN
         and p.significance > SIGNIFICANCE
-        and p.size > impact_candidates.NEGLIGIBLE["distance"]
-        and p.size / impact_candidates.NEGLIGIBLE["distance"] > LEFT_OVER * strongest
+        and p.size > limit_m * max(LEFT_OVER * strongest, 1.0)
     ]
 
 
@@ -358,18 +366,19 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 chance_of_misfit(len(base.data) * (scatter / USUAL_SCATTER) ** 2, len(base.data)),
             )
         )
-    if base.wall.scatter_m > USUAL_DISTANCE_M:
+    usual_m = USUAL_DISTANCE * base.wall.wall.size_m
+    if base.wall.scatter_m > usual_m:
         out.append(
             Structure(
                 "geometry",
                 "impact",
                 "radius",
                 "none of the covariates tested (scatter of the contact distance)",
-                base.wall.scatter_m / USUAL_DISTANCE_M,
+                base.wall.scatter_m / usual_m,
                 0.0,
                 base.wall.scatter_m,
                 "m",
-                chance_of_misfit(len(base.data) * (base.wall.scatter_m / USUAL_DISTANCE_M) ** 2, len(base.data)),
+                chance_of_misfit(len(base.data) * (base.wall.scatter_m / usual_m) ** 2, len(base.data)),
             )
         )
     return out

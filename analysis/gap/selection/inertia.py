@@ -76,24 +76,27 @@ def stated_ratio(series: Series) -> float:
     return stated_sizes(series.recordings[0].model).get("inertia_error", {}).get("ratio", 1.0)
 
 
-def inertia_step(first: FlightFit, stated: float) -> InertiaStep:
-    """The inertia that the impacts between the ``first`` flights show."""
-    run = first.fits[0].run
-    junctions = intersect(first.fits)
+def inertia_step(flights: FlightFit, inertia_factor: float, stated: float) -> InertiaStep:
+    """The inertia that the impacts between ``flights`` show, against ``inertia_factor``.
+
+    A force that the flights lack bends their ends, and with them the impulses: only flights that hold what acts on them
+    tell an inertia."""
+    run = flights.fits[0].run
+    junctions = intersect(flights.fits)
     if len(junctions) < FEWEST_IMPACTS:
         return InertiaStep(stated=stated)
     wall = fit_wall(junctions, run.wall, run.wall.nominal_terms, wall_prior(run.wall))
-    data = law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor)
+    data = law_data(wall.impacts, wall.used, run.radius_m, inertia_factor)
     if len(data) < FEWEST_IMPACTS or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
         return InertiaStep(stated=stated)
     sd = np.sqrt(data.angular_sd**2 + (SHARE_OF_NORMAL * data.normal_impulse) ** 2)
     columns = np.column_stack([np.ones(len(data)), data.tangential_impulse])
     gain, (slope,), (slope_sd,), _, significance = regress(columns, data.angular, sd)
     # angular / j = (q - q_true) / (1 + q_true), j being computed with q.
-    q = run.inertia_factor
+    q = inertia_factor
     ratio = (q - slope) / (1 + slope) / q
     ratio_sd = float(slope_sd) * (1 + q) / (1 + slope) ** 2 / q
-    held_out = _held_out(data, columns, sd, len(first.fits))
+    held_out = _held_out(data, columns, sd, len(flights.fits))
     hit = np.unique(data.run)
     found = (
         gain > IMPACT_GAIN

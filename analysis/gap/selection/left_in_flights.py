@@ -41,7 +41,7 @@ def left_in_flights(
     runs: Sequence[Run], fitted: FlightFit, units: Units, rng: np.random.Generator, named: float = 0.0
 ) -> tuple[Structure | None, float]:
     """The pair of component and covariate in which held-out runs show most that the model lacks (None where chance
-    shows as much, or where it is negligible), and how often chance shows as much.
+    shows as much, or where it is negligible), and how often chance shows as much (1 where it is negligible).
 
     ``named``: size (m/s^2) of the strongest effect that has a name; a tenth of it may stay where its law is
     imperfect."""
@@ -60,8 +60,10 @@ def left_in_flights(
     p = min(2 * p, 1.0)
     if component == "spin":
         size *= runs[0].data.radius_m * runs[0].data.inertia_factor
-    if p > LEVEL or size < units.negligible_m_per_s2 + SHARE_OF_NAMED * named:
-        return None, max(p, LEVEL)
+    if size < units.negligible_m_per_s2 + SHARE_OF_NAMED * named:
+        return None, 1.0
+    if p > LEVEL:
+        return None, p
     found = Structure(
         "flight",
         "free flight",
