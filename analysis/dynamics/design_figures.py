@@ -95,11 +95,9 @@ def design_figure(found: Design) -> Figure:
             bars = MM * np.array([[one.level_m - one.low_m], [one.high_m - one.level_m]])
             name_it = ("best, 90 %", "kept, 90 %")[n] if n < 2 else None
             ax.errorbar(one.numbers[name], MM * one.level_m, bars, fmt="o", color=colour, ms=4, lw=1.0, label=name_it)
-        last = "tuned mass damper" if name == names[-1] else None  # a legend of five would not fit above one panel
-        ax.axhline(MM * found.damper_m, color=PURPLE, lw=1.2, ls="--", label=last)
+        ax.axhline(MM * found.damper_m, color=PURPLE, lw=1.2, ls="--", label="tuned mass damper")
         ax.locator_params(axis="x", nbins=6)
         ax.set_ylim(bottom=0.0)
         label(ax, in_words(name), "largest amplitude (mm)" if ax in axes[:, 0] else "")
-    for ax in {axes[0, 0], axes.ravel()[len(names) - 1]}:
-        legend(ax, ncols=4)
+    legend(axes[0, min(len(names), columns) - 1], ncols=4)  # it is wider than a panel, and grows to the left
     return figure
