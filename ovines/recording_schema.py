@@ -278,6 +278,39 @@ class Nominal(Section):
         return self
 
 
+class ThesisMethod(Section):
+    """``[thesis_method]``: how the thesis' own way finds impacts and parameters, which pages show beside the careful
+    one. What is left out is as it finds every impact above 1 m/s of a rig filmed at 800 frames per second, and none
+    that is not there.
+    """
+
+    smoothing_frames: Annotated[int, Field(ge=3, le=999)] = 7
+    """Window of the Savitzky-Golay filter, an odd number of frames. Example: `11`."""
+    polynomial_order: Annotated[int, Field(ge=1, le=9)] = 3
+    """Order of the filter's polynomials. Example: `3`."""
+    minimum_distance_s: Positive = 0.008
+    """Least time between two peaks of the acceleration. Example: `0.02`."""
+    prominence_m_per_s2: Positive = 60.0
+    """How far a peak stands out of what lies between it and a higher one. Example: `100.0`."""
+    points_each_side: Annotated[int, Field(ge=3, le=999)] = 5
+    """Points of the straight lines before and after an impact. Example: `4`."""
+    points_left_out: Annotated[int, Field(ge=0, le=99)] = 1
+    """Points next to the impact that the lines leave out. Example: `0`."""
+    impacts: tuple[Annotated[int, Field(ge=0)], ...] = ()
+    """Impacts that J_n and J_t take, by their numbers in thesis_impacts.parquet; a single one gives its own map of
+    J_t. Left out: those above 0.3 m/s. Example: `[3, 5, 8]`.
+    """
+
+    @model_validator(mode="after")
+    def _a_filter(self) -> ThesisMethod:
+        if self.smoothing_frames % 2 == 0 or self.smoothing_frames <= self.polynomial_order:
+            raise ValueError(
+                f"a window of {self.smoothing_frames} frames for polynomials of order {self.polynomial_order} | an odd "
+                f"number above the order | smoothing_frames"
+            )
+        return self
+
+
 class LogSheet(Section):
     """``[log]``: what the test's log sheet says; shown on pages, used by no computation."""
 
@@ -319,6 +352,7 @@ class RecordingFile(Section):
     bodies: Bodies = Bodies()
     excitation: Excitation | None = None
     model: Nominal | None = None
+    thesis_method: ThesisMethod | None = None
     log: LogSheet | None = None
 
     @model_validator(mode="after")

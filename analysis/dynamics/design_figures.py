@@ -8,13 +8,14 @@ from matplotlib.figure import Figure
 from analysis.figures.style import BLACK, BLUE, GREEN, GREY, MM, PURPLE, RED, SKY, label, legend, new_figure
 from analysis.simulations.run_figures import CHANNELS
 from analysis.simulations.sweep_figure import in_words
-from ovines.core.absorber.design import FINER, Design
-from ovines.core.absorber.linear import ground_amplitude_m, tuned_gain
+from ovines.core.absorber.design import Design
+from ovines.core.absorber.linear import bare_gain, ground_amplitude_m, tuned_gain
 from ovines.core.absorber.response import Response
 from ovines.core.absorber.taken import EnergyTaken
 from ovines.core.system.model import Scenario
 
 MJ = 1e3
+SMOOTH = 300  # points of a closed form
 
 
 def taken_figure(found: EnergyTaken) -> Figure:
@@ -24,7 +25,7 @@ def taken_figure(found: EnergyTaken) -> Figure:
     top.plot(found.time_s, MJ * found.bare_j, color=GREY, lw=1.2, label="Host without NES")
     top.plot(found.time_s, MJ * found.host_j, color=RED, lw=1.2, label="Host with NES")
     low.plot(found.time_s, MJ * found.pumped_j, color=BLACK, lw=1.4, label="pumped into the NES")
-    low.plot(found.time_s, MJ * found.nes_j, color=BLUE, lw=0.8, label="still in it")
+    low.plot(found.time_s, MJ * found.nes_j, color=GREY, lw=1.0, label="still in it")
     for name, energy in found.dissipated_j.items():
         if energy[-1] > 1e-3 * max(found.pumped_j[-1], 1e-300):
             word, colour = CHANNELS[name]
@@ -43,10 +44,11 @@ def response_figure(found: Response, scenario: Scenario, design: Design | None =
     top, low = axes[:, 0]
     shown = found if design is None else design.kept[0].response
     size = ground_amplitude_m(scenario)
-    lines = (("bare", np.linalg.norm(found.bare_m, axis=1), GREY, "-"),
-             ("disk stuck to it", np.linalg.norm(found.stuck_m, axis=1), GREY, ":"))  # fmt: skip
-    for name, level, colour, style in lines:
-        top.plot(found.frequency_hz, MM * level, style, color=colour, lw=1.2, label=name)
+    at = found.frequency_hz
+    fine = np.union1d(at, np.linspace(at.min(), at.max(), SMOOTH))  # closed forms: as smooth as they are
+    for name, added_kg, style in (("bare", 0.0, "-"), ("disk stuck to it", scenario.nes.mass_kg, ":")):
+        level = np.linalg.norm(bare_gain(scenario, fine, added_kg) * size, axis=1)
+        top.plot(fine, MM * level, style, color=GREY, lw=1.2, label=name)
     drawn = [("with NES", found, BLUE)] + ([("best NES", shown, GREEN)] if design is not None else [])
     for name, one, colour in drawn:
         level = one.level_m()
@@ -55,8 +57,6 @@ def response_figure(found: Response, scenario: Scenario, design: Design | None =
         top.plot(one.frequency_hz, MM * level.mean(axis=1), ".-", color=colour, lw=1.2, ms=4, label=name)
         low.plot(one.frequency_hz, one.impacts_per_period, ".-", color=colour, lw=1.0, ms=4)
     if design is not None:
-        at = found.frequency_hz
-        fine = np.linspace(at.min(), at.max(), FINER * (len(at) - 1) + 1)
         axes_shaken = [axis for axis in range(2) if size[axis] > 0.0]
         gains = [
             size[axis] * tuned_gain(scenario, axis, one.mass_kg,
@@ -93,9 +93,11 @@ def design_figure(found: Design) -> Figure:
         for n, one in enumerate(k for k in found.kept if k.numbers):
             colour = GREEN if one is found.kept[0] else BLUE
             bars = MM * np.array([[one.level_m - one.low_m], [one.high_m - one.level_m]])
-            name_it = "kept, 90 %" if n == 0 else None
+            name_it = ("best, 90 %", "kept, 90 %")[n] if n < 2 else None
             ax.errorbar(one.numbers[name], MM * one.level_m, bars, fmt="o", color=colour, ms=4, lw=1.0, label=name_it)
         ax.axhline(MM * found.damper_m, color=PURPLE, lw=1.2, ls="--", label="tuned mass damper")
+        ax.locator_params(axis="x", nbins=6)
+        ax.set_ylim(bottom=0.0)
         label(ax, in_words(name), "largest amplitude (mm)" if ax in axes[:, 0] else "")
-    legend(axes[0, 0], ncols=3)
+    legend(axes[0, min(len(names), columns) - 1], ncols=4)  # it is wider than a panel, and grows to the left
     return figure

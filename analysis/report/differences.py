@@ -11,11 +11,10 @@ import pandas as pd
 from analysis.figures.trajectory import column
 from analysis.motion.host_path import fit_host_motion
 from analysis.report.numbers import percent, with_unit
-from analysis.thesis.impacts import ThesisSettings
+from ovines.recording_schema import ThesisMethod
 
 # An impact of both methods within so many frames is one: half the window of the thesis' smoothing.
 MATCH_FRAMES = 3.0
-SETTINGS = ThesisSettings()
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Differences:
 
 
 def compare_methods(
-    motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisSettings = SETTINGS
+    motion: pd.DataFrame, impacts: pd.DataFrame, thesis: pd.DataFrame, settings: ThesisMethod
 ) -> Differences:
     """Match impacts of both methods by time (within three frames, nearest first, each once)."""
     step_s = float(np.median(np.diff(motion["time_s"]))) if len(motion) > 1 else np.nan

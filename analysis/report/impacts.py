@@ -13,7 +13,8 @@ from analysis.report.numbers import MISSING, value_with_digits, value_with_sd, w
 from analysis.report.page import Page, Section
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows
 from analysis.report.results import Results
-from analysis.thesis.parameters import usable
+from analysis.thesis.impacts import method_of
+from analysis.thesis.parameters import SLOWEST_M_PER_S, usable
 
 FEW_IMPACTS = 6  # below, none of them outweighs what a stray one may do
 # Columns of the table of impacts with their sd and factor: what is measured of every impact, whatever its regime.
@@ -86,7 +87,7 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
         f"Counterpart of the thesis' Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One "
         "impact alone fixes only min(β₀, β₁), an L in this plane (thin lines): its legs are lower bounds. "
         f"{closing}{flat} Right: the thesis' mean relative error of "
-        "straight-line velocities.",
+        f"straight-line velocities{_of_the_picked(results)}.",
         "Maps of the joint likelihood and of the thesis' relative error over wall friction and tangential restitution.",
         "png",
     )
@@ -98,6 +99,12 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
         "oblique ones slide along the curve that μ_c sets.",
         "Effective tangential restitution against incidence.",
     )
+
+
+def _of_the_picked(results: Results) -> str:
+    """Which impacts of the thesis' method were picked by hand, in words."""
+    picked = [str(number) for number in method_of(results.recording).impacts]
+    return f", of impact{'' if len(picked) == 1 else 's'} {', '.join(picked)} alone" if picked else ""
 
 
 def add_impacts(page: Page, results: Results) -> None:
@@ -130,18 +137,19 @@ def add_impacts(page: Page, results: Results) -> None:
     )
     pairs = None
     if impacts is not None:
-        difference = compare_methods(motion, impacts, thesis)
+        difference = compare_methods(motion, impacts, thesis, method_of(results.recording))
         no_flight = results.spans_s("contact", "unseen", "unresolved")
         pairs = difference.pairs
         section.add_heading("Why the two methods differ here")
         for text in in_words(difference, impacts, thesis, no_flight):
             section.add_text(text)
-    columns, rows = _table_16(impacts, thesis, pairs)
+    picked = method_of(results.recording).impacts
+    columns, rows = _table_16(impacts, usable(thesis, picked), thesis, pairs)
     section.add_table(
         columns,
         rows,
         "Counterpart of the thesis' Table 16: every impact by both methods. Mean and sd (n − 1) of the straight lines "
-        "are over impacts above 0.3 m/s, "
+        f"are over impacts {'picked by hand' if picked else f'above {SLOWEST_M_PER_S} m/s'}, "
         "those of the flight model over the same impacts as far as both found them; * marks what is left "
         "out. Effective β is −v_t⁺/v_t⁻, the impulse ratio that of the tangential to the normal impulse, and "
         "spin off what the change of spin tells more than the tangential impulse (per mass): 0 for every "
@@ -151,7 +159,7 @@ def add_impacts(page: Page, results: Results) -> None:
 
 
 def _table_16(
-    impacts: pd.DataFrame | None, thesis: pd.DataFrame, pairs: pd.DataFrame | None
+    impacts: pd.DataFrame | None, chosen: pd.DataFrame, thesis: pd.DataFrame, pairs: pd.DataFrame | None
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     columns = (
         "time (ms)",
@@ -164,7 +172,6 @@ def _table_16(
         "spin off (mm/s)",
     )
     rows: list[tuple[str, ...]] = []
-    chosen = usable(thesis)
     chosen_numbers = set(chosen["impact"].astype(int))
     partner = {} if pairs is None else dict(zip(pairs["thesis"], pairs["flight"], strict=True))
     careful = impacts if impacts is not None else thesis.iloc[:0]

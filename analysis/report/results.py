@@ -19,7 +19,7 @@ from analysis.contact.law_map import ErrorMap, error_map
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_circle import host_circle
 from analysis.motion.rotation import rotation
-from analysis.thesis.impacts import smoothed_acceleration
+from analysis.thesis.impacts import method_of, smoothed_acceleration
 from analysis.thesis.parameters import tangential_error, thesis_identification, usable
 from ovines.errors import InputError
 from ovines.recording import Recording
@@ -94,7 +94,7 @@ class Results:
     @cached_property
     def smooth(self) -> pd.DataFrame:
         """The thesis' smoothed acceleration of each frame (:func:`analysis.thesis.impacts.smoothed_acceleration`)."""
-        return smoothed_acceleration(self.tables["motion"])
+        return smoothed_acceleration(self.tables["motion"], method_of(self.recording))
 
     @property
     def thesis(self) -> pd.DataFrame | None:
@@ -104,7 +104,9 @@ class Results:
     @cached_property
     def thesis_parameters(self) -> pd.DataFrame | None:
         """Parameters by the thesis' method; None without its impacts."""
-        return None if self.thesis is None else thesis_identification(self.thesis, self.inertia_factor)
+        if self.thesis is None:
+            return None
+        return thesis_identification(self.thesis, self.inertia_factor, method_of(self.recording).impacts)
 
     @cached_property
     def thesis_grid(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]] | None:
@@ -113,7 +115,7 @@ class Results:
         """
         if self.thesis is None:
             return None
-        chosen = usable(self.thesis)
+        chosen = usable(self.thesis, method_of(self.recording).impacts)
         chosen = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]
         if not len(chosen):
             return None

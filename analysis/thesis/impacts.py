@@ -10,37 +10,30 @@ motions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, savgol_filter
 
 from ovines.recording import Recording
+from ovines.recording_schema import ThesisMethod
 
 Array = NDArray[np.float64]
+USUAL = ThesisMethod()
 STATE = ("nes_x_m", "nes_y_m", "nes_angle_rad", "host_x_m", "host_y_m", "host_angle_rad")
 
 
-@dataclass(frozen=True)
-class ThesisSettings:
-    """The choices that the thesis names without giving numbers.
+def method_of(recording: Recording) -> ThesisMethod:
+    """What ``[thesis_method]`` says, or what is usual.
 
-    Seen on ``practice-01`` (800 frames/s, 12 runs): every impact above 1 m/s is found, 90 % between 0.6 and 1,
-    half between 0.4 and 0.6, one in ten below; no peak without an impact.  Five points a side, the nearest left
-    out, is the reading of "a few points".
+    Seen on ``practice-01`` (800 frames/s, 12 runs) with the usual choices: every impact above 1 m/s is found, 90 %
+    between 0.6 and 1, half between 0.4 and 0.6, one in ten below; no peak without an impact.  Five points a side, the
+    nearest left out, is the reading of "a few points".
     """
-
-    smoothing_frames: int = 7
-    polynomial_order: int = 3
-    minimum_distance_s: float = 0.008
-    prominence_m_per_s2: float = 60.0
-    points_each_side: int = 5
-    points_left_out: int = 1
+    return recording.settings.thesis_method or USUAL
 
 
-def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisSettings = ThesisSettings()) -> pd.DataFrame:
+def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = USUAL) -> pd.DataFrame:
     """``frame, time_s, nes_vx_m_per_s, nes_vy_m_per_s, acceleration_m_per_s2`` on every frame from first to
     last.
 
@@ -72,9 +65,7 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisSettings = Thesi
     return out.assign(nes_vx_m_per_s=velocity[:, 0], nes_vy_m_per_s=velocity[:, 1], acceleration_m_per_s2=acceleration)
 
 
-def thesis_impacts(
-    motion: pd.DataFrame, recording: Recording, settings: ThesisSettings = ThesisSettings()
-) -> pd.DataFrame:
+def thesis_impacts(motion: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     """Table ``thesis_impacts``: one row per maximum of the acceleration norm, with straight-line velocities.
 
     Normal speeds are positive towards the wall before and away from it after; tangential ones (contact point,
@@ -82,6 +73,7 @@ def thesis_impacts(
     them the tangential speeds, are null.  A side with fewer than three points, or one that reaches over a
     neighbouring impact, is null: that impact has a time and no parameters.
     """
+    settings = method_of(recording)
     smooth = smoothed_acceleration(motion, settings)
     signal = smooth["acceleration_m_per_s2"].to_numpy(float)
     step_s = float(np.median(np.diff(smooth["time_s"]))) if len(smooth) > 1 else 1.0
@@ -129,7 +121,7 @@ def _one_impact_columns() -> tuple[str, ...]:
 
 
 def _one_impact(
-    time_s: Array, values: Array, around: tuple[int, int, int], recording: Recording, settings: ThesisSettings
+    time_s: Array, values: Array, around: tuple[int, int, int], recording: Recording, settings: ThesisMethod
 ) -> tuple[float, ...]:
     lower, peak, upper = around
     skip, count = settings.points_left_out, settings.points_each_side

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
@@ -63,24 +65,26 @@ def tangential_error(
     return np.abs((model - after) / after)
 
 
-def usable(table: pd.DataFrame, minimum_speed_m_per_s: float = SLOWEST_M_PER_S) -> pd.DataFrame:
-    """The impacts whose straight lines exist and which are fast enough to stand out of the noise (the thesis
-    picked by hand).
+def usable(table: pd.DataFrame, picked: Sequence[int] = ()) -> pd.DataFrame:
+    """The impacts whose straight lines exist and which were ``picked`` by their numbers, as the thesis did by hand;
+    without, those that are fast enough to stand out of the noise.
     """
-    fine = (table["normal_speed_before_m_per_s"] > minimum_speed_m_per_s) & (table["normal_speed_after_m_per_s"] > 0)
+    before = table["normal_speed_before_m_per_s"]
+    chosen = table["impact"].isin(picked) & (before > 0) if len(picked) else before > SLOWEST_M_PER_S
+    fine = chosen & (table["normal_speed_after_m_per_s"] > 0)
     return table[fine].reset_index(drop=True)
 
 
-def thesis_identification(table: pd.DataFrame, inertia_factor: float) -> pd.DataFrame:
+def thesis_identification(table: pd.DataFrame, inertia_factor: float, picked: Sequence[int] = ()) -> pd.DataFrame:
     """Table ``identification`` by the thesis' recipe: mean and sd of the restitutions, minimum of the summed
     J_t.
 
-    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the
-    mean; ``low`` and ``high`` are null: the recipe gives no interval.  Wall friction and tangential
-    restitution are null with fewer than two impacts.  J_t is capped at :data:`CAP` per impact: v_theta near zero after
-    an impact makes its relative error arbitrarily large.
+    ``sd`` of the restitution is the scatter over the impacts (n - 1), as Table 16 means it, not that of the mean;
+    ``low`` and ``high`` are null: the recipe gives no interval.  Wall friction and tangential restitution are null
+    with fewer than two impacts; ``picked``: :func:`usable`.  J_t is capped at :data:`CAP` per impact: v_theta near
+    zero after an impact makes its relative error arbitrarily large.
     """
-    chosen = usable(table)
+    chosen = usable(table, picked)
     eps = chosen["restitution"].to_numpy(float)
     mu = beta_0 = np.nan
     tangential = chosen[np.isfinite(chosen["tangential_speed_after_m_per_s"])]

@@ -100,7 +100,7 @@ STAGES: tuple[Stage, ...] = (
         "points -> motion of NES and Host, Host circle, angle, impacts as the thesis finds them",
         reads=("points.parquet or motion.parquet",),
         writes=("motion.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet"),
-        sections=("time", "bodies", "excitation", "model"),
+        sections=("time", "bodies", "excitation", "model", "thesis_method"),
     ),
     Stage(
         "identify",
@@ -133,7 +133,7 @@ STAGES: tuple[Stage, ...] = (
             "checks.parquet",
         ),
         writes=("report.html",),
-        sections=("name", "time", "cameras", "bodies", "excitation", "model", "log"),
+        sections=("name", "time", "cameras", "bodies", "excitation", "model", "thesis_method", "log"),
     ),
 )
 

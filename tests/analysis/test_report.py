@@ -15,9 +15,10 @@ from analysis.report.calibration_report import write_calibration_report
 from analysis.report.differences import compare_methods, host_acceleration, in_words
 from analysis.report.results import read_results
 from analysis.report.series_report import write_series_report
-from analysis.thesis.impacts import ThesisSettings, thesis_impacts
+from analysis.thesis.impacts import thesis_impacts
 from ovines.io.provenance import provenance
 from ovines.recording import read_recording
+from ovines.recording_schema import ThesisMethod
 from ovines.tables import write_table
 
 NAME = "test <b>5<b> & co"
@@ -354,7 +355,7 @@ def test_methods_are_matched_once_each():
         }
     )
     thesis = pd.DataFrame({"time_s": [0.1005, 0.301, 0.7], "restitution": [0.8, 0.6, 0.5]})
-    difference = compare_methods(motion, impacts, thesis, ThesisSettings())
+    difference = compare_methods(motion, impacts, thesis, ThesisMethod())
     assert difference.pairs.to_numpy().tolist() == [[0, 0], [2, 1]]
     assert difference.missed_median_speed_m_per_s == pytest.approx(0.15, rel=1e-12)
     text = " ".join(in_words(difference, impacts, thesis))

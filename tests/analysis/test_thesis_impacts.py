@@ -8,7 +8,8 @@ import pytest
 
 from analysis.contact.law_map import REGION_90, error_map
 from analysis.thesis.impacts import contact_normal, smoothed_acceleration, thesis_impacts
-from analysis.thesis.parameters import normal_error, tangential_error, thesis_identification
+from analysis.thesis.parameters import normal_error, tangential_error, thesis_identification, usable
+from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import checked
 
@@ -16,9 +17,9 @@ Q = 0.5
 RATE_HZ = 800.0
 
 
-def recording(folder, host="inner_radius_m = 0.05"):
+def recording(folder, host="inner_radius_m = 0.05", more=""):
     (folder / "recording.toml").write_text(
-        f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{host}\n[bodies.nes]\nradius_m = 0.01\n"
+        f"format = 1\n[time]\nframe_rate_hz = 800.0\n[bodies.host]\n{host}\n[bodies.nes]\nradius_m = 0.01\n{more}\n"
     )
     return read_recording(folder)
 
@@ -59,6 +60,33 @@ def test_still_host_without_noise_is_exact(tmp_path):
     assert len(found) >= 0.8 * len(table)
     np.testing.assert_allclose(found, 0.9, atol=1e-6)
     checked(table, "thesis_impacts")
+
+
+def test_the_methods_settings_are_obeyed(tmp_path):
+    """Slow bounces do not stand out by 1000 m/s^2, close ones not where peaks lie apart, lines of many points meet
+    the next impact.
+    """
+    motion, _ = bouncing(0.9)
+    usual = thesis_impacts(motion, recording(tmp_path))
+    steep = thesis_impacts(motion, recording(tmp_path, more="[thesis_method]\nprominence_m_per_s2 = 250.0"))
+    assert 0 < len(steep) < len(usual) and (steep["prominence_m_per_s2"] >= 250).all()
+    apart = thesis_impacts(motion, recording(tmp_path, more="[thesis_method]\nminimum_distance_s = 0.1"))
+    assert (np.diff(apart["time_s"]) >= 0.1 - 1 / RATE_HZ).all() and len(apart) < len(usual)
+    wide = thesis_impacts(motion, recording(tmp_path, more="[thesis_method]\nsmoothing_frames = 15"))
+    assert wide["acceleration_m_per_s2"].max() < 0.8 * usual["acceleration_m_per_s2"].max()
+    with pytest.raises(InputError, match="odd number above the order"):
+        recording(tmp_path, more="[thesis_method]\nsmoothing_frames = 6")
+
+
+def test_impacts_picked_by_hand(tmp_path):
+    """Only those picked count, slow ones too; one alone determines its restitution and no pair."""
+    motion, _ = bouncing(0.9)
+    table = thesis_impacts(motion, recording(tmp_path))
+    table.loc[3, "restitution"] = 0.5
+    alone = thesis_identification(table, Q, (3,)).set_index("parameter")
+    assert alone.loc["restitution", ["value", "n_impacts"]].tolist() == [0.5, 1]
+    assert np.isnan(alone.loc["wall_friction", "value"])
+    assert usable(table, (3, 5, 99))["impact"].tolist() == [3, 5]
 
 
 def test_straight_lines_are_biased_by_the_hosts_acceleration(tmp_path):

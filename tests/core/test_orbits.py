@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from ovines.core import Harmonic, Host, ImpactLaw, Nes, Scenario
 from ovines.core.orbits.lyapunov import lyapunov
@@ -69,6 +70,74 @@ def test_exponents_of_a_chaotic_impact_oscillator():
     found = lyapunov(scenario, LINE, period, 100 * period)
     assert found.exponents_per_s[0] > 5 * found.sd_per_s[0]
     assert found.exponents_per_s.sum() == pytest.approx(2 * math.log(0.8) * found.impacts_per_s, rel=1e-3)
+
+
+def impact_map_exponent(omega, restitution, impacts):
+    """Largest exponent (1/s) of x'' + x = cos(omega t), x < 0, with its sd: the map from impact to impact in closed
+    form and its derivative by hand; shares nothing with the core.
+    """
+    gain = 1 / (1 - omega**2)
+    t, v = 0.3, -0.5
+    tangent, logs, began = np.array([1.0, 0.3]), [], 0.0
+    step = np.arange(1, 4000) * 5e-3
+    for n in range(impacts):
+        a, b = -gain * math.cos(omega * t), v + gain * omega * math.sin(omega * t)
+
+        def place(s, t=t, a=a, b=b):
+            return a * np.cos(s) + b * np.sin(s) + gain * np.cos(omega * (t + s))
+
+        def rate(s, t=t, a=a, b=b):
+            return b * np.cos(s) - a * np.sin(s) - gain * omega * np.sin(omega * (t + s))
+
+        outside = np.flatnonzero(place(step) > 0.0)
+        low, high = (step[outside[0]] - 5e-3 if outside[0] else 1e-9), step[outside[0]]
+        s = brentq(place, low, high, xtol=1e-14) if place(low) < 0.0 else low
+        dx, dv = -v * tangent[0], tangent[1] - math.cos(omega * t) * tangent[0]
+        dx, dv = math.cos(s) * dx + math.sin(s) * dv, math.cos(s) * dv - math.sin(s) * dx
+        before, t = float(rate(s)), t + s
+        tangent = np.array([-dx / before, -restitution * (dv - math.cos(omega * t) * dx / before)])
+        v = -restitution * before
+        if n == 100:
+            began = t
+        if n >= 100:
+            logs.append(math.log(np.linalg.norm(tangent)))
+        tangent /= np.linalg.norm(tangent)
+    means = np.array([part.mean() for part in np.array_split(logs, 10)])
+    per_second = len(logs) / (t - began)
+    return means.mean() * per_second, means.std(ddof=1) / math.sqrt(10) * per_second
+
+
+def test_exponent_of_a_chaotic_impact_oscillator_by_its_map():
+    """The same attractor by the map from impact to impact, written apart: exponents agree within their scatter."""
+    scenario = replace(changed(OSCILLATOR, "drive_frequency_factor", 2.8 / 2.2), duration_s=6000.0)
+    period = drive_period_s(scenario)
+    found = lyapunov(scenario, LINE, period, 100 * period)
+    value, sd = impact_map_exponent(2.8, 0.8, 3000)
+    assert sd < 0.1 * value and found.sd_per_s[0] < 0.1 * value
+    assert found.exponents_per_s[0] == pytest.approx(value, abs=3 * math.hypot(sd, found.sd_per_s[0]))
+
+
+def test_exponents_of_a_billiard_are_those_published():
+    """A disk among round scatterers on a hexagonal lattice, folded into one cell with elastic walls.
+
+    DynamicalBilliards.jl prints its exponents (scatterers of radius 1, cells of side 2, speed 1, 1,000 s) in the
+    documentation of four versions: 0.624, 0.681, 0.706, 0.648; zero twice; the largest with the other sign.
+    """
+    printed = np.array([0.6239620797, 0.6814592707, 0.7060535305, 0.6478956955])
+    radius = 0.1
+    reach = 2.0 * (1.0 + radius / math.sqrt(3.0))  # the disk's centre keeps its radius off each wall
+    corners = tuple((reach * math.cos(n * math.pi / 3), reach * math.sin(n * math.pi / 3)) for n in range(6))
+    scenario = Scenario(
+        "", Nes(radius, 1.0), Host(polygon_m=corners, obstacle_radius_m=1.0 - radius), ImpactLaw(1.0, 0.0, 0.0),
+        4000.0, initial_nes=(1.3, 0.2, math.cos(0.7), math.sin(0.7), 0.0, 0.0), max_impacts=10**6,
+        gravity_m_per_s2=(0.0, 0.0),
+    )  # fmt: skip
+    found = lyapunov(scenario, ["nes_x_m", "nes_y_m", "nes_vx_m_per_s", "nes_vy_m_per_s"], 1.0)
+    sd = math.hypot(float(found.sd_per_s[0]), printed.std(ddof=1) / 2)
+    assert sd < 0.04
+    assert found.exponents_per_s[0] == pytest.approx(printed.mean(), abs=3 * sd)
+    assert found.exponents_per_s[3] == pytest.approx(-found.exponents_per_s[0], abs=1e-3)
+    assert np.abs(found.exponents_per_s[1:3]).max() < 5e-3
 
 
 def ball(acceleration_g, restitution, bounces_s):

@@ -11,8 +11,8 @@ from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario,
 from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import row_of
 from ovines.core.sensitivity.run import STATES, sensitivities
-from ovines.core.sensitivity.slopes import farkas_slope, floor_slopes
-from ovines.core.system.friction import farkas, floor_friction
+from ovines.core.sensitivity.slopes import floor_slopes
+from ovines.core.system.friction import farkas, farkas_slope, floor_friction
 from ovines.core.system.named import named_scenario
 
 GOAL = 1e-8  # issue 22: against mpmath differences on the smooth named scenarios

@@ -170,8 +170,10 @@ def disk_step(t: float, y: Floats, h: float, system: System, work: Floats, out: 
     energies, turns = k[P.STATE_SIZE] > P.ENERGIES, disk.turned
     x0, y0, vx0, vy0, spin0 = y[0], y[1], y[2], y[3], y[5]
     for i in range(1, 12):
-        x, yy, vx, vy, spin = 0.0, 0.0, 0.0, 0.0, 0.0
-        for m in range(i):
+        x, yy = 0.0, 0.0
+        first = STAGES[i, 0]
+        vx, vy, spin = first * work[0, 2], first * work[0, 3], first * work[0, 5]
+        for m in range(1 if i < 5 else 3, i):  # later stages leave the second and the third out
             a = STAGES[i, m]
             vx += a * work[m, 2]
             vy += a * work[m, 3]

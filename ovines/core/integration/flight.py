@@ -7,7 +7,7 @@ import math
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, host_after, sprung_response
+from ovines.core.system.host import ROTATION, host_after, host_starts, sprung_response
 from ovines.core.system.kinematics import in_host, place, relative_acceleration
 from ovines.core.system.packed import System
 from ovines.core.system.walls import gap_measure, safe_time
@@ -19,6 +19,7 @@ ROUNDING = 4e-16  # of a length: gaps below this are contact
 def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out: Floats) -> None:
     """Closed-form state ``s`` after ``y0``: no friction, no drag (energies are not touched)."""
     p, k = system.p, system.k
+    host_starts(t0, y0, system, scratch)
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     out[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
@@ -38,7 +39,7 @@ def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out:
 def glide_in_host(
     t0: float, s: float, y0: Floats, system: System, scratch: Floats, at: Floats
 ) -> tuple[float, float, float, float]:
-    """The same, only the centre in the Host's frame."""
+    """The same, only the centre in the Host's frame; ``scratch`` as :func:`host_starts` leaves it for ``y0``."""
     p, k = system.p, system.k
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
@@ -80,6 +81,46 @@ def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats)
 
 
 @compiled
+def quiet_room(system: System, scratch: Floats) -> float:
+    """Radius (m) of the circle in the room that a sprung round Host's wall cannot enter during a flight, less than 0
+    where there is none: the contact radius less how far springs let it swing, steadily and from the flight's start.
+
+    ``scratch``: as :func:`host_starts` leaves it.  The free part's energy only falls.
+    """
+    p, k, drive = system.p, system.k, system.drive
+    if k[P.HOST_KIND] != P.SPRUNG or k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0 or k[P.WALL_TURNS]:
+        return -1.0
+    if p[P.GRAVITY_X] != 0.0 or p[P.GRAVITY_Y] != 0.0 or p[P.WALL_SHAPE] != 0.0:
+        return -1.0
+    square = 0.0
+    for axis in range(2):
+        stiffness = p[P.STIFFNESS_X + axis] * p[P.INVERSE_HOST_MASS]
+        damping = p[P.DAMPING_X + axis] * p[P.INVERSE_HOST_MASS]
+        if stiffness <= 0.0:
+            return -1.0
+        swing = math.sqrt(scratch[9 + axis] ** 2 + scratch[12 + axis] ** 2 / stiffness)
+        for row in range(drive.shape[0]):
+            if int(drive[row, 0]) == axis:
+                omega = drive[row, 2]
+                real, imaginary = stiffness - omega * omega, damping * omega
+                gain = (stiffness * stiffness + imaginary * imaginary) / (real * real + imaginary * imaginary)
+                swing += abs(drive[row, 1]) * math.sqrt(gain)
+        square += swing * swing
+    offset = math.sqrt(p[P.WALL_X] ** 2 + p[P.WALL_Y] ** 2)
+    return p[P.CONTACT_RADIUS] * (1.0 - 1e-12) - offset - math.sqrt(square)
+
+
+@inlined
+def leaves(room: float, x: float, y: float, vx: float, vy: float) -> float:
+    """When a straight path leaves the circle of radius ``room`` about the origin (0 where it is not in it)."""
+    inside, speed = room * room - x * x - y * y, vx * vx + vy * vy
+    if inside <= 0.0 or speed == 0.0:
+        return 0.0
+    along = x * vx + y * vy
+    return (math.sqrt(along * along + speed * inside) - along) / speed
+
+
+@compiled
 def glide_to_contact(
     t: float,
     y: Floats,
@@ -98,6 +139,8 @@ def glide_to_contact(
     s = min(grace, remaining)
     tiny = ROUNDING * p[P.LENGTH]
     scratch, at = work[P.SCRATCH], work[P.PLACE]
+    host_starts(t, y, system, scratch)
+    room = quiet_room(system, scratch)
     horizon = remaining
     while s < remaining:
         x, yy, vx, vy = glide_in_host(t, s, y, system, scratch, at)
@@ -114,6 +157,8 @@ def glide_to_contact(
             if f <= tiny and rate < 0.0:
                 return s, wall
             advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, system))
+        if room > 0.0:
+            advance = max(advance, min(leaves(room, at[0], at[1], at[2], at[3]), remaining - s))
         s += max(advance, 1e-16 * (t + s))
     return remaining, -1
 
@@ -158,16 +203,24 @@ def quintic(a: Floats, b: Floats, h: float, axis: int, c: Floats) -> None:
 
 
 @inlined
-def stays_clear(a: Floats, b: Floats, bend: float, p: Floats, k: Ints) -> bool:
-    """Whether a path between two ends in a round Host surely keeps off the wall, and there is nothing else to hit.
+def stays_clear(a: Floats, b: Floats, h: float, p: Floats, k: Ints) -> bool:
+    """Whether the quintic path of a step in a round Host surely keeps off the wall, and there is nothing else to hit.
 
-    ``bend`` bounds its second derivative over the unit interval, so that it leaves the chord by bend/8 at most.
+    A path lies in the hull of its Bernstein points; where these are inside a circle, it is.
     """
     if k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0:
         return False
-    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE]) - 0.125 * bend
-    ax, ay, bx, by = a[0] - p[P.WALL_X], a[1] - p[P.WALL_Y], b[0] - p[P.WALL_X], b[1] - p[P.WALL_Y]
-    return room > 0.0 and max(ax * ax + ay * ay, bx * bx + by * by) < room * room
+    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE])
+    first, second = h / 5.0, h * h / 20.0
+    square = 0.0
+    for end, way in ((a, first), (b, -first)):
+        x, y = end[0] - p[P.WALL_X], end[1] - p[P.WALL_Y]
+        square = max(square, x * x + y * y)
+        x, y = x + way * end[2], y + way * end[3]
+        square = max(square, x * x + y * y)
+        x, y = x + way * end[2] + second * end[4], y + way * end[3] + second * end[5]
+        square = max(square, x * x + y * y)
+    return square < room * room
 
 
 @compiled
@@ -176,13 +229,13 @@ def first_crossing(
 ) -> tuple[float, int]:
     """First contact on the quintic path of one step (time after the step's start, wall), or (h, -1)."""
     p, k, polygon = system.p, system.k, system.polygon
+    if stays_clear(a, b, h, p, k):
+        return h, -1
     quintic(a, b, h, 0, cx)
     quintic(a, b, h, 1, cy)
     bend = 0.0
     for m in range(2, 6):
         bend += m * (m - 1) * math.sqrt(cx[m] * cx[m] + cy[m] * cy[m])
-    if stays_clear(a, b, bend, p, k):
-        return h, -1
     bend /= h * h
     tiny = ROUNDING * p[P.LENGTH]
     s = start

@@ -45,8 +45,9 @@ def finish_step(y: Floats, h: float, p: Floats, k: Ints, work: Floats, out: Floa
     n = k[P.STATE_SIZE]
     error_5, error_3 = 0.0, 0.0
     for j in range(n):
-        total, e5, e3 = 0.0, 0.0, 0.0
-        for m in range(12):
+        slope = work[0, j]
+        total, e5, e3 = WEIGHTS[0] * slope, ERROR_5[0] * slope, ERROR_3[0] * slope
+        for m in range(5, 12):  # the second to the fifth weigh nothing
             slope = work[m, j]
             total += WEIGHTS[m] * slope
             e5 += ERROR_5[m] * slope

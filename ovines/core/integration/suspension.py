@@ -8,7 +8,7 @@ import numpy as np
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, base_motion, host_after
+from ovines.core.system.host import ROTATION, base_motion, host_after, host_starts
 from ovines.core.system.packed import System
 
 _GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(12)
@@ -24,6 +24,7 @@ def suspension_work(t0: float, start: float, stop: float, y: Floats, system: Sys
     p, k, drive, table = system.p, system.k, system.drive, system.table
     pieces = math.ceil((stop - start) / p[P.MAX_STEP]) if stop > start else 0
     host, base = work[P.TRIAL], work[P.SCRATCH]
+    host_starts(t0, y, system, host)
     for piece in range(pieces):
         width = (stop - start) / pieces
         for node in range(_GAUSS_X.shape[0]):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ovines.core.compiled import Floats, compiled, inlined
+from ovines.core.compiled import Floats, compiled
 from ovines.core.contact.along_wall import (
     GOES_ON,
     HITS,
@@ -24,46 +24,18 @@ from ovines.core.contact.along_wall import (
 from ovines.core.contact.collision import resolve
 from ovines.core.engine import can_rest
 from ovines.core.integration.disk_step import flight_slopes, flight_step
-from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
-from ovines.core.sensitivity.columns import (
-    Q_AMPLITUDE,
-    Q_CONTACT,
-    Q_FLOOR,
-    Q_FREQUENCY,
-    Q_MASS,
-    Q_PHASE,
-    Q_RADIUS,
-)
-from ovines.core.sensitivity.slopes import (
-    contact_tangents,
-    drive_slopes,
-    floor_slopes,
-    host_tangents,
-    response_slopes,
-)
+from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
+from ovines.core.sensitivity.slopes import host_tangents, response_slopes
 from ovines.core.sensitivity.strike import flow, hold_tangents, leave_event, slip_ends_tangents, strike_tangents
+from ovines.core.sensitivity.tangent_step import N_QUICK, N_ROOM, Tangents, step_tangents
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import PUSH, derivatives
-from ovines.core.system.host import ROTATION, Z, decay
+from ovines.core.system.host import ROTATION, decay
 from ovines.core.system.packed import Contact, System
 
 FOLLOWED, GRAZED, CORNERED, FULL = range(4)  # how a run with tangents ends
-N_ROOM = 28
-LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not resolved finer than relative to this
-
-
-class Tangents(NamedTuple):
-    """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
-    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m).
-    """
-
-    s: Floats
-    q: Floats
-    room: Floats
-    slopes: Floats
-    stage: Floats
 
 
 class Found(NamedTuple):
@@ -118,233 +90,6 @@ def glide_tangents(t: float, s: float, system: System, tangents: Tangents) -> No
             x[rate, j] = v1 - stiffness * q0 * sine + v0 * (cosine - 0.5 * damping * sine)
 
 
-@inlined
-def allowed(p: Floats) -> float:
-    """Error of a step's tangents over their size."""
-    return max(1e4 * p[P.TOLERANCE], 1e-11)
-
-
-@inlined
-def estimate(h: float, slopes: Floats) -> float:
-    """Error of one tangent's step from its twelve slopes: Hairer's blend, as for the state."""
-    e5, e3 = 0.0, 0.0
-    for b in range(12):
-        e5 += ERROR_5[b] * slopes[b]
-        e3 += ERROR_3[b] * slopes[b]
-    if e5 == 0.0:
-        return 0.0
-    return abs(h) * e5 * e5 / math.sqrt(e5 * e5 + 0.01 * e3 * e3)
-
-
-@compiled
-def vertical_slopes(t: float, drive: Floats) -> tuple[float, float, float]:
-    """Vertical acceleration of the harmonics, which is what their amplitude factor does, and its slopes over frequency
-    factor and phase.
-    """
-    louder, faster, later = 0.0, 0.0, 0.0
-    for row in range(drive.shape[0]):
-        if int(drive[row, 0]) == Z:
-            omega = drive[row, 2]
-            argument = omega * t + drive[row, 3]
-            sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
-            louder -= omega * omega * sine
-            faster -= omega * omega * (2.0 * sine + omega * t * cosine)
-            later -= omega * omega * cosine
-    return louder, faster, later
-
-
-@compiled
-def quick_error(h: float, basis: Floats, slopes: Floats, p: Floats) -> float:
-    """Largest error of a step's basis over what is allowed."""
-    worst = 0.0
-    for j in range(8):
-        size = LITTLE * p[P.SPEED] / (p[P.RADIUS] if j == 7 else 1.0)
-        for row in range(3):
-            size = max(size, abs(basis[row, j]) * (p[P.RADIUS] if row == 2 else 1.0))
-        for row in range(3):
-            error = estimate(h, slopes[:, row, j]) * (p[P.RADIUS] if row == 2 else 1.0)
-            worst = max(worst, error / (allowed(p) * size))
-    return worst
-
-
-@compiled
-def combine(basis: Floats, moved: Floats, s: Floats, q: Floats, x: Floats) -> None:
-    """Tangents after a step from the basis of velocities and spin after it and of the ways ``moved``; in place."""
-    for j in range(q.shape[1]):
-        x[0], x[1], x[2] = s[2, j], s[3, j], s[5, j]
-        x[3], x[4], x[5] = q[Q_FLOOR, j], q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j]
-        x[6], x[7] = q[Q_PHASE, j], q[Q_RADIUS, j]
-        for row in range(3):
-            place_row, rate_row = (4, 5) if row == 2 else (row, 2 + row)
-            rate_after = 0.0
-            for n in range(8):
-                s[place_row, j] += moved[row, n] * x[n]
-                rate_after += basis[row, n] * x[n]
-            s[rate_row, j] = rate_after
-
-
-@compiled
-def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: Tangents) -> float:
-    """Tangents over a step of a centred disk above a floor that does not turn: what
-    :func:`ovines.core.integration.disk_step.disk_step` steps.
-
-    Only velocities and spin feed back, so that three columns of their own and one for each number that forces them
-    give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  Returns the error over what is
-    allowed; above 1 nothing is changed.
-    """
-    p, k, drive = system.p, system.k, system.drive
-    s, q, room, slopes, x = tangents.s, tangents.q, tangents.room, tangents.slopes, tangents.stage
-    base, f, basis, moved = room[0:9, 0:3], room[12, :15], room[13:16, :8], room[16:19, :8]
-    carried = k[P.ON_GROUND] == 0 and k[P.HOST_KIND] == P.DRIVEN
-    per_inertia = p[P.MASS] / p[P.INERTIA]
-    moved[:, :] = 0.0
-    base[:, :] = 0.0
-    for i in range(12):
-        basis[:, :] = 0.0
-        for row in range(3):
-            basis[row, row] = 1.0
-            for b in range(i):
-                weight = h * STAGES[i, b]
-                if weight != 0.0:
-                    for j in range(8):
-                        basis[row, j] += weight * slopes[b, row, j]
-        vx, vy, spin, now = work[i, 0], work[i, 1], work[i, 4], t + NODES[i] * h
-        load, louder, faster, later = p[P.FLOOR_LOAD], 0.0, 0.0, 0.0
-        if carried:
-            drive_slopes(now, drive, base)
-            floor_vx, floor_vy = base[3, 0], base[4, 0]  # per unit amplitude factor: the motion itself
-            louder, faster, later = vertical_slopes(now, drive)
-            load += louder
-            vx, vy = vx - floor_vx, vy - floor_vy
-        wears = max(1.0 + p[P.DRIFT_PER_S] * now, 0.0)
-        friction = p[P.FLOOR_FRICTION] * wears
-        strength = friction * max(load, 0.0)
-        floor_slopes(vx, vy, spin, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], f)
-        steeper = friction if load > 0.0 else 0.0
-        rate, xx, xy, yy = 0.0, 0.0, 0.0, 0.0
-        if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
-            wx, wy = work[i, 0], work[i, 1]
-            speed = math.hypot(wx, wy)
-            rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
-            steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
-            xx, xy, yy = steep * wx * wx, steep * wx * wy, steep * wy * wy
-        for j in range(8):
-            gx, gy, turn = basis[0, j], basis[1, j], basis[2, j]
-            slopes[i, 0, j] = strength * (f[3] * gx + f[4] * gy + f[5] * turn) - (rate + xx) * gx - xy * gy
-            slopes[i, 1, j] = strength * (f[7] * gx + f[8] * gy + f[9] * turn) - (rate + yy) * gy - xy * gx
-            slopes[i, 2, j] = per_inertia * strength * (f[11] * gx + f[12] * gy + f[13] * turn)
-        for row in range(3):
-            scale = per_inertia if row == 2 else 1.0
-            own, a = scale * f[row], 3 + 4 * row
-            slopes[i, row, 3] += own * wears * max(load, 0.0)
-            slopes[i, row, 7] += scale * strength * f[a + 3]
-            if row == 2:
-                slopes[i, row, 7] -= 2.0 * own * strength / p[P.RADIUS]  # its inertia grows with it
-            for n in range(3):
-                shaken = scale * strength * (f[a] * base[3, n] + f[a + 1] * base[4, n])
-                slopes[i, row, 4 + n] += own * steeper * (louder, faster, later)[n] - shaken
-        for row in range(3):
-            for j in range(8):
-                moved[row, j] += h * WEIGHTS[i] * basis[row, j]
-    basis[:, :] = 0.0
-    for row in range(3):
-        basis[row, row] = 1.0
-        for b in range(12):
-            for j in range(8):
-                basis[row, j] += h * WEIGHTS[b] * slopes[b, row, j]
-    worst = quick_error(h, basis, slopes, p)
-    if worst > 1.0:
-        return worst
-    combine(basis, moved, s, q, x[:, 0])
-    return worst
-
-
-@compiled
-def full_tangents(
-    t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, trial: Floats, tangents: Tangents
-) -> float:
-    """Tangents over the step just made from ``y``, any mode and Host; as :func:`quick_tangents`."""
-    p, k = system.p, system.k
-    s, q, slopes, stage = tangents.s, tangents.q, tangents.slopes, tangents.stage
-    m, n = q.shape[1], k[P.STATE_SIZE]
-    rows = 12 if k[P.HOST_KIND] == P.FREE or k[P.HOST_KIND] == P.SPRUNG else 6
-    for i in range(12):
-        for j in range(n):
-            total = 0.0
-            for b in range(i):
-                total += STAGES[i, b] * work[b, j]
-            trial[j] = y[j] + h * total
-        for row in range(rows):
-            stage[row, :] = s[row, :m]
-            for b in range(i):
-                weight = h * STAGES[i, b]
-                if weight != 0.0:
-                    for j in range(m):
-                        stage[row, j] += weight * slopes[b, row, j]
-        contact_tangents(t + NODES[i] * h, trial, contact, system, work, stage, q, tangents.room, slopes[i])
-    worst, time = 0.0, p[P.LENGTH] / p[P.SPEED]
-    for j in range(m):
-        natural = max(
-            abs(q[Q_RADIUS, j]) / p[P.RADIUS], abs(q[Q_CONTACT, j]) / p[P.LENGTH], abs(q[Q_MASS, j]) / p[P.MASS]
-        )
-        for i in range(Q_RADIUS):
-            natural = max(natural, abs(q[i, j]))
-        size, error = LITTLE * p[P.LENGTH] * natural, 0.0
-        for row in range(rows):
-            unit = (1.0, 1.0, time, time, p[P.RADIUS], p[P.RADIUS] * time)[row % 6]
-            size = max(size, unit * abs(s[row, j]))
-            error = max(error, unit * estimate(h, slopes[:, row, j]))
-        worst = max(worst, error / (allowed(p) * size)) if size > 0.0 else worst
-    if worst > 1.0:
-        return worst
-    for row in range(rows):
-        for b in range(12):
-            weight = h * WEIGHTS[b]
-            if weight != 0.0:
-                for j in range(m):
-                    s[row, j] += weight * slopes[b, row, j]
-    return worst
-
-
-@compiled
-def step_tangents(
-    t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, trial: Floats, tangents: Tangents
-) -> None:
-    """Tangents over the step just made from ``y``: its twelve slopes stand in ``work``; in place.
-
-    Friction turns its direction sharply where a slip passes zero, and tangents feel that more than the path does:
-    there the step is made again in parts.
-    """
-    k = system.k
-    quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
-    part, after = trial.copy(), trial.copy()
-    part[:] = y
-    done, size, again = 0.0, h, False
-    while done < h:
-        last = size >= h - done
-        size = h - done if last else size
-        if again:
-            if quick:
-                flight_slopes(t + done, part, system, work, work[0])
-                flight_step(t + done, part, size, system, work, after)
-            else:
-                derivatives(t + done, part, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
-                step(t + done, part, size, contact, system, work, after)
-        if quick:
-            error = quick_tangents(t + done, size, system, work, tangents)
-        else:
-            error = full_tangents(t + done, part, size, contact, system, work, trial, tangents)
-        again = True
-        if error > 1.0 and size > 1e-4 * h:
-            size *= max(0.1, 0.7 * error ** (-0.125))
-            continue
-        if last:
-            return
-        part[:] = after
-        done += size
-        size *= min(5.0, 0.7 * max(error, 1e-9) ** (-0.125))
-
-
 @compiled
 def fly_tangents(
     t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, tangents: Tangents
@@ -354,7 +99,9 @@ def fly_tangents(
     a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     flying = Contact(P.FLIGHT, -1, 0.0)
     h = min(0.05 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3])), p[P.MAX_STEP])
-    spare = np.zeros(P.N_STATE)
+    last = np.zeros(P.N_STATE)
+    flight_slopes(t, y, system, work, work[0])
+    relative(t, y, system, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, system):
             y[2], y[3] = 0.0, 0.0
@@ -363,9 +110,7 @@ def fly_tangents(
                 y[5] = 0.0
                 tangents.s[5, :] = 0.0
             return t, -2
-        flight_slopes(t, y, system, work, work[0])
-        relative(t, y, system, work, work[0], a)
-        s = min(h, end - t)
+        s = asked = min(h, end - t)
         error = flight_step(t, y, s, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
@@ -378,12 +123,19 @@ def fly_tangents(
             if not contact:
                 wall = -1
             flight_step(t, y, s, system, work, trial)  # its slopes are those of this step
-        step_tangents(t, y, s, flying, system, work, spare, tangents)
+        last[:] = work[P.SPARE]
+        step_tangents(t, y, s, flying, system, work, tangents)
         for j in range(k[P.STATE_SIZE]):
             y[j] = trial[j]
         t = t + s if s < end - t else end
         if wall >= 0:
             return t, wall
+        if s == asked:  # the slopes at the step's end are those of this state
+            work[0, :] = last
+            a[:] = b
+        else:
+            flight_slopes(t, y, system, work, work[0])
+            relative(t, y, system, work, work[0], a)
         grace = max(grace - s, 0.0)
         h = min(next_size(s, error), p[P.MAX_STEP])
     return t, -1
@@ -397,7 +149,6 @@ def hug_tangents(
     p, k = system.p, system.k
     s, q, room = tangents.s, tangents.q, tangents.room
     delay, after = np.zeros(q.shape[1]), np.zeros(12)
-    spare = np.zeros(P.N_STATE)
     mode, side = start_mode(t, y, wall, system, work)
     stand_on(t, y, mode, wall, system, work)
     hold_tangents(t, y, mode, wall, system, work, s, q, room)
@@ -416,7 +167,7 @@ def hug_tangents(
         size, event, concerned = until_event(t, y, size, contact, system, work, trial)
         if event != GOES_ON:
             step(t, y, size, contact, system, work, trial)
-        step_tangents(t, y, size, contact, system, work, spare, tangents)
+        step_tangents(t, y, size, contact, system, work, tangents)
         for j in range(k[P.STATE_SIZE]):
             y[j] = trial[j]
         t += size
@@ -507,7 +258,10 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
     m = q.shape[1]
     work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
     trial, delay = np.zeros(P.N_STATE), np.zeros(m)
-    tangents = Tangents(s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, max(m, 8))), np.zeros((12, m)))
+    tangents = Tangents(
+        s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((N_QUICK, 24)),
+        np.zeros((3, P.N_STATE)),
+    )  # fmt: skip
     t, grace, n_impacts = begin, 0.0, 0
     p[P.LAST_IMPACT] = -math.inf
     at_rest, driven = False, k[P.HOST_KIND] == P.DRIVEN

@@ -25,7 +25,7 @@ from ovines.core.sensitivity.columns import (
 )
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations
-from ovines.core.system.friction import bulirsch, smooth_step
+from ovines.core.system.friction import farkas_slope, smooth_step
 from ovines.core.system.host import ROTATION, Z, vertical_acceleration
 from ovines.core.system.kinematics import inverse_mass, levers, normal_here, place, relative_acceleration
 from ovines.core.system.packed import Contact, Face, System
@@ -37,22 +37,6 @@ N_GEOMETRY = 11
 
 
 @compiled
-def farkas_slope(ratio: float) -> tuple[float, float, float]:
-    """Farkas' F and T and the slope F' over the ratio; T' = -ratio F' (both forces have one potential)."""
-    k = ratio if ratio <= 1.0 else 1.0 / ratio
-    k2 = k * k
-    kc2 = (1.0 - k) * (1.0 + k)
-    if kc2 < 1e-30:
-        return 8.0 / (3.0 * math.pi), 8.0 / (9.0 * math.pi), 4.0 / (3.0 * math.pi)
-    first, b, c, d = bulirsch(k2, kc2)
-    second = b + kc2 * d
-    unit = 4.0 / (3.0 * math.pi)
-    if ratio <= 1.0:
-        return unit * k * (b + second), unit / 3.0 * ((4.0 - 2.0 * k2) * second - kc2 * first), unit * (2 * second - b)
-    return unit * (second + b), unit / 3.0 * k * (c + 3.0 * b - d), unit * k2 * k * (d - c)
-
-
-@compiled
 def floor_slopes(
     vx: float, vy: float, spin: float, radius: float, regularisation: float, coupling: float, out: Floats
 ) -> None:
@@ -61,30 +45,33 @@ def floor_slopes(
     ``out``: force x, y, torque (of :func:`ovines.core.system.friction.floor_friction` at strength 1); then each one's
     slopes over vx, vy, spin, radius.
     """
-    speed, rim = math.hypot(vx, vy), radius * abs(spin)
+    speed, rim = math.sqrt(vx * vx + vy * vy), radius * abs(spin)
     side = 1.0 if spin > 0.0 else -1.0
-    total = math.hypot(speed, rim)
+    total = math.sqrt(speed * speed + rim * rim)
     force, by_speed, by_rim = 0.0, 0.0, 0.0
     turn, turn_by_speed, turn_by_rim = 0.0, 0.0, 0.0
-    per_speed = 0.0  # force over speed
+    inverse = 1.0 / speed if speed > 0.0 else 0.0
     if coupling > 0.0:
-        smooth, slope = smooth_step(total / regularisation), 0.0
+        smooth, along_speed, along_rim = smooth_step(total / regularisation), 0.0, 0.0
         if total < 20.0 * regularisation:
             slope = (1.0 - smooth * smooth) / regularisation
-        along_speed, along_rim = (speed / total, rim / total) if total > 0.0 else (1.0, 0.0)
-        f, torque, f_speed, f_rim, t_speed, t_rim = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            along_speed, along_rim = (slope * speed / total, slope * rim / total) if total > 0.0 else (slope, 0.0)
+        f, torque, f_speed, cross, t_rim = 1.0, 0.0, 0.0, 0.0, 0.0  # cross: of the force over the rim's speed, and back
         if rim > 1e-12 * speed:
-            f, torque, steep = farkas_slope(speed / rim)
-            f_speed, f_rim = steep / rim, -steep * speed / (rim * rim)
-            t_speed, t_rim = f_rim, steep * speed * speed / (rim * rim * rim)
+            per_rim = 1.0 / rim
+            ratio = speed * per_rim
+            f, torque, steep = farkas_slope(ratio)
+            f_speed = steep * per_rim
+            cross = -f_speed * ratio
+            t_rim = -cross * ratio
         elif speed > 0.0:
-            t_rim = 0.25 / speed
+            t_rim = 0.25 * inverse
         force = coupling * f * smooth
-        by_speed = coupling * (f_speed * smooth + f * slope * along_speed)
-        by_rim = coupling * (f_rim * smooth + f * slope * along_rim)
+        by_speed = coupling * (f_speed * smooth + f * along_speed)
+        by_rim = coupling * (cross * smooth + f * along_rim)
         turn = coupling * torque * smooth
-        turn_by_speed = coupling * (t_speed * smooth + torque * slope * along_speed)
-        turn_by_rim = coupling * (t_rim * smooth + torque * slope * along_rim)
+        turn_by_speed = coupling * (cross * smooth + torque * along_speed)
+        turn_by_rim = coupling * (t_rim * smooth + torque * along_rim)
         if total == 0.0:
             turn_by_rim = 0.25 * coupling / regularisation
     if coupling < 1.0:
@@ -92,8 +79,8 @@ def floor_slopes(
         force += (1.0 - coupling) * smooth
         if speed < 20.0 * regularisation:
             by_speed += (1.0 - coupling) * (1.0 - smooth * smooth) / regularisation
-    per_speed = force / speed if speed > 1e-14 * rim and speed > 0.0 else by_speed
-    ux, uy = (vx / speed, vy / speed) if speed > 0.0 else (0.0, 0.0)
+    per_speed = force * inverse if speed > 1e-14 * rim and speed > 0.0 else by_speed
+    ux, uy = vx * inverse, vy * inverse
     bent = by_speed - per_speed
     out[0], out[1], out[2] = -per_speed * vx, -per_speed * vy, -radius * turn * side
     out[3], out[4] = -per_speed - bent * ux * ux, -bent * ux * uy

@@ -131,11 +131,25 @@ def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[floa
 
 
 @compiled
+def host_starts(t0: float, y0: Floats, system: System, scratch: Floats) -> None:
+    """What a sprung Host's free motion starts from at state ``y0``: three places and three rates beside its steady
+    response, into ``scratch[9:15]``; needed once for a flight.
+    """
+    if system.k[P.HOST_KIND] != P.SPRUNG:
+        return
+    for axis in range(3):
+        at = P.HOST + (4 if axis == ROTATION else axis)
+        rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
+        q, rate = sprung_response(t0, axis, system.p, system.drive)
+        scratch[9 + axis], scratch[12 + axis] = y0[at] - q, y0[rate_at] - rate
+
+
+@compiled
 def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> None:
     """Host state (x, y, angle and rates: first six of ``out``) ``s`` seconds after state ``y0`` at ``t0``, no contact.
 
-    Closed form for a fixed, free, driven and sprung Host; ``out`` has 9 places, the last three are
-    second rates for a driven Host and scratch otherwise.
+    Closed form for a fixed, free, driven and sprung Host; ``out`` has 15 places: the next three are second rates for
+    a driven Host and scratch otherwise, the last six what :func:`host_starts` left for ``y0``.
     """
     p, k, drive, table = system.p, system.k, system.drive, system.table
     kind = k[P.HOST_KIND]
@@ -150,14 +164,16 @@ def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> 
         out[2] = y0[P.HOST + 4] + s * y0[P.HOST + 5]
         out[3], out[4], out[5] = y0[P.HOST + 2], y0[P.HOST + 3], y0[P.HOST + 5]
     else:
+        sine, cosine, last_stiffness, last_damping = 0.0, 1.0, math.nan, math.nan
         for axis in range(3):
-            at = P.HOST + (4 if axis == ROTATION else axis)
-            rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
             inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
             stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
-            q, rate = sprung_response(t0, axis, p, drive)
-            q0, v0 = y0[at] - q, y0[rate_at] - rate
-            sine, cosine = decay(stiffness, damping, s)
+            q0, v0 = out[9 + axis], out[12 + axis]
             q, rate = sprung_response(t0 + s, axis, p, drive)
-            out[axis] = q + q0 * (cosine + 0.5 * damping * sine) + v0 * sine
-            out[3 + axis] = rate - stiffness * q0 * sine + v0 * (cosine - 0.5 * damping * sine)
+            if q0 != 0.0 or v0 != 0.0:
+                if stiffness != last_stiffness or damping != last_damping:  # most springs are alike along x and y
+                    sine, cosine = decay(stiffness, damping, s)
+                    last_stiffness, last_damping = stiffness, damping
+                q += q0 * (cosine + 0.5 * damping * sine) + v0 * sine
+                rate += v0 * (cosine - 0.5 * damping * sine) - stiffness * q0 * sine
+            out[axis], out[3 + axis] = q, rate

@@ -12,7 +12,7 @@ from ovines.core.system.host import base_motion
 from ovines.core.system.packed import Face, System
 from ovines.core.system.walls import contact_frame
 
-N_SCRATCH = 13  # base motion (9 values), then what `dynamics.derivatives` leaves
+N_SCRATCH = 15  # base motion (9 values), then what `dynamics.derivatives` or `host.host_starts` leaves
 
 
 @inlined
