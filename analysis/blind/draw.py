@@ -122,7 +122,7 @@ def draw_cases(
         else:
             causes, wall, drive = tuple(group.split("+")), "round", "sine"
         turn, turns[group] = turns[group], turns[group] + 1
-        drawn = np.exp(rng.uniform(*np.log(SEVERITIES), len(causes)))
+        drawn = np.exp(rng.uniform(np.log(SEVERITIES[0]), np.log(SEVERITIES[1]), len(causes)))
         severity = tuple(sizes[turn % len(sizes)] for _ in causes) if sizes else tuple(map(float, drawn))
         fewer = group in MADE_OF and rng.random() > FULL_RUNS_SHARE
         shots = int(rng.integers(min(FEWEST_RUNS, runs), runs + 1)) if fewer else runs

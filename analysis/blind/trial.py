@@ -56,8 +56,10 @@ def outlines(of: TrialPlan) -> Iterator[Outline]:
     seed = of.seed
     plan = draw_cases(of.count, np.random.default_rng([seed, 0]), of.kinds, of.sizes, of.runs)
     film = np.random.default_rng([seed, 0, 1]).permutation(len(FILMED))
-    names = [FILMED[film[i % len(FILMED)]] for i in range(of.filmed)]
-    plan += [Case(*(((), ()) if name == "none" else ((name,), (1.0,))), "image", FILMED_RUNS) for name in names]
+    for i in range(of.filmed):
+        name = FILMED[film[i % len(FILMED)]]
+        causes = () if name == "none" else (name,)
+        plan.append(Case(causes, (1.0,) * len(causes), "image", FILMED_RUNS))
     for index, case in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
         salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
