@@ -9,6 +9,7 @@ import numpy as np
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.recording_schema import Nominal
@@ -61,6 +62,16 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
         middle_s, later = _middle(starts_s)
         terms |= {"drift": a / (1 + a * middle_s), DRIFT_OF_RUN: b / (1 + b * later)}
     return terms
+
+
+def stated_laws(model: Nominal | None) -> list[WrittenLaw]:
+    """Laws of the flights that stand for effects to which ``[model.effect_parameters]`` gives sizes: a disk that rocks
+    after each impact."""
+    rocking = stated_sizes(model).get("nes_rocking")
+    if rocking is None:
+        return []
+    since = Factor("since", "exponential", 1.0, rocking["decay_s"])
+    return [WrittenLaw((Term("floor_friction", rocking["relative"], (since,)),))]
 
 
 def share_at_start(terms: Mapping[str, float], starts_s: Sequence[float]) -> float:

@@ -49,7 +49,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
-    laws, ladder = write_laws(run_ladder(series, rng, withheld), rng)
+    laws, ladder = write_laws(run_ladder(series, rng, withheld), rng, withheld)
     causes = ladder.causes
     errors, table = held_out_errors(ladder, causes)
     found = how_far(ladder, errors, causes)

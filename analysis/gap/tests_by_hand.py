@@ -7,6 +7,8 @@ NEXT_TEST: dict[str, str] = {
     "stopping distance gives mu_s alone.",
     "spin_coupling": "Flick the disk once without spin and once with a fast one: with coupling the spinning disk "
     "slides further.",
+    "nes_rocking": "Film an impact from the side, in the plane of the floor: a disk that rocks lifts its rim for "
+    "the time found.",
     "viscous_drag": "Let the disk coast over twice the distance at 2 m/s and at 0.5 m/s: drag proportional to v keeps "
     "the relative loss equal.",
     "air_drag": "Let the disk coast at 2 m/s and at 0.5 m/s, and once with a card of twice its area on it: quadratic "

@@ -41,10 +41,13 @@ def load_series(
     """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their
     entries.  ``laws``: files of written laws that the nominal model holds beside those of ``[model]``.
     """
+    from analysis.flights.stated_terms import stated_laws
     from analysis.gap.series import from_motions, from_points
     from analysis.motion.bodies import motion_from_points
 
-    held = _laws(recordings, laws)
+    held = [*stated_laws(recordings[0].model), *_laws(recordings, laws)]
+    if sum(len(law.terms) for law in held) > MOST_TERMS:
+        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
     entries = [recording.entry() for recording in recordings]
     if "impacts" in entries:
         raise InputError(
@@ -127,8 +130,6 @@ def _laws(recordings: Sequence[Recording], files: Sequence[Path]) -> list[Writte
             raise InputError(
                 f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
             )
-    if sum(len(law.terms) for law in held) > MOST_TERMS:
-        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
     return held
 
 

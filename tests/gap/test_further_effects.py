@@ -30,6 +30,7 @@ FAST = [
     ("restitution_drift", "impact", "white", 12),
     ("host_recoil", "drive", "warp", 13),
     ("motion_blur", "measurement", "ar1", 14),
+    ("nes_rocking", "flight", "white", 21),
 ]
 SLOW = [
     ("host_ringing", "drive", "white", 15),
@@ -111,6 +112,7 @@ def test_nothing_of_it_is_in_a_series_without_effect(diagnosed):
         pytest.param("inertia_error", "geometry", "tangential impulse", marks=pytest.mark.long),
         pytest.param("restitution_drift", "impact", "run", marks=pytest.mark.long),
         pytest.param("host_sway", "drive", "beside the drive", marks=pytest.mark.long),
+        pytest.param("nes_rocking", "flight", "since the impact", marks=pytest.mark.long),
     ],
 )
 def test_withheld_it_is_unknown_where_it_lies(diagnosed, without_laws, effect, stage, word):
@@ -125,6 +127,7 @@ def test_withheld_it_is_unknown_where_it_lies(diagnosed, without_laws, effect, s
     ("effect", "size", "seed"),
     [
         ("restitution_drift", 0.35, 12),
+        ("nes_rocking", 0.35, 21),
         *(
             pytest.param(one, 1.0, 23, marks=pytest.mark.long)
             for one in (

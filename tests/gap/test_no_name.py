@@ -20,11 +20,10 @@ CASES = [
     ("unknown_slipped_marker", 0.35, "warp", "measurement", "marker N3"),
     ("unknown_rolling_shutter", 0.35, "ar1", "measurement", "velocity"),
     ("unknown_handed_wall_friction", 0.35, "ar1", "impact", "direction of slip"),
-    ("unknown_settling_friction", 0.35, "warp", "flight", "since the impact"),
+    ("unknown_swirl", 0.35, "warp", "flight", "swirl"),
 ]
 MORE = [
     ("unknown_wall_pull", 1.0, "white", "flight", "pull"),
-    ("unknown_swirl", 0.35, "warp", "flight", "swirl"),
     ("unknown_weakening_friction", 1.0, "ar1", "flight", "sliding speed"),
     ("unknown_rail_drag", 0.35, "ar1", "flight", ""),
     ("unknown_swaying_floor", 1.0, "white", "flight", ""),

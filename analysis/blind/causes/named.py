@@ -22,7 +22,7 @@ CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UN
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
 RIVALS = (
     ("floor_friction", "spin_coupling", "friction_drift"),
-    ("nes_rocking", "unknown_settling_friction", "unknown_hop"),
+    ("nes_rocking", "unknown_hop"),
     ("host_recoil", "host_ringing", "host_sway"),
     (
         "finite_contact_time",

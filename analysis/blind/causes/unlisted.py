@@ -99,7 +99,6 @@ UNLISTED = [
     Cause("unknown_rail_drag", "flight", False, changes({"rail_per_s": 0.7}, ("rail_rad",))),
     Cause("unknown_swaying_floor", "flight", False, _sway),
     Cause("unknown_ridge", "flight", False, _ridge),
-    Cause("unknown_settling_friction", "flight", False, changes({"settling": 0.6})),
     Cause("unknown_restless_restitution", "impact", False, changes({"rest_amplitude": 0.2})),
     Cause("unknown_slip_restitution", "impact", False, changes({"slip_restitution_s_per_m": 0.15})),
     Cause("unknown_handed_wall_friction", "impact", False, changes({"handed": 0.4}, signed=True)),

@@ -82,6 +82,7 @@ def find_flight_law(
         others_of(found, frame),
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
+        (law.runs, law.fit),
     )
     return told, steps
 

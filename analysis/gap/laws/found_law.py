@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.runs import Run
 from analysis.gap.laws.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.search import Found, Rival
+from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import WrittenLaw
@@ -34,7 +36,7 @@ class Other:
 class LawFound:
     """``law`` in the world's frame and ``rig_law`` in the rig's; ``numbers`` name -> (value, sd, unit) in the world;
     ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``;
-    ``paths`` of the flights by run, before and after."""
+    ``paths`` of the flights by run, before and after; ``fitted``: runs that hold a flights' law, their fit."""
 
     law: WrittenLaw
     rig_law: WrittenLaw
@@ -46,6 +48,7 @@ class LawFound:
     others: tuple[Other, ...]
     evidence: Evidence | None = None
     paths: tuple[list[Array], list[Array]] | None = None
+    fitted: tuple[tuple[Run, ...], FlightFit] | None = None
 
     def shrinkage(self, rng: np.random.Generator) -> tuple[float, float, float]:
         """Share of the gap that the law closes on runs that its coefficients have not seen, with a 90 % interval over

@@ -1,4 +1,5 @@
-"""The laws of a diagnosis: one for each stage in which something is left."""
+"""The laws of a diagnosis: one for each stage in which something is left.  A law that is an effect of the library is
+told by its name, and the ladder holds it like any other effect."""
 
 from __future__ import annotations
 
@@ -6,16 +7,28 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
+from analysis.gap.selection.flight_candidates import gains
+from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.laws.terms import WrittenLaw
+
+#: effects that are found by the search of laws
+NAMED_BY_LAW = ("nes_rocking",)
+# A friction law counts as the disk's rocking where it takes no more than the friction that there is.
+MOST_OF_FRICTION = -1.0
 
 
-def write_laws(ladder: Ladder, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Ladder]:
+def write_laws(
+    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+) -> tuple[tuple[LawFound, ...], Ladder]:
     """Laws for what is left in flights, impacts and the wall's shape, in this order, none where nothing is left or
-    chance would find as much; and the ladder without the named effects that had imitated a part of a law.
+    chance would find as much; and the ladder without the named effects that had imitated a part of a law, and with the
+    effect that a law is, unless it is ``withheld``.
 
     A law comes on top of what the named effects explain, and is asked of the same runs."""
     left = {one.stage for one in ladder.structure}
@@ -24,12 +37,73 @@ def write_laws(ladder: Ladder, rng: np.random.Generator) -> tuple[tuple[LawFound
     laws: list[LawFound | None] = []
     if "flight" in left:
         law, steps = find_flight_law(runs, ladder.flights, frame, rng)
-        laws.append(law)
         gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
         causes = tuple(c for c in ladder.causes if c.effect not in gone)
         ladder = replace(ladder, flights=steps, causes=causes)
+        named = None if law is None or withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
+        ladder = named or ladder
+        laws.append(None if named else law)
     if impacts is not None and "impact" in left:
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
         laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
     return tuple(one for one in laws if one is not None), ladder
+
+
+def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]]] | None:
+    """The effect of the library that a law of the flights is, with its parameters and their sds; None where it is none.
+
+    Friction that is less by a share which dies out exponentially after each impact is ``nes_rocking``."""
+    if not _is_rocking(law.rig_law):
+        return None
+    (relative, relative_sd, _), (decay_s, decay_sd_s, _) = (
+        law.numbers[name] for name in ("coefficient", "since_scale_s")
+    )
+    return NAMED_BY_LAW[0], {"relative": (relative, relative_sd), "decay_s": (decay_s, decay_sd_s)}
+
+
+def _is_rocking(law: WrittenLaw) -> bool:
+    if len(law.terms) != 1 or law.terms[0].target != "floor_friction" or len(law.terms[0].factors) != 1:
+        return False
+    factor = law.terms[0].factors[0]
+    return (
+        factor.quantity == "since"
+        and factor.function == "exponential"
+        and MOST_OF_FRICTION <= law.terms[0].coefficient < 0.0
+    )
+
+
+def with_named_law(ladder: Ladder, law: LawFound, rng: np.random.Generator) -> Ladder | None:
+    """The ladder in whose flights a named law acts, and in which only what is left beside it is structure; None where
+    the law has no name."""
+    named = named_effect(law)
+    if named is None or law.fitted is None:
+        return None
+    effect, parameters = named
+    runs, fit = law.fitted
+    told = max((s for s in ladder.structure if s.stage == "flight"), key=lambda s: s.strength)
+    cause = Cause(effect, "flight", parameters, told.strength, told.gain, told.coordinate, told.phase)
+    strongest = max([cause.strength, *(c.strength for c in ladder.flights.causes)])
+    units = ladder.flights.units
+    left, left_p = left_in_flights(runs, fit, units, rng, strongest * units.negligible_m_per_s2)
+    structure = [] if left is None else [left]
+    names = {c.effect for c in ladder.flights.causes}
+    asked = gains(fit, [g.term for g in (*ladder.flights.kept, *ladder.flights.left)], units)
+    steps = replace(
+        ladder.flights,
+        fitted=fit,
+        named=fit,
+        causes=(*ladder.flights.causes, cause),
+        structure=tuple(structure),
+        left=tuple(g for g in asked if g.term.name not in names),
+        kept=tuple(g for g in asked if g.term.name in names),
+        left_p=left_p,
+    )
+    structure += [s for s in ladder.structure if s.stage != "flight"]
+    return replace(
+        ladder,
+        series=replace(ladder.series, runs=runs),
+        flights=steps,
+        causes=tuple(sorted((*ladder.causes, cause), key=lambda c: -c.strength)),
+        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+    )

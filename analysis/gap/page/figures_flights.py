@@ -16,6 +16,7 @@ from analysis.gap.selection.missing_acceleration import (
 
 # (component, covariate): columns of :func:`analysis.gap.selection.missing_acceleration.missing_acceleration`
 VIEWS: dict[str, tuple[tuple[str, str], ...]] = {
+    "nes_rocking": (("along sliding", "time since the impact before"), ("along sliding", "sliding speed")),
     "floor_friction": (("along sliding", "sliding speed"), ("along sliding", "time in the run")),
     "spin_coupling": (("along sliding", "rim over sliding speed"), ("along sliding", "sliding speed")),
     "viscous_drag": (("along the path", "speed"), ("along sliding", "sliding speed")),

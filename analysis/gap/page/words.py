@@ -17,6 +17,10 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "Vertical motion of the Host",
         "its vertical acceleration changes the floor load and with it the friction",
     ),
+    "nes_rocking": (
+        "Rocking of the disk",
+        "the floor brakes the disk less after each impact",
+    ),
     "friction_drift": ("Drift of the friction", "the floor friction changes over a run or over the series"),
     "speed_dependent_restitution": ("Restitution that depends on speed", "harder impacts give back another share"),
     "direction_dependent_restitution": (
