@@ -127,11 +127,13 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     sd = np.where(np.isfinite(sd), sd, np.nanmedian(sd) if np.isfinite(sd).any() else FIRST_GUESS_SD_PX)
     sd = np.maximum(sd, 0.5 * np.nanmedian(sd))  # no marker outweighs the others
     body = np.array([-1] * len(still) + [k for k, name in enumerate(MOVING) for _ in bodies[name].markers])
-    places = [np.nanmedian(xyz[:, : len(still)], 0)] if still else []
-    layout = np.concatenate([*places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
+    places = np.zeros((len(still), 3))  # of a marker that both cameras never saw at once: used nowhere
+    told = np.isfinite(xyz[:, : len(still), 0]).any(0)
+    places[told] = np.nanmedian(xyz[:, np.flatnonzero(told)], 0)
+    layout = np.concatenate([places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
     keep = np.logical_and.reduce(enough)
-    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, np.nan_to_num(layout), xyz[keep])
+    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep])
 
 
 def poses_of(run: Sightings) -> Array:
