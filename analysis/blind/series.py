@@ -44,14 +44,16 @@ def draw_host(
     """Host lines (n, 7) of one run: the drive, chiefly along x, an overtone, a crosswise share, and the vertical
     motion."""
     drive = 2.0 * np.pi * place.drive_hz
-    phase = rng.uniform(0.0, 2.0 * np.pi, 2)
+    phase = rng.uniform(0.0, 2.0 * np.pi, 3)
+    amplitude_m = acceleration_g * 9.81 / drive**2 * (1 + rng.normal(0.0, 1e-3))
     beside = np.zeros((3, 7))
     beside[:, :4] = [
-        [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[0]],
-        [1, rng.uniform(0.03, 0.16) * 1e-3, drive, phase[1]],
+        [0, rng.uniform(0.05, 0.21) * 1e-3, 2 * drive, phase[1]],
+        [1, rng.uniform(0.03, 0.16) * 1e-3, drive, phase[2]],
         [3, vertical_m, drive, vertical_phase_rad],
     ]
-    lines = np.vstack([draw_drive(place.drive, acceleration_g, place.drive_hz, START_S, LONGEST_S, rng), beside])
+    sine = (amplitude_m, drive, float(phase[0]))
+    lines = np.vstack([draw_drive(place.drive, sine, START_S, LONGEST_S, rng), beside])
     if acceleration_g == 0.0:
         lines[:, 1] = 0.0
     return lines

@@ -129,8 +129,8 @@ def covered(seeds: range, count: int) -> np.ndarray:
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    # 30 series: 90 % +- 5.5 %.
-    share = covered(range(1000, 1030), 25)
+    # 60 series: 90 % +- 3.9 %; the bounds are two and a half sd.
+    share = covered(range(1000, 1060), 25)
     assert np.all(share > 0.80), share
 
 
@@ -141,14 +141,12 @@ def test_coverage_lies_between_85_and_95_percent(count):
     assert np.all((share > 0.85) & (share < 0.95)), share
 
 
-@pytest.mark.parametrize(
-    ("sliding", "count"), [(2, 40), (6, 25), *(pytest.param(n, 200, marks=pytest.mark.long) for n in (2, 3, 6))]
-)
-def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding, count):
+@pytest.mark.parametrize("sliding", [2, 3, 6])
+def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding):
     """Friction that differs by 2 % from impact to impact, beside forty sticking impacts that follow the law exactly:
     their exactness is no evidence on the friction, and one of two that slide is no outlier."""
     held = []
-    for seed in range(count):
+    for seed in range(80):
         rng = np.random.default_rng([9, seed])
         stick = series(rng, 40, scatter=0.0, sd=1e-4, slip=(0.0, 0.2))
         slide = series(rng, sliding, scatter=0.0, sd=1e-4, slip=(1.5, 2.5))

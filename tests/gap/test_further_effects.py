@@ -69,10 +69,7 @@ def test_a_small_effect_is_named_with_its_size(diagnosed, effect, stage, noise, 
     _, found, truth = diagnosed(effect, 0.35, seed, noise)
     summary = found.summary
     assert (summary["verdict"], summary["effects"], summary["stage"]) == ("effect", [effect], stage)
-    gap = summary["gap"]
-    assert summary["probabilities"][effect] > 0.4
-    # A drift of 8 % under a scatter of 4 % leaves the share open: 0.47 (-0.59 to 0.82) in eight runs.
-    assert gap["shrinkage"] > 0.3 and gap["shrinkage_high"] > 0.6
+    assert summary["probabilities"][effect] > 0.4 and summary["gap"]["shrinkage"] > 0.6
     told = summary["parameters"][effect]
     for name, true in truth["parameters"][effect].items():
         value, sd = told[name]["value"], (told[name]["high"] - told[name]["low"]) / (2 * 1.645)
@@ -130,17 +127,11 @@ def test_withheld_it_is_unknown_where_it_lies(diagnosed, without_laws, effect, s
     ("effect", "size", "seed"),
     [
         ("restitution_drift", 0.35, 12),
+        ("restitution_drift", 1.0, 23),
         ("nes_rocking", 0.35, 21),
         *(
             pytest.param(one, 1.0, 23, marks=pytest.mark.long)
-            for one in (
-                "restitution_drift",
-                "wall_lobes",
-                "inertia_error",
-                "host_recoil",
-                "host_ringing",
-                "host_sway",
-            )
+            for one in ("wall_lobes", "inertia_error", "host_recoil", "host_ringing", "host_sway")
         ),
         # Known fault: a second diagnosis calls something unknown beside a blur that [model] states.
         pytest.param("motion_blur", 1.0, 23, marks=[pytest.mark.long, pytest.mark.xfail(strict=True)]),

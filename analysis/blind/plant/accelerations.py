@@ -27,7 +27,7 @@ def host_pose(time: float, host: Floats) -> tuple[Floats, Floats, Floats]:
         s, c = np.sin(phase), np.cos(phase)
         position[axis] += amplitude * s
         velocity[axis] += amplitude * omega * c
-        acceleration[axis] += amplitude * (host[i, 6] * c - omega**2 * s)
+        acceleration[axis] += amplitude * host[i, 6] * c - amplitude * omega**2 * s
     return position, velocity, acceleration
 
 

@@ -80,8 +80,8 @@ def tracks_of(
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
         if index == 1:
             pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
-            grown = 1.0 + errors.zoom * np.linspace(0.0, 1.0, frames)
-            pixels = view.centre_px + (pixels - view.centre_px) * grown[:, None, None]
+            grown = errors.zoom * np.linspace(0.0, 1.0, frames)
+            pixels = pixels + (pixels - view.centre_px) * grown[:, None, None]
             if errors.lost_frame_share > 0.0:
                 late = np.arange(frames) >= errors.lost_frame_share * frames
                 pixels = np.where(late[:, None, None], np.roll(pixels, -1, axis=0), pixels)[: frames - 1]
