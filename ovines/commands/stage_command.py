@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ovines.pipeline.one_recording import Outcome
-from ovines.pipeline.series import run_series
+from ovines.pipeline.series import Workers, run_series
 from ovines.workers.budget import add_yes
 
 
@@ -39,10 +39,9 @@ def run(args: argparse.Namespace, only: str | None = None) -> int:
         out,
         only,
         args.force,
-        args.jobs,
         figures=getattr(args, "figures", False),
-        cluster=args.cluster,
         yes=args.yes,
+        workers=Workers(args.jobs, args.cluster),
     )
     return tell(outcomes)
 

@@ -6,7 +6,7 @@ import os
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,23 +28,31 @@ from ovines.workers.budget import refuse_cost
 from ovines.workers.orphans import die_with
 
 
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work: ``jobs`` processes (0: as many as there are cores), or the workers of the Dask scheduler at
+    ``cluster``; ``bars`` show how far they are.
+    """
+
+    jobs: int = 1
+    cluster: str | None = None
+    bars: bool = True
+
+
 def run_series(
     folder: Path,
     out: Path,
     only: str | None = None,
     force: bool = False,
-    jobs: int = 1,
-    bars: bool = True,
     figures: bool = False,
-    cluster: str | None = None,
     yes: bool = False,
+    workers: Workers = Workers(),
 ) -> list[Outcome]:
     """Run the recording or every recording of the series ``folder``; results in ``out`` or its subfolders.
 
     A recording's results go into ``out`` itself, those of a series into ``out / name of the recording's folder``,
-    with the joint identification and a page over all of them in ``out``.  With ``jobs`` > 1 recordings run in as
-    many processes, with ``cluster`` on the workers of that Dask scheduler; the results are the same bytes.
-    ``figures`` also writes every figure as SVG and PDF.
+    with the joint identification and a page over all of them in ``out``; whoever the ``workers``, the results are the
+    same bytes.  ``figures`` also writes every figure as SVG and PDF.
     """
     folders = series_folders(folder)
     single = is_recording(folder)
@@ -57,11 +65,11 @@ def run_series(
         refuse_large(one, yes)
 
     def run_all(some: list[tuple[Path, Path]], last: str | None, again: bool) -> list[Outcome]:
-        if cluster is not None:
-            return run_on_cluster(some, last, again, figures, cluster, bars)
-        if jobs == 1 or len(some) == 1:
-            return [run_one(one, target, last, again, bars, figures, not single) for one, target in some]
-        return _in_processes(some, last, again, jobs, bars, figures)
+        if workers.cluster is not None:
+            return run_on_cluster(some, last, again, figures, workers.cluster, workers.bars)
+        if workers.jobs == 1 or len(some) == 1:
+            return [run_one(one, target, last, again, workers.bars, figures, not single) for one, target in some]
+        return _in_processes(some, last, again, workers.jobs, workers.bars, figures)
 
     if single or only not in (None, *WITH_LENS):
         outcomes = run_all(tasks, only, force)

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from ovines.pipeline.cluster import run_on_cluster
-from ovines.pipeline.series import run_series
+from ovines.pipeline.series import Workers, run_series
 from tests.conftest import refused
 
 distributed = pytest.importorskip("distributed")
@@ -39,9 +39,11 @@ def test_a_killed_worker_loses_nothing_and_changes_nothing(small_series, tmp_pat
     killed: list[str] = []
     thread = threading.Thread(target=killer, args=(cluster, tmp_path / "far", killed), daemon=True)
     thread.start()
-    far = run_series(small_series, tmp_path / "far", "identify", bars=False, cluster=cluster.scheduler_address)
+    far = run_series(
+        small_series, tmp_path / "far", "identify", workers=Workers(cluster=cluster.scheduler_address, bars=False)
+    )
     thread.join(60)
-    near = run_series(small_series, tmp_path / "near", "identify", bars=False)
+    near = run_series(small_series, tmp_path / "near", "identify", workers=Workers(bars=False))
     assert killed, "no worker was killed: the test shows nothing"
     assert [one.status for one in far] == [one.status for one in near] == ["done"] * 4, far
     tables = sorted(path.relative_to(tmp_path / "near") for path in (tmp_path / "near").rglob("*.parquet"))

@@ -28,7 +28,7 @@ from ovines.importers.files import read_values
 from ovines.io.nesting import DEEPEST
 from ovines.io.toml_input import read_toml
 from ovines.pipeline.one_recording import Outcome
-from ovines.pipeline.series import run_series
+from ovines.pipeline.series import Workers, run_series
 from ovines.recording import read_recording, series_folders
 from ovines.workers.budget import given_up, in_words, refuse_cost, within_budget
 from tests.conftest import bouncing_motion, recording_toml, refused, two_cameras, write_small_recording
@@ -432,7 +432,9 @@ class Lost:
 def test_a_scheduler_that_goes_away(small_series, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("ovines.pipeline.cluster.connect", lambda address: Lost())
-    outcomes = run_series(small_series, tmp_path / "out", "triangulate", cluster="tcp://x:1", bars=False)
+    outcomes = run_series(
+        small_series, tmp_path / "out", "triangulate", workers=Workers(cluster="tcp://x:1", bars=False)
+    )
     assert [one.status for one in outcomes] == ["done", "refused", "refused"]
     assert "scheduler went away" in outcomes[1].message and "finished stages are kept" in outcomes[2].message
 

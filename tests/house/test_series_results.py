@@ -6,7 +6,7 @@ import pytest
 
 from ovines.pipeline.one_recording import run_one
 from ovines.pipeline.pages import FIGURES
-from ovines.pipeline.series import run_series
+from ovines.pipeline.series import Workers, run_series
 from ovines.pipeline.series_results import write_series_results
 from ovines.recording import read_recording
 from ovines.tables import read_table
@@ -19,7 +19,7 @@ def run_of_two(tmp_path_factory):
     folder = tmp_path_factory.mktemp("two") / "series"
     for number in (1, 2):
         write_small_recording(folder / f"run-{number:02d}", seed=number)
-    outcomes = run_series(folder, folder.parent / "out", bars=False, figures=True)
+    outcomes = run_series(folder, folder.parent / "out", workers=Workers(bars=False), figures=True)
     assert [one.status for one in outcomes] == ["done"] * 3, [one.message for one in outcomes]
     return folder, folder.parent / "out", outcomes
 
@@ -69,7 +69,7 @@ def test_figures_are_files_and_those_of_an_earlier_page_go(run_of_two):
         names = {path.suffix for path in (place / FIGURES).iterdir()}
         assert names == {".svg", ".pdf"}
     (out / "run-01" / FIGURES / "mine.txt").write_text("kept")
-    run_series(folder, out, "report", force=True, bars=False)
+    run_series(folder, out, "report", force=True, workers=Workers(bars=False))
     assert [path.name for path in (out / "run-01" / FIGURES).iterdir()] == ["mine.txt"]
     assert not (out / FIGURES).exists()
 
@@ -113,12 +113,12 @@ def test_runs_of_a_series_share_one_lens_field_whatever_the_jobs(tmp_path):
     written = []
     for jobs in (1, 2):
         out = tmp_path / f"out-{jobs}"
-        outcomes = run_series(folder, out, only="lens", jobs=jobs, bars=False)
+        outcomes = run_series(folder, out, only="lens", workers=Workers(jobs, bars=False))
         assert [one.status for one in outcomes] == ["done"] * 2, [one.message for one in outcomes]
         tables = [read_table(out / name / "lens_terms.parquet", "lens_terms") for name in (".", "run-01", "run-02")]
         assert tables[0].equals(tables[1]) and tables[0].equals(tables[2])
         assert tables[0].set_index("term").loc["frames", "value"] > 390  # of both runs
         written.append((out / "run-01" / "lens_terms.parquet").read_bytes())
     assert written[0] == written[1]
-    again = run_series(folder, out, only="lens", bars=False)
+    again = run_series(folder, out, only="lens", workers=Workers(bars=False))
     assert [one.stages["lens"] for one in again] == ["up to date"] * 2

@@ -109,7 +109,14 @@ def _estimate(
     posterior = _posterior(whole, lattices, calibration)
     sureness, gain = _held_out(blocks, posterior.expected)
     used = sureness > SURE_SD and gain > 0
-    terms = _terms_table(posterior, lattices, pair, runs, used, sureness, gain, noise, frames)
+    quality = {
+        "used": (float(used), np.nan),
+        "frames": (float(frames), np.nan),
+        "held_out_sds": (sureness, 1.0),
+        "held_out_squares": (gain, np.nan),
+        "noise_over_sd": (float(np.sqrt(noise)), np.nan),
+    }
+    terms = _terms_table(quality, posterior, open_terms(lattices, pair, runs))
     words = (
         f"lens field of {posterior.amplitude_px:.2g} px over {posterior.length_px:.0f} px"
         if used
@@ -246,24 +253,11 @@ def field_table(posterior: Posterior, lattices: Sequence[Lattice], cameras: Sequ
     return pd.concat(tables, ignore_index=True)
 
 
-def _terms_table(
-    posterior: Posterior,
-    lattices: Sequence[Lattice],
-    cameras: Sequence[Camera],
-    runs: Sequence[Sightings],
-    used: bool,
-    sureness: float,
-    gain: float,
-    noise: float,
-    frames: int,
-) -> pd.DataFrame:
-    by_field = open_terms(lattices, cameras, runs)
+def _terms_table(quality: dict[str, tuple[float, float]], posterior: Posterior, by_field: Array) -> pd.DataFrame:
+    """Table ``lens_terms``: ``quality`` (value, sd), the prior found, and the open terms, ``by_field`` along the
+    field's coefficients, with and without the recordings."""
     rows = [
-        ("used", float(used), np.nan),
-        ("frames", float(frames), np.nan),
-        ("held_out_sds", sureness, 1.0),
-        ("held_out_squares", gain, np.nan),
-        ("noise_over_sd", float(np.sqrt(noise)), np.nan),
+        *((term, *told) for term, told in quality.items()),
         ("amplitude_px", posterior.amplitude_px, np.nan),
         ("length_px", posterior.length_px, np.nan),
     ]

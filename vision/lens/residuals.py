@@ -163,17 +163,43 @@ def poses_of(run: Sightings) -> Array:
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A run's markers where the rigid fits put them: ``poses`` of :func:`poses_of`, ``world_m`` (F, M, 3), ``uv_px``
+    (F, M, 2 cameras, 2), the second camera's ``speed_px_per_s`` (F, M, 2), ``residual_px`` as ``uv_px``, and which
+    markers to ``use`` (F, M).
+    """
+
+    poses: Array
+    world_m: Array
+    uv_px: Array
+    speed_px_per_s: Array
+    residual_px: Array
+    use: Bools
+
+    def part(self, frames: slice) -> Fitted:
+        """Of these frames."""
+        return Fitted(
+            self.poses[frames],
+            self.world_m[frames],
+            self.uv_px[frames],
+            self.speed_px_per_s[frames],
+            self.residual_px[frames],
+            self.use[frames],
+        )
+
+
 def linear_parts(run: Sightings, cameras: Sequence[Camera], lattices: Sequence[Lattice]) -> Iterator[Linear]:
     """The run as whitened linear equations, some hundred frames at a time."""
     poses = poses_of(run)
-    model = _modelled(run, poses)
-    uv = [camera.project(model) for camera in cameras]
-    speed = np.gradient(uv[1], run.time_s, axis=0) if len(run.frame) > 2 else np.zeros_like(uv[1])
-    residual = run.uv_px - np.stack(uv, 2)
-    use = _without_outliers(residual)
+    world = _modelled(run, poses)
+    uv = np.stack([camera.project(world) for camera in cameras], 2)
+    speed = np.gradient(uv[:, :, 1], run.time_s, axis=0) if len(run.frame) > 2 else np.zeros_like(uv[:, :, 1])
+    residual = run.uv_px - uv
+    fitted = Fitted(poses, world, uv, speed, residual, _without_outliers(residual))
     for first in range(0, len(run.frame), _FRAMES_AT_ONCE):
         part = slice(first, first + _FRAMES_AT_ONCE)
-        yield _linear(run, cameras, lattices, model, uv, poses, residual, use, speed, part)
+        yield _linear(run.body, run.sd_px[part], fitted.part(part), cameras, lattices)
 
 
 def _modelled(run: Sightings, poses: Array) -> Array:
@@ -203,53 +229,44 @@ def _without_outliers(residual: Array) -> Bools:
 
 
 def _linear(
-    run: Sightings,
-    cameras: Sequence[Camera],
-    lattices: Sequence[Lattice],
-    model: Array,
-    modelled_px: Sequence[Array],
-    poses: Array,
-    residual: Array,
-    use: Bools,
-    speed: Array,
-    part: slice,
+    body: NDArray[np.int64], sd_px: Array, fitted: Fitted, cameras: Sequence[Camera], lattices: Sequence[Lattice]
 ) -> Linear:
-    x, use = model[part], use[part]
-    frames, markers = use.shape
-    weight = np.where(use[..., None], 1 / run.sd_px[part], 0.0)  # (F, M, 2)
+    x, poses = fitted.world_m, fitted.poses
+    frames, markers = fitted.use.shape
+    weight = np.where(fitted.use[..., None], 1 / sd_px, 0.0)  # (F, M, 2)
     by_point = np.stack([camera.project_with_jacobian(x)[1] for camera in cameras], 2) * weight[..., None, None]
     by_pose = np.zeros((frames, markers, 2, 2, _N_POSE))
     others = np.zeros((frames, markers, 2, 2, 3 * markers + N_SHARED))
     for k in range(len(MOVING)):
-        own = np.flatnonzero(run.body == k)
-        arm = x[:, own] - np.concatenate([poses[part, k, :2], np.zeros((frames, 1))], 1)[:, None]
+        own = np.flatnonzero(body == k)
+        arm = x[:, own] - np.concatenate([poses[:, k, :2], np.zeros((frames, 1))], 1)[:, None]
         by_pose[:, own, ..., 3 * k : 3 * k + 2] = by_point[:, own, ..., :2]
         turn = np.stack([-arm[..., 1], arm[..., 0]], -1)
         turned = np.einsum("fmcij,fmj->fmci", by_point[:, own, ..., :2], turn)
         by_pose[:, own, ..., 3 * k + 2 : 3 * k + 3] = turned[..., None]
         by_pose[:, own, ..., 6:] = by_point[:, own, ..., 2:]
-        cosine, sine = np.cos(poses[part, k, 2])[:, None, None], np.sin(poses[part, k, 2])[:, None, None]
+        cosine, sine = np.cos(poses[:, k, 2])[:, None, None], np.sin(poses[:, k, 2])[:, None, None]
         for m in own:
             along = by_point[:, m]
             others[:, m, ..., 3 * m] = cosine * along[..., 0] + sine * along[..., 1]
             others[:, m, ..., 3 * m + 1] = -sine * along[..., 0] + cosine * along[..., 1]
             others[:, m, ..., 3 * m + 2] = along[..., 2]
-    for m in np.flatnonzero(run.body < 0):
+    for m in np.flatnonzero(body < 0):
         others[:, m, ..., 3 * m : 3 * m + 3] = by_point[:, m]
     shared = others[..., 3 * markers :]
-    on_plane = by_point[..., 2] * (run.body >= 0)[:, None, None]  # what stands still is where it was seen
+    on_plane = by_point[..., 2] * (body >= 0)[:, None, None]  # what stands still is where it was seen
     shared[..., PLANE_X] = on_plane * x[:, :, None, None, 0]
     shared[..., PLANE_Y] = on_plane * x[:, :, None, None, 1]
-    shared[:, :, 1, :, LATE] = speed[part] * weight[:, :, 1, None]
+    shared[:, :, 1, :, LATE] = fitted.speed_px_per_s * weight[:, :, 1, None]
     shared[:, :, 1, 0, WINDOW_U] = shared[:, :, 1, 1, WINDOW_V] = weight[:, :, 1]
-    values = np.where(use[..., None, None], residual[part], 0.0) * weight[..., None]
+    values = np.where(fitted.use[..., None, None], fitted.residual_px, 0.0) * weight[..., None]
     q = np.linalg.qr(by_pose.reshape(frames, -1, _N_POSE))[0].reshape(by_pose.shape)
     # At the pixels of the poses: those that were measured would multiply their noise with itself.
     basis = tuple(
-        lattice.basis(modelled_px[c][part].reshape(-1, 2)).reshape(frames, markers, -1) * weight[:, :, c, None]
+        lattice.basis(fitted.uv_px[:, :, c].reshape(-1, 2)).reshape(frames, markers, -1) * weight[:, :, c, None]
         for c, lattice in enumerate(lattices)
     )
-    sds = [STILL_SD_M if body < 0 else MARKER_SD_M for body in run.body]
+    sds = [STILL_SD_M if one < 0 else MARKER_SD_M for one in body]
     return Linear((basis[0], basis[1]), others, values, q, np.concatenate([*sds, SHARED_SD]) ** -2.0)
 
 
