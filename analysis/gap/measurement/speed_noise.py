@@ -2,6 +2,7 @@
 
 A frame that is late moves a body along its way; a marker smeared over the exposure is found less well in any direction.
 The squares of the Host's residual tell the two apart: along each axis ``noise^2 + jitter^2 v_axis^2 + blur^2 |v|^2``.
+Each run has a noise of its own: a short run under a strong random drive leaves more of its path, and goes faster.
 """
 
 from __future__ import annotations
@@ -27,17 +28,22 @@ def speed_noise(series: Series) -> list[Finding]:
     Where nothing is smeared, the axis that moves most tells the jitter by itself."""
     pairs = [_residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1)) for run in series.runs
              if run.data.host.omega_rad_per_s]  # fmt: skip
+    pairs = [pair for pair in pairs if len(pair[0])]
     if not pairs:
         return []
-    residual, velocity = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
-    speed = np.sum(velocity**2, 1)
-    axes = [(residual[:, axis], np.column_stack([velocity[:, axis] ** 2, speed])) for axis in range(2)]
+    axes = [
+        (residual[:, axis], np.column_stack([velocity[:, axis] ** 2, np.sum(velocity**2, 1)]))
+        for residual, velocity in pairs
+        for axis in range(2)
+    ]
     sizes, errors = _variances(axes)
     least_s = {effect: share * series.period_s for effect, share in NEGLIGIBLE_FRAMES.items()}
     blur = _finding("motion_blur", sizes[1], errors[1], least_s["motion_blur"])
     if not blur.found:
-        axis = int(np.argmax(np.max(np.abs(velocity), 0)))
-        sizes, errors = _variances([(residual[:, axis], velocity[:, axis : axis + 1] ** 2)])
+        axis = int(np.argmax(np.max([np.max(np.abs(velocity), 0) for _, velocity in pairs], 0)))
+        sizes, errors = _variances(
+            [(residual[:, axis], velocity[:, axis : axis + 1] ** 2) for residual, velocity in pairs]
+        )
     return [_finding("trigger_jitter", sizes[0], errors[0], least_s["trigger_jitter"]), blur]
 
 
@@ -56,8 +62,8 @@ def _finding(effect: str, size: float, error: float, negligible: float) -> Findi
 
 
 def _variances(axes: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Coefficients (K,) of the columns (N, K) that residuals (N,) of several axes share, and their sds, beside a noise
-    of each axis' own.
+    """Coefficients (K,) of the columns (N, K) that residuals (N,) of several axes and runs share, and their sds, beside
+    a noise of each one's own.
 
     By maximum likelihood (weighted regression of the squares, iterated), outliers beyond 4 sd left out; the sds allow
     for noise that is correlated from frame to frame."""

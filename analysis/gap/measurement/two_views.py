@@ -12,14 +12,16 @@ differ in place and velocity, which separates a tilted plane, a late clock and r
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.flights.runs import Run
+from analysis.gap.cause import Structure
 from analysis.gap.finding import Finding, judge
+from analysis.gap.measurement.clock_change import PARTS, clock_change
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, NEGLIGIBLE_FRAMES, SIGNIFICANCE
 from analysis.motion.bodies import VELOCITY_REACH
@@ -36,71 +38,106 @@ Array = NDArray[np.float64]
 LENS_PX, LENS_FULL_PX, LENS_SEEN = 0.10, 0.01, 3.0
 # Two such slopes add like the sides of a triangle: more than this many times the one is seen once in 50 series.
 LENS_TILTS = 2.8
+# Rounds of the robust fit of both bodies' frames, and what keeps it solvable where a body never moves.
+ROUNDS, RIDGE = 6, 1e-12
 # Velocities at the NES come from local parabolas: a late clock is right to this share.
 CLOCK_SHARE = 1.5e-3
 
 
-def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
-    """Clock, window and plane from epipolar residual and height of both bodies, by one robust linear fit; whether a
-    lens residual is seen.
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Both bodies' frames as linear equations: ``design`` (N, 5 + own) of window u, v, delay and the plane's slopes and
+    the Hosts' own vertical motion, ``value`` (N,) with ``sd`` (epipolar px or height m), ``run`` and ``share`` of its
+    run's frames at which each was taken, 0 to 1.
     """
-    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
-        notes.append("no two views at this entry: camera clocks, windows and the plane cannot be tested")
-        return [], True
+
+    design: Array
+    value: Array
+    sd: Array
+    run: NDArray[np.int64]
+    share: Array
+
+    def part(self, parts: int) -> NDArray[np.int64]:
+        """Number (N,) of the part of a run, of ``parts`` equal ones, that each was taken in."""
+        return np.asarray(self.run * parts + np.minimum((self.share * parts).astype(np.int64), parts - 1), np.int64)
+
+    @property
+    def heights(self) -> NDArray[np.bool_]:
+        """Which equations are of heights; the others are of epipolar lines."""
+        return np.asarray((self.design[:, 3] != 0) | (self.design[:, 4] != 0), bool)
+
+
+def rows_of(series: Series) -> Rows | None:
+    """The equations of all runs; None where no body was seen in frames enough."""
     n_runs = len(series.runs)
-    rows, values, sds = [], [], []
-    for number, (points, motion, run) in enumerate(zip(series.points, series.motions, series.runs, strict=True)):
+    designs, values, sds, numbers, shares = [], [], [], [], []
+    for number, (points, motion, run) in enumerate(zip(series.points or (), series.motions, series.runs, strict=True)):
         for body in ("host", "nes"):
             block = body_rows(series, points, motion, run, body)
             if block is None:
                 continue
-            epipolar, height, x, y, j_v, n2, m_z, e_sd, z_sd, phase = block
+            epipolar, height, x, y, j_v, n2, m_z, e_sd, z_sd, phase, share = block
             shared_e = np.column_stack([n2, np.sum(n2 * j_v, 1), np.zeros((len(x), 2))])
             shared_z = np.column_stack([m_z, np.sum(m_z * j_v, 1), x, y])
             own = np.zeros((len(x), 2 * n_runs))
             own[:, 2 * number], own[:, 2 * number + 1] = np.cos(phase), np.sin(phase)
-            rows += [
+            designs += [
                 np.hstack([shared_e, np.zeros_like(own)]),
                 np.hstack([shared_z, own if run.data.host.omega_rad_per_s else 0 * own]),
             ]
             values += [epipolar, height]
             sds += [e_sd, z_sd]
-    if not rows:
-        return [], True
-    a, b, sd = np.vstack(rows), np.concatenate(values), np.concatenate(sds)
-    ok = np.isfinite(a).all(1) & np.isfinite(b) & np.isfinite(sd)
-    a, b, sd = a[ok], b[ok], sd[ok]
-    fit = least_squares(a, b, sd, rounds=6, ridge=1e-12)
+            numbers.append(np.full(2 * len(x), number))
+            shares += [share, share]
+    if not designs:
+        return None
+    rows = Rows(*map(np.concatenate, (designs, values, sds, numbers, shares)))
+    ok = np.isfinite(rows.design).all(1) & np.isfinite(rows.value) & np.isfinite(rows.sd)
+    return Rows(rows.design[ok], rows.value[ok], rows.sd[ok], rows.run[ok], rows.share[ok])
+
+
+@dataclass(frozen=True)
+class TwoViews:
+    """``findings`` of clock, window and plane; whether a lens residual is ``seen`` (or could not be looked for);
+    ``change`` of the second camera's delay within the runs.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    seen: bool = True
+    change: Structure | None = None
+
+
+def two_views(series: Series, notes: list[str]) -> TwoViews:
+    """Clock, window and plane from epipolar residual and height of both bodies, by one robust linear fit."""
+    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
+        notes.append("no two views at this entry: camera clocks, windows and the plane cannot be tested")
+        return TwoViews()
+    rows = rows_of(series)
+    if rows is None:
+        return TwoViews()
+    rows, change = _with_own_delays(rows, NEGLIGIBLE_FRAMES["camera_clock_offset"] * series.period_s)
+    a, b, heights = rows.design, rows.value, rows.heights
+    fit = least_squares(a, b, rows.sd, rounds=ROUNDS, ridge=RIDGE)
     solution, weight = fit.coefficients, fit.weight
-    error = np.sqrt(np.diag(fit.covariance))
     # A lens residual bends epipolar lines and heights alike; what it does to the former tells what to allow in the
     # latter.
     warp_px, seen, inflation = lens_residual(a, b - a @ solution)
-    error = error * np.sqrt(inflation)
+    error = np.sqrt(np.diag(fit.covariance) * inflation)
     lens_px = LENS_PX * min(1.0, warp_px / LENS_FULL_PX) if seen else 0.5 * warp_px
-    height_per_px = float(np.median(np.abs(a[np.flatnonzero(a[:, 3] != 0), 0]))) if np.any(a[:, 3] != 0) else 0.0
-    lever = float(np.std(a[a[:, 3] != 0, 3:5])) or 1.0
-    lens = lens_px * height_per_px / (2 * lever)
-    learnt = series.cameras[0].field
-    lens_along = lens_across = max(lens, 1e-9)
-    if learnt is not None:  # a field that recordings have taught says itself what it leaves open
-        lens_along, lens_across = (max(lens, learnt.open_sd[name]) for name in ("plane_along", "plane_across"))
-        lens_px = max(lens_px, learnt.open_sd["window_v_px"])
-    c, s = baseline(series.cameras)
-    lens_x, lens_y = np.hypot(c * lens_along, s * lens_across), np.hypot(s * lens_along, c * lens_across)
-    moving = a[np.flatnonzero(a[:, 3] != 0), 2]
-    speed = max(float(np.std(moving)) / max(height_per_px, 1e-12), 1.0) if len(moving) else 1.0
-    (wu, wv, delay, slope_x, slope_y), (su, sv, sd_delay, sx, sy) = solution[:5], error[:5]
-    window, tilt = np.hypot(wu, wv), np.hypot(slope_x, slope_y)
-    along, across = c * slope_x + s * slope_y, c * slope_y - s * slope_x
-    by_lens = float(np.hypot(along / lens_along, across / lens_across))
+    height_per_px = float(np.median(np.abs(a[heights, 0]))) if heights.any() else 0.0
+    speed = _speed_px_per_s(a, heights)
     alike = _rivals(a * weight[:, None], b * weight, float(inflation))
+    window, window_sd, delay, sd_delay = solution[:2], error[:2], solution[2], error[2]
+    window_lens_px = lens_px
+    if series.cameras[0].field is not None:  # taught by recordings, it says itself what it leaves open
+        window_lens_px = max(lens_px, series.cameras[0].field.open_sd["window_v_px"])
+    u, v = ((float(w), float(np.hypot(sd, window_lens_px))) for w, sd in zip(window, window_sd, strict=True))
     found = [
         judge(
             "sensor_window_offset",
-            {"u_px": (wu, np.hypot(su, lens_px)), "v_px": (wv, np.hypot(sv, lens_px))},
-            window,
-            window / max(su, sv),
+            {"u_px": u, "v_px": v},
+            float(np.hypot(*window)),
+            float(np.hypot(*window) / max(window_sd)),
         ),
         # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over
         # places.
@@ -111,15 +148,59 @@ def two_views(series: Series, notes: list[str]) -> tuple[list[Finding], bool]:
             abs(delay) / sd_delay,
             NEGLIGIBLE_FRAMES["camera_clock_offset"] * series.period_s,
         ),
-        # z = a x + b y is the world turned by b about x and by -a about y.
-        judge(
-            "plane_tilt",
-            {"x_rad": (slope_y, np.hypot(sy, lens_y)), "y_rad": (-slope_x, np.hypot(sx, lens_x))},
-            tilt,
-            min(tilt / max(sx, sy), by_lens / LENS_TILTS * SIGNIFICANCE),
-        ),
+        _plane_tilt(series.cameras, solution[3:5], error[3:5], lens_px * height_per_px, a[heights, 3:5]),
     ]
-    return [replace(f, rivals=alike[f.effect]) for f in found], seen
+    if change is not None:  # no one delay is that of all frames
+        found = [replace(f, found=f.found and f.effect != "camera_clock_offset") for f in found]
+    return TwoViews(tuple(replace(f, rivals=alike[f.effect]) for f in found), seen, change)
+
+
+def _speed_px_per_s(design: Array, heights: NDArray[np.bool_]) -> float:
+    """How fast bodies cross the second view: what a delay does to heights over what a pixel does."""
+    moving, per_px = design[heights, 2], np.abs(design[heights, 0])
+    return max(float(np.std(moving)) / max(float(np.median(per_px)), 1e-12), 1.0) if len(moving) else 1.0
+
+
+def _with_own_delays(rows: Rows, least_s: float) -> tuple[Rows, Structure | None]:
+    """Where the second camera's delay changes within the runs, by more than ``least_s``, what says so, and ``rows``
+    with a delay of its own for every part: window and plane are then not bent by it.
+    """
+    fit = least_squares(rows.design, rows.value, rows.sd, rounds=ROUNDS, ridge=RIDGE)
+    left = rows.value - rows.design @ fit.coefficients
+    lens_px, _, inflation = lens_residual(rows.design, left)
+    lens_s = lens_px / _speed_px_per_s(rows.design, rows.heights)
+    along, parts = rows.design[:, 2], rows.part(PARTS)
+    change = clock_change(along * fit.weight, left * fit.weight, parts, inflation, lens_s, least_s)
+    if change is None:
+        return rows, None
+    own = np.column_stack([along * (parts == k) for k in np.unique(parts)[1:]])
+    return replace(rows, design=np.hstack([rows.design, own])), change
+
+
+def _plane_tilt(
+    cameras: tuple[Camera, ...], slope: Array, slope_sd: Array, lens_height_m: float, places_m: Array
+) -> Finding:
+    """The plane's tilt from its ``slope`` (2,), of which a lens residual that bends heights by ``lens_height_m`` over
+    the ``places_m`` (N, 2) may be the cause.
+    """
+    lever = float(np.std(places_m)) or 1.0
+    lens_along = lens_across = max(lens_height_m / (2 * lever), 1e-9)
+    learnt = cameras[0].field
+    if learnt is not None:
+        lens_along, lens_across = (max(lens_along, learnt.open_sd[name]) for name in ("plane_along", "plane_across"))
+    c, s = baseline(cameras)
+    lens_x, lens_y = np.hypot(c * lens_along, s * lens_across), np.hypot(s * lens_along, c * lens_across)
+    (slope_x, slope_y), (sx, sy) = slope, slope_sd
+    along, across = c * slope_x + s * slope_y, c * slope_y - s * slope_x
+    by_lens = float(np.hypot(along / lens_along, across / lens_across))
+    tilt = float(np.hypot(slope_x, slope_y))
+    # z = a x + b y is the world turned by b about x and by -a about y.
+    return judge(
+        "plane_tilt",
+        {"x_rad": (slope_y, np.hypot(sy, lens_y)), "y_rad": (-slope_x, np.hypot(sx, lens_x))},
+        tilt,
+        min(tilt / max(sx, sy), by_lens / LENS_TILTS * SIGNIFICANCE),
+    )
 
 
 #: columns of the joint fit that belong to each effect
@@ -186,8 +267,8 @@ def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array],
 def body_rows(
     series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str
 ) -> tuple[Array, ...] | None:
-    """Per frame of one body: epipolar residual, height, place, pixel velocity of the second view, and the
-    derivatives.
+    """Per frame of one body: epipolar residual, height, place, pixel velocity of the second view, the derivatives, and
+    where in the run it was taken.
     """
     recording = series.recordings[0]
     markers = recording.bodies[body].markers
@@ -228,6 +309,7 @@ def body_rows(
         np.maximum(sd_px, 1e-3) * 1.25 / np.sqrt(count[at]),
         z_sd[at],
         phase,
+        at / len(frames),
     )
 
 
