@@ -89,7 +89,7 @@ def _typed(values: pd.Series, column: Column, source: str) -> pd.Series:
 
 def _text(values: pd.Series, missing: np.ndarray, column: Column, source: str) -> pd.Series:
     present = values[~missing]
-    if not present.map(lambda value: isinstance(value, str)).all():
+    if pd.api.types.infer_dtype(present.astype(object), skipna=False) not in ("string", "empty"):
         raise _wrong_type(values, column, source)
     result = values.astype(object).where(~missing, None)
     return result.astype(str) if not missing.any() else result
