@@ -86,7 +86,7 @@ def _identification_calls() -> list[Called]:
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [
         (surfaces_seen, (places, known, places, fixed, 1.0, places)),
-        (find_kinks, (fixed, line, line, line, 1, 1, 1.0, 1)),
+        (find_kinks, (line, line, line, line, 1, 1, 1.0, 1)),
         (start_state, (fixed, column, column, line, 1, 1, 1.0, line)),
         (fit_single, (line, 1.0, WhiteFrames(line, places, places, places), line, line, rig, places)),
         (fly_with_derivatives, (line, 1.0, line, line, known, rig, places, blocks)),

@@ -19,9 +19,11 @@ from analysis.walls.wall import Ring, Wall
 
 Array = NDArray[np.float64]
 
-# How exactly positions agree at an instant contact: the flight model's own error, not the camera's.
+# How exactly positions agree at an instant contact: the flight model's own error, not the camera's (the rig's own
+# units).
 CONTINUITY_M = 2e-6
-# Paths whose velocities differ by less than this have no kink, and no instant at which they intersect.
+# Paths whose velocities differ by less than this have no kink, and no instant at which they intersect (the rig's own
+# units).
 LEAST_STEP_M_PER_S = 1e-3
 # The instant is solved for to this, within so many steps, no farther from its gap than so many frames; there it is
 # accepted where it lies in the gap or beside it.
@@ -151,12 +153,14 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
     period = np.median(np.diff(run.time_s))
     t = 0.5 * (before_edge + after_edge)
+    length, time = run.own_units
+    exact_m = CONTINUITY_M * length
     for _ in range(INSTANT_STEPS):
         (a,), (pa,) = fits.propagate(k, np.array([t]))
         (b,), (pb,) = fits.propagate(k + 1, np.array([t]))
         step = a[3:5] - b[3:5]
         speed2 = float(step @ step)
-        if speed2 < LEAST_STEP_M_PER_S**2:
+        if speed2 < (LEAST_STEP_M_PER_S * length / time) ** 2:
             return None
         shift = float(-(a[:2] - b[:2]) @ step / speed2)
         t = float(np.clip(t + shift, before_edge - SEARCHED_FRAMES * period, after_edge + SEARCHED_FRAMES * period))
@@ -170,7 +174,7 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     h = np.zeros((3, 13))
     h[:, :3], h[:, 6:9] = np.eye(3), -np.eye(3)
     h[:, 12] = a[3:] - b[3:]
-    noise = np.diag([CONTINUITY_M**2, CONTINUITY_M**2, (CONTINUITY_M / run.radius_m) ** 2])
+    noise = np.diag([exact_m**2, exact_m**2, (exact_m / run.radius_m) ** 2])
     innovation = b[:3] - a[:3]
     spread = h @ p @ h.T + noise
     gain = np.linalg.solve(spread, h @ p).T

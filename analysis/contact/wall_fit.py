@@ -21,8 +21,9 @@ DISTANCE_FLOOR_M = 2e-6
 FEWEST_RUNS = 5
 #: impacts slower than this say little of the wall and less of the law
 SLOWEST_M_PER_S = 0.05
-# ... and those whose approach is less certain than this share of it, or whose distance than this.
-UNCERTAIN_SHARE, UNCERTAIN_M = 0.2, 5e-4
+# ... and those whose approach is less certain than this share of it, or whose distance than this share of the wall's
+# size (0.5 mm of 40 mm).
+UNCERTAIN_SHARE, UNCERTAIN_GAP_SHARE = 0.2, 0.0125
 # A contact distance beyond this counts in the sum of squares as if it were this far off.
 CUT_SD = 5.0
 
@@ -46,14 +47,15 @@ class WallFit:
     delay_s: float = 0.0
 
 
-def usable(impacts: Impacts) -> NDArray[np.bool_]:
-    """Impacts that approach faster than :data:`SLOWEST_M_PER_S`, leave, and are known better than their own size."""
+def usable(impacts: Impacts, size_m: float) -> NDArray[np.bool_]:
+    """Impacts in a wall of ``size_m`` that approach faster than :data:`SLOWEST_M_PER_S`, leave, and are known better
+    than their own size."""
     before, after = impacts.of("normal_before"), impacts.of("normal_after")
     return (
         (before > SLOWEST_M_PER_S)
         & (after > 0)
         & (impacts.sd("normal_before") < UNCERTAIN_SHARE * before)
-        & (impacts.sd("gap") < UNCERTAIN_M)
+        & (impacts.sd("gap") < UNCERTAIN_GAP_SHARE * size_m)
     )
 
 
@@ -77,7 +79,7 @@ def fit_wall(
     prior = np.array([1 / (prior_sd or {}).get(t, np.inf) ** 2 for t in terms] + [0.0] * n_extra)
     for _ in range(rounds):
         impacts = measure(junctions, wall)
-        used = usable(impacts)
+        used = usable(impacts, wall.size_m)
         residual = impacts.of("gap")
         if extra is not None:
             residual = residual - extra @ coefficients
@@ -97,7 +99,7 @@ def fit_wall(
     residual = impacts.of("gap")
     if extra is not None:
         residual = residual - extra @ coefficients
-    used = usable(impacts)
+    used = usable(impacts, wall.size_m)
     scatter = residual_sd(residual[used])
     sd = np.sqrt(impacts.sd("gap") ** 2 + DISTANCE_FLOOR_M**2)
     chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, CUT_SD**2))) if used.any() else 0.0

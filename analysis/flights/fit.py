@@ -16,6 +16,7 @@ from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivativ
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
 from analysis.flights.parameters import IMPACT_BEFORE_S, PARAMETERS
 from analysis.motion.host_path import HostMotion
+from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
@@ -36,13 +37,14 @@ START_FRAMES = 12
 FEWEST_FRAMES = 4
 # Unseen frames that a flight bridges: with a fit on both sides its path is known as well as where it is seen.
 LONGEST_HOLE = 6
-# Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it.
+# Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it (the rig's
+# own units).
 REST_M_PER_S = 5e-3
 # Where the motion gives no angle, the flight fit sees one of no weight.
 NO_ANGLE_SD_RAD = 1e6
 # A Host's overtone known to 0.2 um leaves the mean speed of a disk that slides to and fro open by 40 um/s, which no
 # covariance of a flight holds: over this time it stays near the cameras' noise, and impacts under a strong drive are
-# closer.
+# closer (the rig's own seconds).
 LONGEST_FLIGHT_S = 0.15
 FEWEST_IN_PIECE = 8
 # A frame that lies on the cut between pieces exactly would change sides with the clock's rounding; none lies so much of
@@ -93,6 +95,16 @@ class RunData:
     def period_s(self) -> float:
         """From frame to frame (median)."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
+
+    @property
+    def own_units(self) -> tuple[float, float]:
+        """Metres and seconds of these data in one of the rig's own."""
+        return own_units(self.contact_radius_m)
+
+    @cached_property
+    def host_at_frames(self) -> tuple[Array, Array]:
+        """The Host's place and angle (N, 4) at all frames, and their rates."""
+        return self.host.at(self.time_s), self.host.at(self.time_s, 1)
 
     @cached_property
     def lens_terms(self) -> Array:
@@ -193,8 +205,8 @@ def flights_from_segments(
 
 
 def shortened(flights: Sequence[Flight], time_s: Array, seen: NDArray[np.bool_]) -> list[Flight]:
-    """``flights`` with those longer than :data:`LONGEST_FLIGHT_S` cut into pieces, each of which is fitted by
-    itself.
+    """``flights`` with those longer than :data:`LONGEST_FLIGHT_S` cut into pieces, each of which is fitted by itself;
+    ``time_s`` (N,) in the rig's own seconds.
     """
     pieces: list[Flight] = []
     for flight in flights:
@@ -444,14 +456,15 @@ class FlightFits:
         has soon forgotten).
         """
         flight, run = self.flights[k], self.run
-        times = run.time_s[[(flight.first + flight.last) // 2, flight.last]]
-        states, _ = self.propagate(k, times)
-        host, rate = run.host.at(times), run.host.at(times, 1)
+        looked = [(flight.first + flight.last) // 2, flight.last]
+        states, _ = self.propagate(k, run.time_s[looked])
+        host, rate = (motion[looked] for motion in run.host_at_frames)
         arm = states[:, :2] - host[:, :2]
         slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
         known = np.any(run.angle_sd_rad[flight.first : flight.last + 1] < NO_ANGLE_SD_RAD)
         rim = run.radius_m * np.abs(states[:, 5] - rate[:, 3]) if known else np.zeros(2)
-        return bool(np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S))
+        length, time = run.own_units
+        return bool(np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S * length / time))
 
     def standard_residuals(self, k: int) -> StandardResiduals:
         """What the path of flight k without an unknown force, which follows the noise, misses its own frames by, over

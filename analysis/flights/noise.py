@@ -177,7 +177,8 @@ class StandardResiduals:
 
 
 def frame_noise(flights: Sequence[StandardResiduals], period_s: float, angle: bool) -> FlightNoise:
-    """Scale and correlation of the noise from pieces of the flights, a polynomial taken out of each.
+    """Scale and correlation of the noise from pieces of the flights, a polynomial taken out of each; ``period_s`` from
+    frame to frame in the rig's own seconds.
 
     ``angle``: whether the angles are measured."""
     length = int(np.clip(round(PIECE_S / period_s), FEWEST_IN_PIECE + 2, MOST_IN_PIECE))

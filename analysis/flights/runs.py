@@ -23,7 +23,7 @@ from ovines.recording import Recording
 Array = NDArray[np.float64]
 
 # Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1
-# mm).
+# mm); in the rig's own units.
 CONTACT_MARGIN_M = 1.5e-4
 # ... and this many sds of the cameras' noise.
 CONTACT_MARGIN_SD = 3.0
@@ -112,29 +112,33 @@ def cut(
     wall: Wall,
     origin_m: Array | None = None,
 ) -> Run:
-    """Segment a run inside ``wall``.
+    """Segment a run inside ``wall``, in the rig's own units (what is a contact or a step must not depend on its size).
 
     ``origin_m`` (2,): where the markers' origin lies from the mass centre, whose path has no bends of the disk's
     turning.
     """
     relative, host_angle = from_host(data)
-    noise = float(np.median(data.xy_sd_m)) if len(data.xy_sd_m) else 0.0
     path = data.xy_m if origin_m is None else data.xy_m - turned(origin_m, data.angle_rad)
+    length, time = data.own_units
+    sd = data.xy_sd_m / length
+    noise = float(np.median(sd)) if len(sd) else 0.0
     segments = segment(
-        data.time_s,
-        path,
-        data.xy_sd_m,
-        relative,
-        wall.gap(relative, host_angle),
+        data.time_s / time,
+        path / length,
+        sd,
+        relative / length,
+        wall.gap(relative, host_angle) / length,
         CONTACT_MARGIN_M + CONTACT_MARGIN_SD * noise,
-        wall.size_m,
+        wall.size_m / length,
     )
+    segments = replace(segments, steps_m_per_s=segments.steps_m_per_s * (length / time))
     if len(segments.smeared):
         xy = data.xy_m.copy()
         xy[segments.smeared] = np.nan
         data = replace(data, xy_m=xy)
     seen = np.isfinite(data.xy_m[:, 0])
-    flights = shortened(flights_from_segments(seen, segments.gaps.tolist(), segments.contact), data.time_s, seen)
+    whole = flights_from_segments(seen, segments.gaps.tolist(), segments.contact)
+    flights = shortened(whole, data.time_s / time, seen)
     return Run(data, segments, tuple(flights), host_table, frame)
 
 

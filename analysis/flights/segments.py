@@ -221,7 +221,8 @@ def segment(
         kinks = find_kinks(time_s, x, y, sd_m, 0, len(time_s) - 1, SIGNIFICANCE, reach)
     kinks = without_doubles(time_s, x, y, sd_m, kinks, reach)
     # Hops between kinks are none of the contact, however near to the wall.
-    hopping = find_hops(gap_m, margin_m, sd_m, kinks[:, 0].astype(np.int64))
+    gaps = kinks[:, 0].astype(np.int64)
+    hopping = find_hops(gap_m, margin_m, sd_m, gaps) | find_rebounds(time_s, gap_m, sd_m, gaps, reach)
     contact = find_contact(np.where(hopping, -size_m, gap_m), margin_m, at_least)
     off_m = margin_m + WALL_OFF_SHARE * (size_m - margin_m)
     kinks = kinks[_near_wall(relative_m, gap_m, off_m, kinks[:, 0].astype(np.int64))]
@@ -271,6 +272,29 @@ def find_hops(gap_m: Array, margin_m: float, sd_m: Array, gaps: NDArray[np.int64
         # The mean square of a parabola's coefficient over evenly spread frames of unit noise.
         dip_sd_m = float(np.median(sd_m[index])) * np.sqrt(45 / (4 * len(index)))
         found[index] = dip_m > max(HOP_SD * dip_sd_m, LEAST_HOP_M)
+    return found
+
+
+def find_rebounds(time_s: Array, gap_m: Array, sd_m: Array, gaps: NDArray[np.int64], reach: int) -> NDArray[np.bool_]:
+    """Which frames (N,) belong to a rebound, however near to the wall: those around a kink at ``gaps`` before which the
+    disk approaches the wall (``gap_m`` grows) and after which it leaves, both faster than half of the smallest step and
+    beyond doubt.
+    """
+    found = np.zeros(len(gap_m), bool)
+    edges = np.concatenate([[-1], np.sort(gaps), [len(gap_m) - 1]])
+    for before, gap, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True):
+        frames = (np.arange(max(before + 1, gap - reach + 1), gap + 1), np.arange(gap + 1, min(after, gap + reach) + 1))
+        sides = [side[np.isfinite(gap_m[side])] for side in frames]
+        if min(map(len, sides)) < FEWEST_A_SIDE:
+            continue
+        for side, sign in zip(sides, (1.0, -1.0), strict=True):
+            t = time_s[side] - time_s[side].mean()
+            speed = sign * float(t @ gap_m[side]) / float(t @ t)
+            speed_sd = float(np.median(sd_m[side])) / np.sqrt(float(t @ t))
+            if speed < max(0.5 * SMALLEST_STEP_M_PER_S, SIGNIFICANCE * speed_sd):
+                break
+        else:
+            found[np.concatenate(sides)] = True
     return found
 
 

@@ -97,6 +97,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     felt = FELT_IN_FLIGHT * max((s.strength for s in rigid if s.unit == "s"), default=0.0)
     structure = [
         *ground,
+        *([tests.clock_change] if tests.clock_change is not None else []),
         *rigid,
         *drive.structure,
         *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),

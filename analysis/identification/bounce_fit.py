@@ -253,6 +253,8 @@ class SequenceFit:
         blank = np.zeros((len(times), 3))
         for j in range(free):
             h = STEP_SD * np.sqrt(covariance[j, j])
+            if not h > 0.0:  # known exactly: it makes nothing uncertain
+                continue
             moved = [here.theta.copy(), here.theta.copy()]
             moved[0][j] += h
             moved[1][j] -= h

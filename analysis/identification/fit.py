@@ -199,7 +199,7 @@ def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit
     terms = [term for term in start.nominal_terms if angle or term not in DISK_TERMS]
     prior = {term: start.prior_sd(term) for term in terms}
     seen = measure(junctions, start)
-    near = usable(seen) & (seen.surface < len(start.outline.names))
+    near = usable(seen, start.size_m) & (seen.surface < len(start.outline.names))
     if near.any():
         # The impacts' own distance, not the design: a scale that is off by 4 % would leave every impact a millimetre
         # from the wall.

@@ -21,6 +21,7 @@ from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.noise import PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import FINEST_SD_M, Run
+from analysis.flights.unit_accelerations import unit_accelerations
 from analysis.flights.unknown_force import (
     Prior,
     best_model,
@@ -58,6 +59,13 @@ FIRST_ROUNDS, ROUNDS, RESTS_SD = 3, 5, 0.05
 MOST_STAGES, FORCE_RESTS = 4, 0.2
 # Fewer runs, or flights, do not show how much they scatter.
 FEWEST_RUNS, FEWEST_FLIGHTS = 5, 10
+# Shapes that a force outside the law may have in every flight alike: drags, pulls, floors that are not the same
+# everywhere or at every speed, what acts on the spin.
+TORQUES = ("spin_decay", "spin_drive")
+SHAPES = (
+    *("viscous", "air", "host_drag", "magnus", *TORQUES, "centre_host", "radial_cubic", "wall_pull"),
+    *("tilt_x", "tilt_y", "friction_radius", "friction_speed", "friction_since"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,9 +140,16 @@ def fit_floor(
     if fits[0].parameters is not parameters:
         fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)]
     evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits]
-    step, covariance = _step(evidence, columns, *_prior(columns, shared, lens_sd))
+    shapes = _shapes(fits, names, noise)
+    columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
+    at = [columns.index(SHARED.index(n)) for n in names]
+    open_evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits] if shapes else evidence
+    prior, pull = _prior(columns, shared, lens_sd)
+    for name, sd in shapes.items():
+        prior[columns.index(INDEX[name])] = sd**-2.0
+    step, covariance = _step(open_evidence, columns, prior, pull)
     estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
-    wider = disagreement(evidence, step, covariance)[at]
+    wider = disagreement(open_evidence, step, covariance)[at]
     return FloorFit(
         tuple(fits),
         tuple(evidence),
@@ -157,6 +172,22 @@ def _whatever_the_lift(fits: FlightFits, columns: Sequence[int], noise: FlightNo
         return weighed(linearised(fits, columns), noise)
     seen = linearised(fits, columns_of([SHARED[c] for c in columns] + [*LIFT]))
     return without_own(weighed(seen, noise), columns_of(LIFT), np.full(len(LIFT), sd**-2.0))
+
+
+def _shapes(fits: Sequence[FlightFits], names: Sequence[str], noise: FlightNoise) -> dict[str, float]:
+    """Prior sds of the :data:`SHAPES` that a force which no law explains may have in every flight alike, besides the
+    terms ``names``: together as strong as the force; none without one.
+
+    What pulls the same way in every flight is no noise that many flights average out."""
+    if not noise.acceleration_m_per_s2 > 0.0:
+        return {}
+    unit, _ = unit_accelerations(fits)
+    held = fits[0].parameters
+    felt = [n for n in SHAPES if n not in names and held[INDEX[n]] == 0.0 and unit[n] > 0.0]
+    rim_m = fits[0].run.radius_m * fits[0].run.inertia_factor
+    force = noise.acceleration_m_per_s2 / np.sqrt(len(felt))
+    torque = rim_m * noise.spin_rad_per_s2 / np.sqrt(len(TORQUES))  # as the force at the rim that makes it
+    return {n: float((max(force, torque) if n in TORQUES else force) / unit[n]) for n in felt}
 
 
 def lift_sd(host: HostMotion, with_z: bool) -> float:
@@ -188,7 +219,7 @@ def noise_of(fits: Sequence[FlightFits]) -> FlightNoise:
     angle = any(np.any(fit.run.angle_sd_rad < NO_ANGLE_SD_RAD) for fit in fits)
     noise = frame_noise(
         [fit.standard_residuals(k) for fit in fits for k in range(len(fit.flights)) if not fit.rests(k)],
-        first.period_s,
+        first.period_s / first.own_units[1],
         angle,
     )
     sds = np.concatenate([fit.run.xy_sd_m for fit in fits]), np.concatenate([fit.run.angle_sd_rad for fit in fits])

@@ -168,6 +168,12 @@ class RigFrame:
         return given
 
 
+def own_units(contact_radius_m: float) -> tuple[float, float]:
+    """Metres and seconds of the world in one of the rig's own."""
+    length = contact_radius_m / CONTACT_RADIUS_M
+    return length, float(np.sqrt(length))
+
+
 def rig_frame(motions: Sequence[pd.DataFrame], contact_radius_m: float | None = None) -> RigFrame:
     """The frame that the runs of a series share, from their tables ``motion``; with the rig's own units where
     ``contact_radius_m`` is given.
@@ -180,7 +186,7 @@ def rig_frame(motions: Sequence[pd.DataFrame], contact_radius_m: float | None = 
     means = [one.mean(0) for one in known if len(one)]
     origin = np.mean(means, 0) if means else np.zeros(2)
     middles = tuple(_middle(motion["time_s"].to_numpy(float)) for motion in motions)
-    length = 1.0 if contact_radius_m is None else contact_radius_m / CONTACT_RADIUS_M
+    length = 1.0 if contact_radius_m is None else own_units(contact_radius_m)[0]
     return RigFrame(origin, _direction(host if any(map(_moves, host)) else nes), middles, length)
 
 

@@ -43,8 +43,8 @@ PARAMETERS = {
     "cylinder_y": "cylinder_centre_y_m",
 }
 # How far a wall may be from the design before the impacts themselves must say so: gluing and turning tolerances,
-# generously (m; rad).
-LENGTH_PRIOR_SD_M, PLACE_PRIOR_SD_M, TURN_PRIOR_SD_RAD = 3e-4, 2e-4, 5e-3
+# generously (shares of the wall's size: 0.3 and 0.2 mm of 40 mm; rad).
+LENGTH_PRIOR_SHARE, PLACE_PRIOR_SHARE, TURN_PRIOR_SD_RAD = 7.5e-3, 5e-3, 5e-3
 # Surfaces as near as this share of the wall's size may both have been hit: the impulse tells which.
 BOTH_SHARE = 0.05
 
@@ -355,12 +355,12 @@ class Wall:
         return term.startswith("side_") or term.endswith("radius")
 
     def prior_sd(self, term: str) -> float:
-        """How far a free term may be from the design (m, rad), of a rig of ordinary size."""
+        """How far a free term may be from the design (m, rad)."""
         if term in ELLIPSE_TERMS:
             return float("inf")
         if term == TURN:
             return TURN_PRIOR_SD_RAD
-        return PLACE_PRIOR_SD_M if term.endswith(("_x", "_y")) else LENGTH_PRIOR_SD_M
+        return self.size_m * (PLACE_PRIOR_SHARE if term.endswith(("_x", "_y")) else LENGTH_PRIOR_SHARE)
 
 
 def stated_wall(recording: Recording) -> Wall:

@@ -14,14 +14,17 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from analysis.checks.recording import verdict
+from analysis.flights.segments import Segments
 from analysis.identify import identify_series
 from ovines.__main__ import main
+from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
 from tests.plants import Run, Spec, draw_rig, make_run, make_series, write_series
@@ -261,14 +264,13 @@ def test_in_which_order_and_under_which_names_runs_come(series, base, tmp_path):
     same(base, replace(found, impacts=found.impacts[::-1], checks=found.checks[::-1]))
 
 
-@pytest.mark.parametrize("scale", [5.0, 0.2])
-def test_how_large_the_world_is(series, base, scale, tmp_path):
-    """Froude's scaling: under the same gravity lengths by s, times and speeds by its root."""
+def grown(series: Sequence[Run], scale: float) -> list[Run]:
+    """Froude's scaling: under the same gravity lengths by ``scale``, times and speeds by its root."""
     root = math.sqrt(scale)
 
-    def grown(motion: pd.DataFrame) -> pd.DataFrame:
-        lengths = [name for name in motion if name.endswith("_m")]
-        return motion.assign(**{name: motion[name] * scale for name in lengths}, time_s=motion["time_s"] * root)
+    def motion(table: pd.DataFrame) -> pd.DataFrame:
+        lengths = [name for name in table if name.endswith("_m")]
+        return table.assign(**{name: table[name] * scale for name in lengths}, time_s=table["time_s"] * root)
 
     powers = {"frame_rate_hz": -0.5, "inner_radius_m": 1.0, "radius_m": 1.0, "mass_kg": 3.0, "frequency_hz": -0.5}
 
@@ -279,7 +281,13 @@ def test_how_large_the_world_is(series, base, scale, tmp_path):
             text,
         )
 
-    found = identified(changed(series, grown, toml), tmp_path)
+    return changed(series, motion, toml)
+
+
+@pytest.mark.parametrize("scale", [5.0, 0.2])
+def test_how_large_the_world_is(series, base, scale, tmp_path):
+    found = identified(grown(series, scale), tmp_path)
+    root = math.sqrt(scale)
 
     def back(table: pd.DataFrame) -> pd.DataFrame:
         speeds = {name: table[name] / root for name in table if name.endswith("_m_per_s")}
@@ -289,6 +297,34 @@ def test_how_large_the_world_is(series, base, scale, tmp_path):
     factors = {name: 1 / scale for name in found.parameters.index if name.endswith("_m")}
     factors |= {"drive_frequency_hz": root, "restitution_speed_slope_s_per_m": root}
     same(base, mapped(found, back, factors))
+
+
+@pytest.fixture(scope="module")
+def diagnosed_here(series, tmp_path_factory) -> tuple[list[Segments], dict[str, Any]]:
+    """Where the flights of the series end, and its diagnosis."""
+    return diagnosed(series, tmp_path_factory.mktemp("diagnosed"))
+
+
+def diagnosed(runs: Sequence[Run], folder: Path) -> tuple[list[Segments], dict[str, Any]]:
+    """As ``ovines diagnose`` segments the runs, and what it answers."""
+    written = write_series(list(runs), folder / "series")
+    assert main(["diagnose", str(written), "--out", str(folder / "out")]) == 0
+    loaded, _ = load_series(read_series(written), folder / "out")
+    return [run.segments for run in loaded.runs], json.loads((folder / "out" / "diagnosis.json").read_text())
+
+
+@pytest.mark.parametrize("scale", [5.0, 0.2])
+def test_how_large_the_world_is_to_the_diagnosis(series, diagnosed_here, scale, tmp_path):
+    """Frames at the wall, kinks and the answer: a rig five times as large moves faster, and no nearer to its wall."""
+    (segments, one), (theirs, other) = diagnosed_here, diagnosed(grown(series, scale), tmp_path)
+    for here, there in zip(segments, theirs, strict=True):
+        assert np.array_equal(here.gaps, there.gaps)
+        assert np.array_equal(here.contact, there.contact)
+        assert np.allclose(here.steps_m_per_s * math.sqrt(scale), there.steps_m_per_s, rtol=1e-6, atol=0)
+    assert (other["verdict"], other["effects"]) == (one["verdict"], one["effects"]) == ("effect", ["table_tilt"])
+    tilts = [d["parameters"]["table_tilt"]["tilt_rad"] for d in (one, other)]
+    half = 0.5 * (tilts[0]["high"] - tilts[0]["low"])
+    assert abs(tilts[1]["value"] - tilts[0]["value"]) < SMALL * half
 
 
 def test_every_second_frame_tells_the_same_less_well(series, base, tmp_path):
