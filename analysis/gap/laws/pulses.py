@@ -1,0 +1,107 @@
+"""Pushes that come and go in time: a force of the room in pulses, its period, width and first instant scanned.
+
+No list of candidates can hold every period and instant.  The force of each short stretch of time is first fitted
+freely, the same in all runs, and every train of pulses, single ones too, is then held against that profile at the
+price of a small sum; the best of each width become candidates, and pay for having been looked for in the same data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.candidate import Candidate
+from analysis.gap.laws.flight_rows import FlightRegression
+from analysis.gap.laws.regression import Profile
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+
+Array = NDArray[np.float64]
+# Stretches of a run in which the force is fitted by itself, and the widths of pulses (sd) in such stretches.
+STRETCHES, WIDTHS = 120, (1.0, 2.0, 4.0)
+# Shortest period over the width: closer pulses are one force; longest over the run: a single pulse.
+SHORTEST, LONGEST = 4.0, 2.0
+# Sum of squares that one look among n gains by chance, two unknowns each: 2 ln n.
+PER_LOOK = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class TimeProfile:
+    """Normal equations of a force along x and along y in each stretch of time: ``information`` (2, 2, B, B) and
+    ``score`` (2, B), what all else explains taken out; ``middle_s`` (B,) of the stretches, from the run's start."""
+
+    information: Array
+    score: Array
+    middle_s: Array
+
+    def gains(self, trains: Array) -> Array:
+        """Fall of the sum of squares (N,) that each of the ``trains`` (N, B) explains in the direction that suits it
+        best."""
+        b = trains @ self.score.T
+        a = np.array([[np.einsum("nb,nb->n", trains @ self.information[i, j], trains) for j in (0, 1)] for i in (0, 1)])
+        determinant = a[0, 0] * a[1, 1] - a[0, 1] ** 2
+        told = determinant > 1e-9 * np.maximum(a[0, 0] * a[1, 1], 1e-300)
+        top = a[1, 1] * b[:, 0] ** 2 - 2 * a[0, 1] * b[:, 0] * b[:, 1] + a[0, 0] * b[:, 1] ** 2
+        return np.where(told, top / np.where(told, determinant, 1.0), 0.0)
+
+
+def time_profile(problem: FlightRegression, run_s: float) -> TimeProfile:
+    """The force that the flights ask for in each of :data:`STRETCHES` of a run of ``run_s``."""
+    edges = np.linspace(0.0, run_s * (1 + 1e-9), STRETCHES + 1)
+
+    def cut(known: Array) -> Array:
+        number = np.searchsorted(edges, known[:, W.TIME], side="right") - 1
+        return np.asarray(number[:, None] == np.arange(STRETCHES), float)
+
+    ways = [problem.cut_columns(Term("fixed_direction", 1.0, x=angle), cut) for angle in (0.0, 0.5 * math.pi)]
+    profile = Profile.of(problem.problem)
+    count = len(problem.problem.residual)
+    basis = profile.basis[:count]
+    left = [one - basis @ (profile.basis[:count].T @ one) for one in ways]
+    information = np.array([[a.T @ b for b in left] for a in left])
+    score = np.array([one.T @ profile.residual[:count] for one in left])
+    return TimeProfile(information, score, 0.5 * (edges[1:] + edges[:-1]))
+
+
+def pulse_candidates(problem: FlightRegression, run_s: float) -> list[Candidate]:
+    """The best train of pulses of each width; none where the flights tell no profile."""
+    profile = time_profile(problem, run_s)
+    stretch = run_s / STRETCHES
+    found, looks = [], 0
+    for share in WIDTHS:
+        width = share * stretch
+        best: tuple[float, float, float] | None = None
+        for period in _periods(width, run_s):
+            first = np.arange(0.0, min(period, run_s), width)
+            late = profile.middle_s - first[:, None]
+            late = late - period * np.floor(late / period + 0.5)
+            gains = profile.gains(np.exp(-0.5 * (late / width) ** 2))
+            looks += len(first)
+            at = int(np.argmax(gains))
+            if best is None or gains[at] > best[0]:
+                best = float(gains[at]), float(period), float(first[at])
+        if best is not None and best[0] > 0:
+            found.append((width, best[1], best[2]))
+    price = PER_LOOK * math.log(max(looks, 1))
+    steps = (0.3, 0.5 * stretch / run_s, 0.5)
+    return [
+        Candidate(
+            "force of the room in pulses", _train, (width, period, first),
+            (*steps[:2], steps[2] * width), (True, True, False), price,
+        )
+        for width, period, first in found
+    ]  # fmt: skip
+
+
+def _train(width: float, period: float, first: float) -> tuple[Term, Term]:
+    factors = (Factor("time", "pulses", width, period, first),)
+    return Term("fixed_direction", 1.0, factors), Term("fixed_direction", 1.0, factors, x=0.5 * math.pi)
+
+
+def _periods(width: float, run_s: float) -> Array:
+    """Periods so close that a train of one falls out of step with the next by a width at the end of a run."""
+    shortest, longest = SHORTEST * width, LONGEST * run_s
+    count = max(int(math.log(longest / shortest) * run_s / width), 1)
+    return np.geomspace(shortest, longest, count)
