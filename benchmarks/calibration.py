@@ -139,7 +139,8 @@ def flags(cases: int, board: str = "charuco_9x13_20mm", first: int = 0, rendered
             by_halves, by_field = by_halves + halves_speak, by_field + field_speaks
             either += halves_speak or field_speaks
         print(
-            f"model error {error_px} px RMS{', rendered' if rendered else ''}: flagged in {either} of {cases} (halves {by_halves}, residuals {by_field})",
+            f"model error {error_px} px RMS{', rendered' if rendered else ''}: flagged in {either} of {cases} "
+            f"(halves {by_halves}, residuals {by_field})",
             flush=True,
         )
 
@@ -172,8 +173,8 @@ def say_band(cases: int, views: int, rendered: bool, lens: list[Array], plane: l
     lens_error, error = (np.std(one) / np.sqrt(cases) for one in (per_case, [np.mean(one) for one in plane]))
     print(
         f"{cases} calibrations of {views} views{' rendered' if rendered else ''}: inside the 90 % band, lens over the "
-        f"image {of_lens:.1%} +- {lens_error:.1%}, plane x {of_plane[0]:.1%}, y {of_plane[1]:.1%}, z {of_plane[2]:.1%}, "
-        f"all {np.mean(plane):.1%} +- {error:.1%}",
+        f"image {of_lens:.1%} +- {lens_error:.1%}, plane x {of_plane[0]:.1%}, y {of_plane[1]:.1%}, "
+        f"z {of_plane[2]:.1%}, all {np.mean(plane):.1%} +- {error:.1%}",
         flush=True,
     )
 
