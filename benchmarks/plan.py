@@ -5,6 +5,7 @@
 DAYS rigs, each with a test day of three runs, are drawn by tests/plants, which shares no code with the simulator, from
 seeds FIRST (0), FIRST + 1, ...  The plan gets what an experimenter has before the day: the rig's sizes, drive, frame
 rate, runs, their length, the noise of the poses and an earlier day's four parameters and scatter (here the true ones);
+both end a film when the wall has held the disk for 0.4 periods, and start a run anew that has fewer than ten impacts;
 with ``--usual`` it gets no parameters and takes the usual ones.  Per parameter: days on which both are determined,
 share of them with a predicted sd within a factor 1.5 of the day's, the median and 10 and 90 % of predicted over day's,
 days on which only one of the two is determined; in the last row the four main parameters together.
@@ -16,8 +17,8 @@ import argparse
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -43,7 +44,7 @@ def day_of(seed: int, runs: int, usual: bool, simulated: int) -> list[dict[str, 
         series = read_series(write_series(made, Path(folder) / "series"))
         motions = [read_table(one.folder / "motion.parquet", "motion") for one in series]
         began = time.process_time()
-        plan = planned(series[0], rig, motions, usual, simulated, seed)
+        plan = planned(series, rig, usual, simulated, seed)
         planned_s = time.process_time() - began
         day = identify_series(motions, series)[0].set_index("parameter")
     rows = []
@@ -54,11 +55,9 @@ def day_of(seed: int, runs: int, usual: bool, simulated: int) -> list[dict[str, 
     return rows
 
 
-def planned(
-    recording: Recording, rig: object, motions: list[pd.DataFrame], usual: bool, simulated: int, seed: int
-) -> pd.DataFrame:
+def planned(series: list[Recording], rig: Any, usual: bool, simulated: int, seed: int) -> pd.DataFrame:
     """Table ``plan`` of the day as stated."""
-    physics, sd = rig.physics, rig.sd_m
+    recording, physics, sd = series[0], rig.physics, rig.sd_m
     if not usual:
         names = {**dict.fromkeys(MAIN[:3]), "floor_friction": "friction"}
         known = {name: getattr(physics, other or name) for name, other in names.items()}
@@ -71,10 +70,10 @@ def planned(
         (sd, sd),
         sd / (ANGLE_SHARE * (physics.reach_m + physics.radius_m)),
     )
-    length_s = float(np.mean([one["time_s"].iloc[-1] - one["time_s"].iloc[0] for one in motions]))
     rate, scatter = recording.frame_rate_hz, physics.restitution_scatter
-    settings = Settings(rig.level_g, rig.drive_hz, rate, len(motions), length_s, noise, 0.01 if usual else scatter)
-    asked = changes(replace(settings))[:1]
+    length_s = min(rig.spec.periods / rig.drive_hz, rig.spec.most_frames / rate)  # asked for; a film may end earlier
+    settings = Settings(rig.level_g, rig.drive_hz, rate, len(series), length_s, noise, 0.01 if usual else scatter)
+    asked = changes(settings)[:1]
     return predict(recording, asked, simulated, seed).set_index("parameter")
 
 

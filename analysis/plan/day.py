@@ -12,15 +12,17 @@ from analysis.flights.stated_terms import stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.plan.noise import PoseNoise
 from analysis.walls.wall import stated_wall
-from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
+from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.errors import InputError
 from ovines.recording import Recording
 
 GRAVITY_M_PER_S2 = 9.81
-# The disk starts anywhere in the free middle of the Host with the Host's speed in the RMS, and is filmed once it has
-# forgotten that.
-START_SHARE, START_PERIODS = 0.7, 5.0
+# The disk is let go anywhere in the middle of the Host, as fast as the Host (RMS), and filmed from half a period on.
+START_SHARE, START_PERIODS = 0.8, 0.5
+# A disk that rolls along the wall tells nothing: a film ends once the wall has held it for so many periods, and a run
+# with fewer impacts that can be used is started anew, as one would; the best of so many starts stands.
+HELD_PERIODS, ENOUGH_IMPACTS, USED_M_PER_S, MOST_STARTS = 0.4, 10, 0.15, 30
 # The restitution scatters from impact to impact: by a cosine of the time whose period no two impacts share.
 SCATTER_PERIOD_S = 1e-6
 # What steel on steel and steel on PVC usually show (practice series), where [model] does not say.
@@ -83,11 +85,34 @@ def as_planned(recording: Recording, settings: Settings) -> Recording:
     return Recording(recording.folder, file.model_copy(update={"excitation": drive, "time": time}))
 
 
-def simulated_run(recording: Recording, settings: Settings, rng: np.random.Generator) -> pd.DataFrame:
-    """Table ``motion`` of one run: simulated from a start drawn at random, with noise."""
-    result = simulate(_scenario(recording, settings, rng))
-    warm_s = START_PERIODS / settings.frequency_hz
-    seen = result.time_s >= warm_s
+def simulated_run(recording: Recording, settings: Settings, rng: np.random.Generator) -> tuple[pd.DataFrame, int]:
+    """Table ``motion`` of one run: simulated from a start drawn at random, with noise; and how many starts it took."""
+    best: tuple[int, SimulationResult, float] | None = None
+    starts = 0
+    while starts < MOST_STARTS and (best is None or best[0] < ENOUGH_IMPACTS):
+        starts += 1
+        result = simulate(_scenario(recording, settings, rng))
+        ends_s = _film_ends(result, settings)
+        impacts = result.impacts
+        used = (impacts["normal_speed_before_m_per_s"] > USED_M_PER_S) & (impacts["time_s"] < ends_s)
+        count = int((used & (impacts["time_s"] > START_PERIODS / settings.frequency_hz)).sum())
+        if best is None or count > best[0]:
+            best = count, result, ends_s
+    assert best is not None
+    return _seen(best[1], settings, best[2], rng), starts
+
+
+def _film_ends(result: SimulationResult, settings: Settings) -> float:
+    """When the wall has held the disk for good, or the run is over (s)."""
+    held = result.contacts[:, 1] - result.contacts[:, 0] if len(result.contacts) else np.zeros(0)
+    long = np.flatnonzero(held > HELD_PERIODS / settings.frequency_hz)
+    over = float(result.time_s[-1])
+    return min(over, float(result.contacts[long[0], 0]) + HELD_PERIODS / settings.frequency_hz) if len(long) else over
+
+
+def _seen(result: SimulationResult, settings: Settings, ends_s: float, rng: np.random.Generator) -> pd.DataFrame:
+    """What was filmed of a run, with the noise of the poses."""
+    seen = (result.time_s >= START_PERIODS / settings.frequency_hz) & (result.time_s <= ends_s)
     n, noise = int(seen.sum()), settings.noise
     table = {"frame": np.arange(n), "time_s": np.arange(n) / settings.frame_rate_hz}
     for body, places, angle in (("nes", noise.nes_m, noise.nes_rad), ("host", noise.host_m, noise.host_rad)):

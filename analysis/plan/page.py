@@ -19,7 +19,9 @@ from analysis.report.parameters import quantity
 
 # Where the sd of one of the four is above this share of its value's full range (0 to 1), it is said to be unsure.
 UNSURE_SD = 0.02
+MOSTLY = 0.9  # share of starts that give a usable run, from which nothing is said
 LEAST_DAYS = 0.99  # share of days that must determine a parameter
+FARTHEST = 5.0  # gains beyond it, or below one in so many, are arrows at the figure's edge
 
 
 def settings_in_words(settings: Settings) -> list[tuple[str, str]]:
@@ -38,8 +40,11 @@ def settings_in_words(settings: Settings) -> list[tuple[str, str]]:
 def plan_lines(plan: pd.DataFrame) -> list[str]:
     """What the terminal prints: each parameter with its sd, then the settings, best first."""
     stated = plan[plan["setting"] == AS_STATED]
-    lines = [f"impacts of a day: {stated['impacts'].iloc[0]:.0f}", "predicted standard deviations (smallest to largest "
-             "of the days):"]  # fmt: skip
+    lines = [
+        f"impacts of a day: {stated['impacts'].iloc[0]:.0f}",
+        *rolling_in_words(stated),
+        "predicted standard deviations (smallest to largest of the days):",
+    ]
     width = max(len(quantity(name).title) for name in stated["parameter"])
     lines += [f"  {quantity(row['parameter']).title:<{width}}  {sd_in_words(row)}" for _, row in stated.iterrows()]
     if plan["setting"].nunique() == 1:
@@ -48,10 +53,21 @@ def plan_lines(plan: pd.DataFrame) -> list[str]:
     lines.append("what would help (how many times smaller the sds of the four would be):")
     wide = max(map(len, table.index))
     for words, row in table.iterrows():
-        each = ", ".join(f"{quantity(n).title.lower()} {with_unit(row[n], digits=2)}" for n in MAIN if n in row)
-        lines.append(f"  {words!s:<{wide}}  {with_unit(row['gain'], digits=2)}  ({each})")
+        each = ", ".join(f"{quantity(n).title.lower()} {_gain(row[n])}" for n in MAIN if n in row)
+        lines.append(f"  {words!s:<{wide}}  {_gain(row['gain'])}  ({each})")
     lines.append(differ_in_words(plan))
     return lines
+
+
+def rolling_in_words(stated: pd.DataFrame) -> list[str]:
+    """Where the disk soon rolls along the wall: that runs have to be repeated, or end early."""
+    usable, filmed_s = (float(stated[name].iloc[0]) for name in ("usable", "filmed_s"))
+    if usable > MOSTLY:
+        return []
+    return [
+        f"only {percent(usable)} of the starts give a run with ten impacts: in the others the disk soon rolls along "
+        f"the wall, and they are repeated; filmed until then, {filmed_s:.2g} s a run"
+    ]
 
 
 def differ_in_words(plan: pd.DataFrame) -> str:
@@ -64,11 +80,10 @@ def differ_in_words(plan: pd.DataFrame) -> str:
 
 def sd_in_words(row: pd.Series) -> str:
     """``0.0012 (0.0010 to 0.0014)``, or that the days do not determine it."""
-    what = quantity(row["parameter"])
     if row["determined"] == 0.0:
         return "not determined"
-    sd, low, high = (with_unit(what.scale * row[name], digits=2) for name in ("sd", "sd_low", "sd_high"))
-    words = f"{sd} ({low} to {high})" + (f" {what.unit}" if what.unit else "")
+    sd, low, high = _cells(row["parameter"], row)
+    words = f"{sd} ({low} to {high})"
     return words if row["determined"] >= LEAST_DAYS else f"{words}, on {percent(row['determined'])} of the days"
 
 
@@ -92,6 +107,8 @@ def plan_page(name: str, settings: Settings, plan: pd.DataFrame, days: int, assu
         ],
         f"Of {days} simulated day{'s'[: days != 1]}; {stated['impacts'].iloc[0]:.0f} impacts each in the median.",
     )  # fmt: skip
+    for words in rolling_in_words(plan[plan["setting"] == AS_STATED]):
+        section.add_note(words[0].upper() + words[1:] + ".", "caution")
     if plan["setting"].nunique() > 1:
         _add_settings(page, plan)
     section = page.add_section("What was assumed", "assumed")
@@ -105,8 +122,16 @@ def plan_page(name: str, settings: Settings, plan: pd.DataFrame, days: int, assu
 
 def _cells(name: object, row: pd.Series) -> tuple[str, str, str]:
     what = quantity(str(name))
-    sd, low, high = (with_unit(what.scale * row[one], what.unit, 2) for one in ("sd", "sd_low", "sd_high"))
+    columns = ("sd", "sd_low", "sd_high")
+    if what.unit in ("mm", "µm"):  # finer than the unit of the value itself
+        sd, low, high = (length(row[one]) for one in columns)
+    else:
+        sd, low, high = (with_unit(what.scale * row[one], what.unit, 2) for one in columns)
     return sd, low, high
+
+
+def _gain(gain: float) -> str:
+    return with_unit(gain, digits=2) if not gain < 0.1 else "below 0.1"
 
 
 def _add_cards(page: Page, plan: pd.DataFrame, stated: pd.DataFrame) -> None:
@@ -146,14 +171,14 @@ def _add_settings(page: Page, plan: pd.DataFrame) -> None:
         "plan_settings",
         settings_figure(plan),
         "How many times smaller a standard deviation would be than with the settings as stated (line at 1; left of "
-        "it: larger). The grey band is how far two days with the same settings differ.",
+        "it: larger; an arrow: off the scale). The grey band is how far two days with the same settings differ.",
         "Gain of each changed setting for each of the four main parameters.",
     )
     table = ranked(plan)
     section.add_table(
         ("setting", "all four", *(quantity(name).title for name in MAIN if name in table)),
         [
-            (str(words), *(with_unit(row[name], digits=2) for name in ("gain", *MAIN) if name in row))
+            (str(words), *(_gain(row[name]) for name in ("gain", *MAIN) if name in row))
             for words, row in table.iterrows()
         ],
         "The same in numbers. " + differ_in_words(plan).capitalize() + ".",
@@ -162,27 +187,34 @@ def _add_settings(page: Page, plan: pd.DataFrame) -> None:
 
 
 def settings_figure(plan: pd.DataFrame) -> Figure:
-    """Gain by setting, a panel per main parameter; best setting on top."""
+    """Gain by setting, a panel per main parameter; best setting on top, what is off the scale as an arrow."""
     table, differ = ranked(plan).iloc[::-1], days_differ(plan)
     names = [name for name in MAIN if name in table]
+    rows = -(-len(names) // 2)
     figure, axes = new_figure(
-        1, len(names), 0.75 + 0.27 * len(table), margins_in=(1.75, 0.15, 0.46, 0.32), gap_in=(0.16, 0.3), sharey=True,
-        sharex=True,
+        rows, 2, rows * (0.55 + 0.2 * len(table)) + 0.2, margins_in=(1.75, 0.15, 0.46, 0.32), gap_in=(0.2, 0.42),
+        sharey=True, sharex=True,
     )  # fmt: skip
-    for ax, name in zip(axes.flat, names, strict=True):
+    places = np.arange(len(table))
+    for ax, name in zip(axes.flat, names, strict=False):
         if np.isfinite(differ):
             ax.axvspan(1 / differ, differ, color=GREY, alpha=0.18, lw=0)
         ax.axvline(1.0, color=GREY, lw=0.8)
-        ax.plot(table[name], np.arange(len(table)), "o", color=BLUE, ms=5)
+        gain = table[name].to_numpy(float)
+        for beyond, mark in ((gain < 1 / FARTHEST, "<"), (gain > FARTHEST, ">")):
+            ax.plot(np.clip(gain[beyond], 1 / FARTHEST, FARTHEST), places[beyond], mark, color=BLUE, ms=6)
+        inside = (gain >= 1 / FARTHEST) & (gain <= FARTHEST)
+        ax.plot(gain[inside], places[inside], "o", color=BLUE, ms=5)
         ax.set_xscale("log")
-        label(ax, "times smaller", title=quantity(name).title)
-    far = max(1.5, 1.15 * float(np.nanmax(np.maximum(table[names], 1.0 / table[names]).to_numpy())))
+        label(ax, title=quantity(name).title)
+    for ax in axes[-1]:
+        label(ax, "times smaller", title=ax.get_title(loc="left"))
     for ax in axes.flat:
-        ax.set_xlim(1 / far, far)
-        ax.xaxis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0]))
+        ax.set_xlim(0.9 / FARTHEST, 1.1 * FARTHEST)
+        ax.xaxis.set_major_locator(FixedLocator([1 / FARTHEST, 0.5, 1.0, 2.0, FARTHEST]))
         ax.xaxis.set_minor_locator(NullLocator())
         ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes[0, 0].set_yticks(np.arange(len(table)), [str(words) for words in table.index])
+    axes[0, 0].set_yticks(places, [str(words) for words in table.index])
     axes[0, 0].set_ylim(-0.6, len(table) - 0.4)
     return figure
 

@@ -35,6 +35,15 @@ class Change:
     settings: Settings
 
 
+@dataclass(frozen=True, eq=False)
+class Day:
+    """Table ``identification`` indexed by parameter; the share of starts that gave a run; filmed time of a run."""
+
+    found: pd.DataFrame
+    usable: float
+    filmed_s: float
+
+
 def changes(stated: Settings) -> tuple[Change, ...]:
     """The day as stated, and what could be done otherwise."""
     level, frequency = stated.level_g, stated.frequency_hz
@@ -60,19 +69,19 @@ def predict(
     recording: Recording, asked: tuple[Change, ...], days: int, seed: int, progress: Progress | None = None
 ) -> pd.DataFrame:
     """Table ``plan``: a row per setting and parameter."""
-    found: list[list[pd.DataFrame]] = []
+    found: list[list[Day]] = []
     for n, change in enumerate(asked):
         found.append([])
         for day in range(days):
             found[-1].append(one_day(recording, change.settings, [seed, day]))
             if progress is not None:
                 progress(n * days + day + 1, len(asked) * days)
-    parameters = list(dict.fromkeys(name for day in found[0] for name in day.index))
-    today = np.array([sds_of(found[0], name) for name in parameters])
+    parameters = list(dict.fromkeys([*MAIN, *(name for day in found[0] for name in day.found.index)]))
+    today = np.array([sds_of([day.found for day in found[0]], name) for name in parameters])
     rows = []
     for change, its_days in zip(asked, found, strict=True):
         for name, base in zip(parameters, today, strict=True):
-            sds = sds_of(its_days, name)
+            sds = sds_of([day.found for day in its_days], name)
             known = sds[np.isfinite(sds)]
             both = np.isfinite(sds) & np.isfinite(base)
             rows.append(
@@ -84,18 +93,24 @@ def predict(
                     "sd_high": known.max() if len(known) else np.nan,
                     "determined": len(known) / days,
                     "gain": float(np.exp(np.median(np.log(base[both] / sds[both])))) if both.any() else np.nan,
-                    "impacts": float(np.median([_impacts(day) for day in its_days])),
+                    "impacts": float(np.median([_impacts(day.found) for day in its_days])),
+                    "usable": float(np.mean([day.usable for day in its_days])),
+                    "filmed_s": float(np.mean([day.filmed_s for day in its_days])),
                 }
             )
     return checked(pd.DataFrame(rows), "plan")
 
 
-def one_day(recording: Recording, settings: Settings, seed: list[int]) -> pd.DataFrame:
-    """Table ``identification`` of one simulated day, indexed by parameter."""
+def one_day(recording: Recording, settings: Settings, seed: list[int]) -> Day:
+    """One simulated day, identified as a measured one is."""
     planned = as_planned(recording, settings)
-    motions = [simulated_run(planned, settings, np.random.default_rng([*seed, run])) for run in range(settings.runs)]
-    joint, _ = identify_series(motions, [planned] * settings.runs)
-    return joint.set_index("parameter")
+    made = [simulated_run(planned, settings, np.random.default_rng([*seed, run])) for run in range(settings.runs)]
+    joint, _ = identify_series([motion for motion, _ in made], [planned] * settings.runs)
+    return Day(
+        joint.set_index("parameter"),
+        settings.runs / sum(starts for _, starts in made),
+        float(np.mean([len(motion) for motion, _ in made])) / settings.frame_rate_hz,
+    )
 
 
 def sds_of(days: list[pd.DataFrame], name: str) -> np.ndarray:

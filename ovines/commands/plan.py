@@ -22,6 +22,7 @@ HELP = (
 )
 NOISE_PX = 0.05  # sd of a marker's centre in the practice recordings, where nothing better is known
 RUNS, DURATION_S, DAYS, SCATTER = 3, 1.0, 2, 0.01
+LEAST_FRAMES = 10  # of a run: fewer hold no flight
 MOST_RUNS, MOST_DAYS, FRAME_BYTES = 1000, 100, 2e3
 TABLE, PAGE = "plan", "plan.html"
 
@@ -76,6 +77,12 @@ def run(args: argparse.Namespace) -> int:
     )
     asked = changes(settings)[: 1 if args.as_stated else None]
     most = max(one.settings.frames for one in asked)
+    if settings.frames < LEAST_FRAMES * settings.runs:
+        raise InputError(
+            f"runs of {args.duration_s:g} s at {rate:g} frames/s: {settings.frames / settings.runs:.3g} frames",
+            f"at least {LEAST_FRAMES} frames a run",
+            "correct --duration-s or frame_rate_hz",
+        )
     refuse_cost(
         f"{len(asked) * args.days} simulated days, {settings.frames:.0f} frames each as stated",
         cost_s(asked, args.days),
