@@ -5,7 +5,8 @@
 DAYS rigs, each with a test day of three runs, are drawn by tests/plants, which shares no code with the simulator, from
 seeds FIRST (0), FIRST + 1, ...  The plan gets what an experimenter has before the day: the rig's sizes, drive, frame
 rate, runs, their length, the noise of the poses and an earlier day's four parameters and scatter (here the true ones);
-both end a film when the wall has held the disk for 0.4 periods, and start a run anew that has fewer than ten impacts;
+both end a film when the wall has held the disk for 0.4 periods, and start a run anew that lasts less than three
+periods or has fewer than ten impacts;
 with ``--usual`` it gets no parameters and takes the usual ones.  Per parameter: days on which both are determined,
 share of them with a predicted sd within a factor 1.5 of the day's, the median and 10 and 90 % of predicted over day's,
 days on which only one of the two is determined; in the last row the four main parameters together.

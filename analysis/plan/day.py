@@ -21,8 +21,10 @@ GRAVITY_M_PER_S2 = 9.81
 # The disk is let go anywhere in the middle of the Host, as fast as the Host (RMS), and filmed from half a period on.
 START_SHARE, START_PERIODS = 0.8, 0.5
 # A disk that rolls along the wall tells nothing: a film ends once the wall has held it for so many periods, and a run
-# with fewer impacts that can be used is started anew, as one would; the best of so many starts stands.
-HELD_PERIODS, ENOUGH_IMPACTS, USED_M_PER_S, MOST_STARTS = 0.4, 10, 0.15, 30
+# that is shorter than this, or has fewer impacts that can be used, is started anew, as one would; the best of so many
+# starts stands.
+HELD_PERIODS, SHORTEST_PERIODS, ENOUGH_IMPACTS, USED_M_PER_S, MOST_STARTS = 0.4, 3.0, 10, 0.15, 30
+LONG_ENOUGH = 0.99  # of that: the last frame comes before the end
 # The restitution scatters from impact to impact: by a cosine of the time whose period no two impacts share.
 SCATTER_PERIOD_S = 1e-6
 # What steel on steel and steel on PVC usually show (practice series), where [model] does not say.
@@ -88,16 +90,17 @@ def as_planned(recording: Recording, settings: Settings) -> Recording:
 def simulated_run(recording: Recording, settings: Settings, rng: np.random.Generator) -> tuple[pd.DataFrame, int]:
     """Table ``motion`` of one run: simulated from a start drawn at random, with noise; and how many starts it took."""
     best: tuple[int, SimulationResult, float] | None = None
-    starts = 0
-    while starts < MOST_STARTS and (best is None or best[0] < ENOUGH_IMPACTS):
-        starts += 1
+    starts_s = START_PERIODS / settings.frequency_hz
+    shortest_s = min(SHORTEST_PERIODS / settings.frequency_hz, settings.duration_s)
+    for starts in range(1, MOST_STARTS + 1):
         result = simulate(_scenario(recording, settings, rng))
-        ends_s = _film_ends(result, settings)
-        impacts = result.impacts
+        ends_s, impacts = _film_ends(result, settings), result.impacts
         used = (impacts["normal_speed_before_m_per_s"] > USED_M_PER_S) & (impacts["time_s"] < ends_s)
-        count = int((used & (impacts["time_s"] > START_PERIODS / settings.frequency_hz)).sum())
+        count = int((used & (impacts["time_s"] > starts_s)).sum())
         if best is None or count > best[0]:
             best = count, result, ends_s
+        if count >= ENOUGH_IMPACTS and ends_s - starts_s >= LONG_ENOUGH * shortest_s:
+            break
     assert best is not None
     return _seen(best[1], settings, best[2], rng), starts
 
