@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from analysis.figures.style import DEG
 from analysis.figures.trajectory import angle_and_spin, column, relative_trajectory, velocities
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
@@ -51,7 +52,7 @@ def add_motion(page: Page, results: Results) -> None:
         text += (
             ": the rigid fit of all markers, and the mean over marker triplets as in the thesis. They differ "
             "by "
-            f"{with_unit(1e3 * scatter, 'mrad', 2)} (robust sd); differentiated frame by frame, the "
+            f"{with_unit(DEG * scatter, '°', 2)} (robust sd); differentiated frame by frame, the "
             "triplets' noise becomes that of the orange spin"
         )
     section.add_figure(

@@ -314,6 +314,23 @@ TABLES: dict[str, Table] = {
         ),
         Table("sweep", "point of a sweep", _sweep_columns(), key=("value", "other_value")),
         Table(
+            "plan",
+            "setting and parameter of a planned day",
+            (
+                text("setting", '"as stated", or what would be done otherwise'),
+                text("parameter", "name of the parameter, as in identification"),
+                maybe("sd", "standard deviation that the day would give, SI, median over the simulated days"),
+                maybe("sd_low", "the smallest of the days"),
+                maybe("sd_high", "the largest"),
+                number("determined", "share of the days that determine it"),
+                maybe("gain", "sd as stated over sd of this setting, median over days with the same starts"),
+                number("impacts", "impacts of a day, median"),
+                number("usable", "share of starts that give a run of ten impacts and three periods; the others are repeated"),
+                number("filmed_s", "time until the disk rolls along the wall for good, or the run's end, mean"),
+            ),
+            key=("setting", "parameter"),
+        ),
+        Table(
             "sensitivities",
             "derivative",
             (
