@@ -100,8 +100,16 @@ STAGES: tuple[Stage, ...] = (
         "analyse",
         "points -> motion of NES and Host, Host circle, angle, impacts as the thesis finds them",
         reads=("points.parquet or motion.parquet",),
-        writes=("motion.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet"),
-        sections=("time", "bodies", "excitation", "model", "thesis_method"),
+        may_read=("accelerometers' record",),
+        writes=(
+            "motion.parquet",
+            "host_circle.parquet",
+            "rotation.parquet",
+            "thesis_impacts.parquet",
+            "accelerometers.parquet",
+            "accelerations.parquet",
+        ),
+        sections=("time", "bodies", "excitation", "model", "thesis_method", "accelerometers"),
     ),
     Stage(
         "identify",
@@ -128,13 +136,15 @@ STAGES: tuple[Stage, ...] = (
             "host_circle.parquet",
             "rotation.parquet",
             "thesis_impacts.parquet",
+            "accelerometers.parquet",
+            "accelerations.parquet",
             "impacts.parquet",
             "flights.parquet",
             "identification.parquet",
             "checks.parquet",
         ),
         writes=("report.html",),
-        sections=("name", "time", "cameras", "bodies", "excitation", "model", "thesis_method", "log"),
+        sections=("name", "time", "cameras", "bodies", "excitation", "model", "thesis_method", "accelerometers", "log"),
     ),
 )
 
@@ -185,6 +195,9 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
         case "trigger.csv":
             trigger = recording.settings.time.trigger
             return [recording.path(trigger)] if trigger else []
+        case "accelerometers' record":
+            record = recording.settings.accelerometers
+            return [recording.path(record.file)] if record is not None else []
         case "calibration.json" if recording.calibration_file is not None:
             return [recording.calibration_file]
         case "calibration_covariance.parquet" if recording.calibration_file is not None:
