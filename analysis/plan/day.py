@@ -92,7 +92,9 @@ def simulated_run(recording: Recording, settings: Settings, rng: np.random.Gener
     best: tuple[int, SimulationResult, float] | None = None
     starts_s = START_PERIODS / settings.frequency_hz
     shortest_s = min(SHORTEST_PERIODS / settings.frequency_hz, settings.duration_s)
-    for starts in range(1, MOST_STARTS + 1):
+    starts = 0
+    while starts < MOST_STARTS:
+        starts += 1
         result = simulate(_scenario(recording, settings, rng))
         ends_s, impacts = _film_ends(result, settings), result.impacts
         used = (impacts["normal_speed_before_m_per_s"] > USED_M_PER_S) & (impacts["time_s"] < ends_s)
