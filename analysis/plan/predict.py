@@ -24,7 +24,7 @@ MAIN = ("restitution", "wall_friction", "tangential_restitution", "floor_frictio
 UNDETERMINED_SD = 12**-0.5
 # Processor seconds of an identification: per run, and per frame of it (measured on the practice rig).
 RUN_S, FRAME_S = 0.5, 1.5e-3
-Progress = Callable[[int, int], None]
+Progress = Callable[[], object]
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,12 @@ def predict(
 ) -> pd.DataFrame:
     """Table ``plan``: a row per setting and parameter."""
     found: list[list[Day]] = []
-    for n, change in enumerate(asked):
+    for change in asked:
         found.append([])
         for day in range(days):
             found[-1].append(one_day(recording, change.settings, [seed, day]))
             if progress is not None:
-                progress(n * days + day + 1, len(asked) * days)
+                progress()
     parameters = list(dict.fromkeys([*MAIN, *(name for day in found[0] for name in day.found.index)]))
     today = np.array([sds_of([day.found for day in found[0]], name) for name in parameters])
     rows = []

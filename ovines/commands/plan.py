@@ -6,10 +6,13 @@ import argparse
 import math
 from pathlib import Path
 
+from tqdm import tqdm
+
 from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import whole_number
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of
+from ovines.io.run_log import bars_disabled
 from ovines.pipeline.ownership import refuse_folder, refuse_theirs
 from ovines.recording import FILE, Recording, read_recording
 from ovines.tables import write_table
@@ -89,7 +92,8 @@ def run(args: argparse.Namespace) -> int:
         most * FRAME_BYTES,
         args.yes,
     )
-    plan = interruptibly(lambda: predict(recording, asked, args.days, args.seed))
+    with tqdm(total=len(asked) * args.days, desc="plan", unit="day", disable=bars_disabled()) as bar:
+        plan = interruptibly(lambda: predict(recording, asked, args.days, args.seed, bar.update))
     stated = {name: getattr(args, name) for name in ("runs", "duration_s", "days", "seed", "restitution_scatter")}
     record = provenance(NAME, {**stated, "noise_px": noise_px}, {FILE: sha256_of(recording.folder / FILE)})
     out.mkdir(parents=True, exist_ok=True)

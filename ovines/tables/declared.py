@@ -373,8 +373,7 @@ TABLES: dict[str, Table] = {
                 maybe("gain", "sd as stated over sd of this setting, median over days with the same starts"),
                 number("impacts", "impacts of a day, median"),
                 number(
-                    "usable",
-                    "share of starts that give a run of ten impacts and three periods; the others are repeated",
+                    "usable", "share of starts that give a run long enough and with ten impacts; others are repeated"
                 ),
                 number("filmed_s", "time until the disk rolls along the wall for good, or the run's end, mean"),
             ),

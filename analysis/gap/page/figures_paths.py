@@ -200,8 +200,8 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
     )
     figure, axes = new_figure(2, 3, height_in=4.4, margins_in=(0.7, 0.12, 0.5, 0.42), gap_in=(0.78, 0.3), sharex="col")
     breaks = _breaks(path, at)
-    for column, (name, scale, unit, change) in enumerate(
-        (("x", 1e3, "mm", "mm"), ("y", 1e3, "mm", "mm"), ("angle", DEG, "°", "°"))
+    for column, (name, scale, unit, finer, change) in enumerate(
+        (("x", 1e3, "mm", 1e3, "mm"), ("y", 1e3, "mm", 1e3, "mm"), ("angle", DEG, "°", 1e3 * DEG, "10⁻³ °"))
     ):
         top, bottom = axes[:, column]
         measured = path.measured[at, column]
@@ -209,7 +209,7 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
         for model, colour, style, words in styles:
             predicted = np.where(breaks, np.nan, path.models[model][at, column])
             top.plot(t, scale * predicted, style, color=colour, lw=1.1, label=words)
-            bottom.plot(t, scale * (predicted - measured), style, color=colour, lw=1.1)
+            bottom.plot(t, finer * (predicted - measured), style, color=colour, lw=1.1)
         bottom.axhline(0, color=BLACK, lw=0.7)
         for ax in (top, bottom):
             ax.axvspan(1e3 * path.time_s[chosen.first], 1e3 * path.time_s[chosen.last], color=GREY, alpha=0.12, lw=0)
