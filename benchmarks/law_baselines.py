@@ -164,7 +164,7 @@ def one_case(kind, options, rng):
     regression = flight_regression(first_flights(series, EFFECTS))
     problem = regression.problem
     scales = RigScales.of(regression.known, float(series.runs[0].data.host.omega_rad_per_s))
-    candidates = [*flight_candidates(scales), *pulse_candidates(regression, scales.run_s)]
+    candidates = [*flight_candidates(scales), *pulse_candidates(regression, scales.run_s, np.random.default_rng(2))]
     table, groups = columns_of(candidates, regression.columns)
     nothing = table[:, :0]
     found, _ = find_law(problem, regression.columns, candidates, np.random.default_rng(0))
