@@ -243,7 +243,7 @@ class Nominal(Section):
 
     laws: tuple[str, ...] = ()
     """Files of written laws that the simulator contains, from this file on ([law.toml](law-toml.md)); held by
-    `diagnose`. Example: `["law-1.toml"]`.
+    `identify`, `compare` and `diagnose`. Example: `["law-1.toml"]`.
     """
 
     @model_validator(mode="after")

@@ -58,7 +58,7 @@ def find_flight_law(
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
-    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s)]
+    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng)
     law = None if found is None else fitted_law(runs, base, found)
     if found is None or law is None:

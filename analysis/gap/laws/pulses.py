@@ -2,7 +2,8 @@
 
 No list of candidates can hold every period and instant.  The force of each short stretch of time is first fitted
 freely, the same in all runs, and every train of pulses, single ones too, is then held against that profile at the
-price of a small sum; the best of each width become candidates, and pay for having been looked for in the same data."""
+price of a small sum; the best of each width become candidates, and pay for having been looked for in the same data:
+what the best train gains where each flight's sign is turned at random, with whatever structure the flights hold."""
 
 from __future__ import annotations
 
@@ -23,32 +24,34 @@ Array = NDArray[np.float64]
 STRETCHES, WIDTHS = 120, (1.0, 2.0, 4.0)
 # Shortest period over the width: closer pulses are one force; longest over the run: a single pulse.
 SHORTEST, LONGEST = 4.0, 2.0
-# Sum of squares that one look among n gains by chance, two unknowns each: 2 ln n.
-PER_LOOK = 2.0
+# Turned series in which trains are looked for, too; the best of all of them is the price.
+TURNS = 19
 
 
 @dataclass(frozen=True, eq=False)
 class TimeProfile:
     """Normal equations of a force along x and along y in each stretch of time: ``information`` (2, 2, B, B) and
-    ``score`` (2, B), what all else explains taken out; ``middle_s`` (B,) of the stretches, from the run's start."""
+    ``scores`` (K, 2, B), of the series (the first) and of those with turned signs, what all else explains taken out;
+    ``middle_s`` (B,) of the stretches, from the run's start."""
 
     information: Array
-    score: Array
+    scores: Array
     middle_s: Array
 
     def gains(self, trains: Array) -> Array:
-        """Fall of the sum of squares (N,) that each of the ``trains`` (N, B) explains in the direction that suits it
-        best."""
-        b = trains @ self.score.T
+        """Fall of the sum of squares (K, N) that each of the ``trains`` (N, B) explains in the direction that suits it
+        best, in each series."""
+        x, y = (self.scores[:, axis] @ trains.T for axis in (0, 1))
         a = np.array([[np.einsum("nb,nb->n", trains @ self.information[i, j], trains) for j in (0, 1)] for i in (0, 1)])
         determinant = a[0, 0] * a[1, 1] - a[0, 1] ** 2
         told = determinant > 1e-9 * np.maximum(a[0, 0] * a[1, 1], 1e-300)
-        top = a[1, 1] * b[:, 0] ** 2 - 2 * a[0, 1] * b[:, 0] * b[:, 1] + a[0, 0] * b[:, 1] ** 2
+        top = a[1, 1] * x**2 - 2 * a[0, 1] * x * y + a[0, 0] * y**2
         return np.where(told, top / np.where(told, determinant, 1.0), 0.0)
 
 
-def time_profile(problem: FlightRegression, run_s: float) -> TimeProfile:
-    """The force that the flights ask for in each of :data:`STRETCHES` of a run of ``run_s``."""
+def time_profile(problem: FlightRegression, run_s: float, rng: np.random.Generator) -> TimeProfile:
+    """The force that the flights ask for in each of :data:`STRETCHES` of a run of ``run_s``, as they are and with signs
+    that ``rng`` turns."""
     edges = np.linspace(0.0, run_s * (1 + 1e-9), STRETCHES + 1)
 
     def cut(known: Array) -> Array:
@@ -61,15 +64,18 @@ def time_profile(problem: FlightRegression, run_s: float) -> TimeProfile:
     basis = profile.basis[:count]
     left = [one - basis @ (profile.basis[:count].T @ one) for one in ways]
     information = np.array([[a.T @ b for b in left] for a in left])
-    score = np.array([one.T @ profile.residual[:count] for one in left])
-    return TimeProfile(information, score, 0.5 * (edges[1:] + edges[:-1]))
+    blocks, block = np.unique(problem.problem.block, return_inverse=True)
+    signs = np.vstack([np.ones(len(blocks)), rng.choice([-1.0, 1.0], (TURNS, len(blocks)))])
+    turned = signs[:, block] * profile.residual[:count]
+    scores = np.stack([turned @ one for one in left], 1)
+    return TimeProfile(information, scores, 0.5 * (edges[1:] + edges[:-1]))
 
 
-def pulse_candidates(problem: FlightRegression, run_s: float) -> list[Candidate]:
+def pulse_candidates(problem: FlightRegression, run_s: float, rng: np.random.Generator) -> list[Candidate]:
     """The best train of pulses of each width; none where the flights tell no profile."""
-    profile = time_profile(problem, run_s)
+    profile = time_profile(problem, run_s, rng)
     stretch = run_s / STRETCHES
-    found, looks = [], 0
+    found, price = [], 0.0
     for share in WIDTHS:
         width = share * stretch
         best: tuple[float, float, float] | None = None
@@ -78,13 +84,13 @@ def pulse_candidates(problem: FlightRegression, run_s: float) -> list[Candidate]
             late = profile.middle_s - first[:, None]
             late = late - period * np.floor(late / period + 0.5)
             gains = profile.gains(np.exp(-0.5 * (late / width) ** 2))
-            looks += len(first)
-            at = int(np.argmax(gains))
-            if best is None or gains[at] > best[0]:
-                best = float(gains[at]), float(period), float(first[at])
+            price = max(price, float(gains[1:].max()))
+            at = int(np.argmax(gains[0]))
+            if best is None or gains[0, at] > best[0]:
+                best = float(gains[0, at]), float(period), float(first[at])
         if best is not None and best[0] > 0:
             found.append((width, best[1], best[2]))
-    price = PER_LOOK * math.log(max(looks, 1))
+    price /= problem.problem.excess
     steps = (0.3, 0.5 * stretch / run_s, 0.5)
     return [
         Candidate(
