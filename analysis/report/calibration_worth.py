@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,9 @@ def _add_uncertainty(
             + (", black: the ring." if ring else "."),
             "Three maps of the sliding plane: standard deviation of x, y and z.",
         )
+    world = results.get("calibration_world")
+    for text in [] if world is None else _distances(world, cameras):
+        section.add_text(text)
     image = results.tables["calibration_image"]
     section.add_figure(
         "calibration_image",
@@ -97,6 +101,18 @@ def _add_uncertainty(
         "Middle far above right: the standard deviations are too small. Red: the window.",
         "Maps of each image: uncertainty of the lens, difference of two halves, expected difference.",
     )
+
+
+def _distances(world: pd.DataFrame, cameras: list[Camera]) -> list[str]:
+    """How far the cameras' centres are apart, one sentence for each two: a length that a ruler can check."""
+    sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
+    told = []
+    for a, b in combinations(cameras, 2):
+        name = f"distance_m of {a.name} and {b.name}"
+        if name in sd:
+            apart_m = float(np.linalg.norm(a.centre_m - b.centre_m))
+            told.append(f"{a.name} and {b.name} stand {value_with_sd(1e3 * apart_m, 1e3 * sd[name], 'mm')} apart.")
+    return told
 
 
 def _ring(results: Results) -> tuple[float, float, float] | None:
@@ -125,6 +141,8 @@ def _add_plane(page: Page, results: Results) -> None:
         return
     section = page.add_section("Where the sliding plane is", "plane")
     sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
+    if "height_m" not in sd:  # no place of the plane that all cameras see
+        return
     settings = results.recording.settings.calibration
     height = None if settings is None else settings.board_height_m
     source = "the board" if height is None else f"the board, {length(height)} under its print"

@@ -696,9 +696,13 @@ TABLES: dict[str, Table] = {
         ),
         Table(
             "calibration_world",
-            "quantity of the plane z = 0, which the board defined",
+            "quantity of the world that the board defined: its plane z = 0, and where the cameras stand",
             (
-                text("quantity", "height_m at the world's origin, slope_x and slope_y along the axes"),
+                text(
+                    "quantity",
+                    "height_m of the plane at the world's origin, slope_x and slope_y along the axes; distance_m of "
+                    "two cameras' centres",
+                ),
                 number("sd", "standard deviation from the calibration alone, in m or 1"),
             ),
             key=("quantity",),

@@ -179,6 +179,26 @@ def rig(board_height_m: float = 0.0):
     return setup, calibrate(setup.board, seen, sizes, world, board_height_m=board_height_m)
 
 
+def test_the_cameras_distance_has_the_sd_of_pairs_drawn_from_the_covariance():
+    setup, found = rig()
+    name, sd_m = found.tables["calibration_world"][["quantity", "sd"]].iloc[-1]
+    assert name == "distance_m of VW1 and VW2"
+    covariance = np.nan_to_num(found.covariance)
+    rng, n = np.random.default_rng(0), 4000
+    drawn = rng.multivariate_normal(np.zeros(len(covariance)), covariance, n, method="svd").reshape(n, 2, -1)
+    centres = [
+        -np.einsum(
+            "nji,nj->ni",
+            np.stack([cv2.Rodrigues(one[-6:-3])[0] @ camera.rotation for one in drawn[:, c]]),
+            camera.translation_m + drawn[:, c, -3:],
+        )
+        for c, camera in enumerate(found.cameras)
+    ]
+    assert np.linalg.norm(centres[0] - centres[1], axis=1).std() == pytest.approx(sd_m, rel=0.06)
+    true_m, own_m = (np.linalg.norm(a.centre_m - b.centre_m) for a, b in (setup.cameras, found.cameras))
+    assert abs(own_m - true_m) < 4 * sd_m
+
+
 def test_a_thick_board_does_not_raise_the_world():
     """The board lies 5 mm above the plane and says so: the cameras are where they are, within their sd."""
     setup, found = rig(0.005)
