@@ -12,12 +12,22 @@ from analysis.flights.stated_terms import stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.plan.noise import PoseNoise
 from analysis.walls.wall import stated_wall
-from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
+from ovines.core import (
+    FloorFriction,
+    Harmonic,
+    Host,
+    ImpactLaw,
+    Nes,
+    Scenario,
+    ScenarioError,
+    SimulationResult,
+    simulate,
+)
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.system.shaker import amplitude_of
 from ovines.errors import InputError
 from ovines.recording import Recording
 
-GRAVITY_M_PER_S2 = 9.81
 # The disk is let go anywhere in the middle of the Host, as fast as the Host (RMS), and filmed from half a period on.
 START_SHARE, START_PERIODS = 0.8, 0.5
 # A disk that rolls along the wall tells nothing: a film ends once the wall has held it for so many periods, and a run
@@ -27,6 +37,8 @@ HELD_PERIODS, SHORTEST_PERIODS, ENOUGH_IMPACTS, USED_M_PER_S, MOST_STARTS = 0.4,
 LONG_ENOUGH = 0.99  # of that: the last frame comes before the end
 # The restitution scatters from impact to impact: by a cosine of the time whose period no two impacts share.
 SCATTER_PERIOD_S = 1e-6
+# Largest amplitude of a drive over the contact radius: no rig is shaken further.
+FARTHEST_DRIVE = 20.0
 # What steel on steel and steel on PVC usually show (practice series), where [model] does not say.
 USUAL = {"restitution": 0.7, "wall_friction": 0.15, "tangential_restitution": 0.45, "floor_friction": 0.2}
 
@@ -44,6 +56,11 @@ class Settings:
     restitution_scatter: float
 
     @property
+    def simulated_s(self) -> float:
+        """Simulated time of a start: until the film begins, and the film."""
+        return START_PERIODS / self.frequency_hz + self.duration_s
+
+    @property
     def frames(self) -> float:
         """Frames of the whole day."""
         return self.runs * self.duration_s * self.frame_rate_hz
@@ -51,7 +68,7 @@ class Settings:
 
 def refuse_no_drive(recording: Recording) -> None:
     """`InputError` where recording.toml lacks what no default can stand for."""
-    stated_wall(recording)
+    wall = stated_wall(recording)
     drive, where = recording.excitation, f"{recording.folder / 'recording.toml'}"
     if drive is None or drive.acceleration_g is None:
         raise InputError(
@@ -61,6 +78,16 @@ def refuse_no_drive(recording: Recording) -> None:
         )
     if drive.axis == "z":
         raise InputError(f"{where}: a drive along z", "a drive in the plane, x or y", "correct [excitation] axis")
+    try:
+        amplitude_m = amplitude_of(drive.acceleration_g, drive.frequency_hz)
+    except ScenarioError as error:
+        raise InputError(f"{where}: {error.found}", error.expected, "correct [excitation]") from None
+    if amplitude_m > FARTHEST_DRIVE * wall.size_m:
+        raise InputError(
+            f"{where}: {drive.acceleration_g:g} g at {drive.frequency_hz:g} Hz, an amplitude of {amplitude_m:.3g} m",
+            f"at most {FARTHEST_DRIVE:g} times the contact radius, {wall.size_m:.3g} m",
+            "correct acceleration_g or frequency_hz",
+        )
     if recording.frame_rate_hz is None:
         raise InputError(f"{where}: no frame_rate_hz in [time]", "the frame rate of the cameras", "add it")
 
@@ -108,11 +135,13 @@ def simulated_run(recording: Recording, settings: Settings, rng: np.random.Gener
 
 
 def _film_ends(result: SimulationResult, settings: Settings) -> float:
-    """When the wall has held the disk for good, or the run is over (s)."""
+    """When the wall has held the disk for good, or the run is over (s); something is filmed in any case."""
     held = result.contacts[:, 1] - result.contacts[:, 0] if len(result.contacts) else np.zeros(0)
-    long = np.flatnonzero(held > HELD_PERIODS / settings.frequency_hz)
-    over = float(result.time_s[-1])
-    return min(over, float(result.contacts[long[0], 0]) + HELD_PERIODS / settings.frequency_hz) if len(long) else over
+    hold_s = HELD_PERIODS / settings.frequency_hz
+    long = np.flatnonzero(held > hold_s)
+    over = min(float(result.time_s[-1]), result.end_s)
+    held_s = float(result.contacts[long[0], 0]) + hold_s if len(long) else over
+    return min(over, max(held_s, START_PERIODS / settings.frequency_hz + hold_s))
 
 
 def _seen(result: SimulationResult, settings: Settings, ends_s: float, rng: np.random.Generator) -> pd.DataFrame:
@@ -137,8 +166,7 @@ def _scenario(recording: Recording, settings: Settings, rng: np.random.Generator
     drive, model = recording.excitation, recording.model
     assert host is not None and nes is not None and drive is not None
     wall, (law, _) = stated_wall(recording), law_of(recording)
-    omega = 2.0 * np.pi * settings.frequency_hz
-    amplitude = settings.level_g * GRAVITY_M_PER_S2 / omega**2
+    omega, amplitude = 2.0 * np.pi * settings.frequency_hz, amplitude_of(settings.level_g, settings.frequency_hz)
     axis, phase = drive.axis or "x", rng.uniform(0.0, 2.0 * np.pi)
     middle = np.zeros(2)
     middle["xy".index(axis)] = amplitude * np.sin(phase)
@@ -162,7 +190,7 @@ def _scenario(recording: Recording, settings: Settings, rng: np.random.Generator
             drive=(Harmonic(axis, amplitude, settings.frequency_hz, phase),),
         ),
         ImpactLaw(law["restitution"], law["wall_friction"], law["tangential_restitution"]),
-        START_PERIODS / settings.frequency_hz + settings.duration_s,
+        settings.simulated_s,
         FloorFriction(friction, "farkas" if "spin_coupling" in effects else "coulomb") if friction > 0.0 else None,
         initial_nes=(*map(float, place), *map(float, velocity), float(rng.uniform(0.0, 2.0 * np.pi)), 0.0),
         sample_rate_hz=settings.frame_rate_hz,

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.identify import identify_series
-from analysis.plan.day import Settings, as_planned, simulated_run
+from analysis.plan.day import MOST_STARTS, Settings, as_planned, simulated_run
 from ovines.recording import Recording
 from ovines.tables import checked
 
@@ -22,8 +22,9 @@ AS_STATED = "as stated"
 MAIN = ("restitution", "wall_friction", "tangential_restitution", "floor_friction")
 # What an undetermined one of them counts as: the sd of anything between 0 and 1.
 UNDETERMINED_SD = 12**-0.5
-# Processor seconds of an identification: per run, and per frame of it (measured on the practice rig).
-RUN_S, FRAME_S = 0.5, 1.5e-3
+# Processor seconds: of an identification per run and per frame of it, of the simulator per period of the drive, all
+# starts of a run together (measured on the practice rig).
+RUN_S, FRAME_S, PERIOD_S = 0.5, 1.5e-3, 1e-4 * MOST_STARTS
 Progress = Callable[[], object]
 
 
@@ -62,7 +63,10 @@ def changes(stated: Settings) -> tuple[Change, ...]:
 
 def cost_s(asked: tuple[Change, ...], days: int) -> float:
     """Processor seconds that `predict` takes, about."""
-    return days * sum(one.settings.runs * RUN_S + one.settings.frames * FRAME_S for one in asked)
+    return days * sum(
+        one.runs * (RUN_S + one.simulated_s * (one.frame_rate_hz * FRAME_S + one.frequency_hz * PERIOD_S))
+        for one in (change.settings for change in asked)
+    )
 
 
 def predict(

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import argparse
 import math
+from functools import partial
 from pathlib import Path
 
 from tqdm import tqdm
 
 from ovines.camera import Camera, read_calibration
 from ovines.commands.stage_command import whole_number
+from ovines.core import ScenarioError
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of
 from ovines.io.run_log import bars_disabled
 from ovines.pipeline.ownership import refuse_folder, refuse_theirs
 from ovines.recording import FILE, Recording, read_recording
 from ovines.tables import write_table
-from ovines.workers.budget import add_yes, interruptibly, refuse_cost
+from ovines.workers.budget import add_yes, refuse_cost, within_budget
 
 NAME = "plan"
 HELP = (
@@ -25,6 +27,7 @@ HELP = (
 )
 NOISE_PX = 0.05  # sd of a marker's centre in the practice recordings, where nothing better is known
 RUNS, DURATION_S, DAYS, SCATTER = 3, 1.0, 2, 0.01
+MOST_WAIT_S = 600.0  # by the clock, where the cost was told as less than a minute of processor
 LEAST_FRAMES = 10  # of a run: fewer hold no flight
 MOST_RUNS, MOST_DAYS, FRAME_BYTES = 1000, 100, 2e3
 TABLE, PAGE = "plan", "plan.html"
@@ -93,7 +96,11 @@ def run(args: argparse.Namespace) -> int:
         args.yes,
     )
     with tqdm(total=len(asked) * args.days, desc="plan", unit="day", disable=bars_disabled()) as bar:
-        plan = interruptibly(lambda: predict(recording, asked, args.days, args.seed, bar.update))
+        try:
+            work = partial(predict, recording, asked, args.days, args.seed, bar.update)
+            plan = within_budget(work, f"the plan of {recording.name}", args.yes, MOST_WAIT_S)
+        except ScenarioError as error:
+            raise InputError(f"{recording.name}: {error.found}", error.expected, error.do) from None
     stated = {name: getattr(args, name) for name in ("runs", "duration_s", "days", "seed", "restitution_scatter")}
     record = provenance(NAME, {**stated, "noise_px": noise_px}, {FILE: sha256_of(recording.folder / FILE)})
     out.mkdir(parents=True, exist_ok=True)

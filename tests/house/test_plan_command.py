@@ -71,6 +71,28 @@ def test_numbers_of_no_day(day, options, capsys):
     assert not (day / "plan").exists()
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("frequency_hz = 11.0", "frequency_hz = 1e7"),
+        ("frame_rate_hz = 800.0", "frame_rate_hz = 1e9"),
+        ("frequency_hz = 11.0", "frequency_hz = 1e-3"),
+        ("acceleration_g = 6.0", "acceleration_g = 1e6"),
+        ("acceleration_g = 6.0", "acceleration_g = 1e300"),
+        ("frequency_hz = 11.0", "frequency_hz = 1e-300"),
+        ("inner_radius_m = 0.05", "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.0, 0.06]]"),
+        ("inner_radius_m = 0.05", "inner_radius_m = 0.05\nobstacle_radius_m = 0.01"),
+    ],
+)
+def test_rigs_at_the_edge(day, old, new, capsys):
+    """Planned or refused, in seconds; never a traceback."""
+    path = day / "recording.toml"
+    path.write_text(path.read_text().replace(old, new))
+    status = main(["plan", str(day), *SMALL, "--as-stated"])
+    said = capsys.readouterr()
+    assert (status == 0 and "page:" in said.out) or (status == 2 and "found:" in said.err), said
+
+
 def test_another_file_is_no_plan(day, capsys):
     (day / "other.toml").write_text("format = 1")
     assert main(["plan", str(day / "other.toml")]) == 2
