@@ -36,6 +36,7 @@ def test_every_candidate_is_the_same_law_in_other_units():
     candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0)), *law_candidates(told)]
     pulses = Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4)
     terms = {one.name: one.terms for one in candidates} | {"pulses": (pulses,)}
+    terms["gates"] = (Term("swirl", 1.6, (Factor("time", "gates", 0.2, 0.3, 0.1),)),)
     for name, those in terms.items():
         for term in those:
             (other,) = WrittenLaw((term,)).in_units(LENGTH_M, TIME_S).terms

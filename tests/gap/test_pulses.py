@@ -41,17 +41,22 @@ class Flights:
         return self.columns([term]) * np.repeat(weight, 2, axis=0)
 
 
-def pulsing(width, period, first):
-    return (Term("fixed_direction", 2.0, (Factor("time", "pulses", width, period, first),), x=0.6),)
+def pulsing(width, period, first, shape="pulses"):
+    return (Term("fixed_direction", 2.0, (Factor("time", shape, width, period, first),), x=0.6),)
 
 
-@pytest.mark.parametrize(("width", "period", "first"), [(0.012, 0.31, 0.07), (0.04, 2.0, 0.55)])
-def test_a_train_of_pulses_and_a_single_burst_are_found(width, period, first):
-    flights = Flights(np.random.default_rng(1), pulsing(width, period, first), 0.5)
+@pytest.mark.parametrize(
+    ("shape", "width", "period", "first"),
+    [("pulses", 0.012, 0.31, 0.07), ("pulses", 0.04, 2.0, 0.55), ("gates", 0.09, 0.29, 0.05)],
+)
+def test_a_train_of_pulses_and_a_single_burst_are_found(shape, width, period, first):
+    flights = Flights(np.random.default_rng(1), pulsing(width, period, first, shape), 0.5)
     rng = np.random.default_rng(2)
     found, p = find_law(flights.problem, flights.columns, pulse_candidates(flights, RUN_S, rng), rng)
     assert found is not None and p < 1e-3
-    own_width, own_period, own_first = found.parts[0].numbers
+    (part,) = found.parts
+    own_width, own_period, own_first = part.numbers
+    assert part.terms[0].factors[0].function == shape
     assert own_width == pytest.approx(width, rel=0.15)
     if period < RUN_S:
         assert own_period == pytest.approx(period, rel=0.01)

@@ -16,14 +16,14 @@ from ovines.core.refusal import require
 #: terms of a law at the most: each is a parameter of the flights' model
 MOST_TERMS = 8
 #: functions that divide their quantity by a scale of its unit
-SCALED = ("cosine", "sine", "exponential", "gaussian", "below", "pulses")
+SCALED = ("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS)
 
 
 @dataclass(frozen=True)
 class Factor:
     """A function of a quantity: ``power`` q^n, ``absolute_power`` |q|^n, ``cosine`` cos(n q / s), ``sine``,
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
-    Gaussian of width n (in q's unit) about every multiple of the period s.
+    Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle or instant that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
@@ -42,7 +42,7 @@ class Factor:
         require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and self.scale > 0
-        fine = fine and (self.function != "pulses" or self.order > 0)
+        fine = fine and (self.function not in W.TRAINS or self.order > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -206,7 +206,7 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
         quantity = QUANTITIES[one.quantity]
         x, y = place(quantity.own, quantity.unit, one.x, one.y)
         unit = size(powers_of(quantity.unit)) if one.function in SCALED else 1.0
-        order = one.order / unit if one.function == "pulses" else one.order
+        order = one.order / unit if one.function in W.TRAINS else one.order
         factors.append(replace(one, x=x, y=y, scale=one.scale / unit, order=order))
     x, y = place(TARGETS[term.target].own or "angle", "1", term.x, term.y)
     unit = size(term.powers)
