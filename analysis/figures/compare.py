@@ -7,13 +7,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.figures.style import BLACK, BLUE, GREY, MM, RED, label, legend, new_figure
+from analysis.figures.style import BLACK, BLUE, DEG, GREY, MM, RED, label, legend, new_figure
 
 QUANTITIES = {
     "impact_rate_hz": ("impacts per second", 1.0),
     "normal_speed_m_per_s": ("normal speed before an impact (m/s)", 1.0),
     "energy_j": ("kinetic energy (mJ)", 1e3),
-    "azimuth_rad": ("azimuth of the impacts (rad)", 1.0),
+    "azimuth_rad": ("azimuth of the impacts (°)", DEG),
 }
 
 

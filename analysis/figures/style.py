@@ -42,6 +42,7 @@ GREY = "#7a8594"
 WIDTH_IN = 7.6
 FONT_PT = 9.0
 MM = 1e3
+DEG = 180.0 / np.pi  # pages show angles in degrees, small tilts in mrad
 
 
 def new_figure(

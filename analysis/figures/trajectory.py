@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from analysis.figures.style import (
     AXIS_COLOURS,
     BLACK,
+    DEG,
     GREY,
     HOST_COLOUR,
     LINE_STYLES,
@@ -145,28 +146,28 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
     rows = 3 if rotation is not None else 2
     figure, axes = new_figure(rows, 1, height_in=1.65 * rows + 0.5, sharex=True)
     time_s, angle = motion["time_s"].to_numpy(float), column(motion, "nes_angle_rad")
-    t, value = thinned(time_s, angle)
+    t, value = thinned(time_s, DEG * angle)
     axes[0, 0].plot(t, value, color=NES_COLOUR, lw=1.2, label="rigid fit")
     spin = velocity(motion, "nes_angle_rad", "nes_spin_rad_per_s")
     t, value = thinned(time_s, spin)
     axes[1, 0].plot(t, value, color=NES_COLOUR, lw=1.0, label="rigid fit", zorder=3)
     if rotation is not None:
         clock, triplet = rotation["time_s"].to_numpy(float), column(rotation, "nes_angle_triplet_rad")
-        t, value = thinned(clock, triplet)
+        t, value = thinned(clock, DEG * triplet)
         axes[0, 0].plot(t, value, color=ORANGE, lw=1.0, ls="--", label="marker triplets")
         t, value = thinned(clock, np.gradient(triplet, clock) if len(clock) > 2 else triplet)
         axes[1, 0].plot(t, value, color=ORANGE, lw=0.8, label="triplets, differentiated")
-        difference = 1e3 * (triplet - column(rotation, "nes_angle_fit_rad"))
-        spread = 1e3 * column(rotation, "nes_angle_triplet_spread_rad")
+        difference = 1e3 * DEG * (triplet - column(rotation, "nes_angle_fit_rad"))
+        spread = 1e3 * DEG * column(rotation, "nes_angle_triplet_spread_rad")
         t, difference, spread = thinned(clock, difference, spread)
         axes[2, 0].fill_between(t, -spread, spread, color=GREY, alpha=0.3, lw=0, label="± spread of the triplets")
         axes[2, 0].plot(t, difference, color=ORANGE, lw=0.8, label="triplets − rigid fit")
-        label(axes[2, 0], "time (s)", "difference (mrad)")
+        label(axes[2, 0], "time (s)", "difference (10⁻³ °)")
         limits = robust_limits(np.concatenate([difference, spread, -spread]))
         if limits:
             axes[2, 0].set_ylim(*limits)
         legend(axes[2, 0])
-    label(axes[0, 0], y="angle (rad)")
+    label(axes[0, 0], y="angle (°)")
     label(axes[1, 0], x="time (s)" if rows == 2 else "", y="spin (rad/s)")
     limits = robust_limits(spin, share=0.002)
     if limits:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.accelerometers.figure import accelerations_figure
+from analysis.figures.style import DEG
 from analysis.figures.trajectory import angle_and_spin, column, relative_trajectory, velocities
 from analysis.report.numbers import value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page
@@ -53,7 +54,7 @@ def add_motion(page: Page, results: Results) -> None:
         text += (
             ": the rigid fit of all markers, and the mean over marker triplets as in the thesis. They differ "
             "by "
-            f"{with_unit(1e3 * scatter, 'mrad', 2)} (robust sd); differentiated frame by frame, the "
+            f"{with_unit(DEG * scatter, '°', 2)} (robust sd); differentiated frame by frame, the "
             "triplets' noise becomes that of the orange spin"
         )
     section.add_figure(

@@ -15,6 +15,7 @@ from analysis.figures.style import (
     AXIS_COLOURS,
     BLACK,
     BLUE,
+    DEG,
     GREEN,
     GREY,
     HOST_COLOUR,
@@ -129,8 +130,8 @@ def coordinates(result: SimulationResult) -> Figure:
     for ax, name, factor, title in zip(
         axes[:, 0],
         ("x_m", "y_m", "angle_rad"),
-        (scale, scale, 1.0),
-        (f"x ({unit})", f"y ({unit})", "angle (rad)"),
+        (scale, scale, DEG),
+        (f"x ({unit})", f"y ({unit})", "angle (°)"),
         strict=True,
     ):
         for body, colour in (("nes", NES_COLOUR), ("host", HOST_COLOUR)):

@@ -14,7 +14,7 @@ import pandas as pd
 import rerun as rr
 from numpy.typing import NDArray
 
-from analysis.figures.style import GREEN, GREY, HOST_COLOUR, MM, NES_COLOUR, ORANGE
+from analysis.figures.style import DEG, GREEN, GREY, HOST_COLOUR, MM, NES_COLOUR, ORANGE
 from analysis.view.doubtful_frames import Doubtful
 from analysis.view.outlines import body_lines, design_markers, placed, poses, seen_by, wall_gap_m
 from ovines.camera import Camera
@@ -31,7 +31,7 @@ NAME_COLOURS = {
     "ground": "#7fe3c0",
 }  # lighter: a name stands in its dot's colour on a grey box
 WIDTHS = {"simulated": 1.5}  # of a curve; a measured one shows on both sides of the simulated that covers it
-CURVES = {"x (mm)": ("x_m", MM), "y (mm)": ("y_m", MM), "angle (rad)": ("angle_rad", 1.0)}
+CURVES = {"x (mm)": ("x_m", MM), "y (mm)": ("y_m", MM), "angle (°)": ("angle_rad", DEG)}
 WHITE = "#ffffff"  # the viewer is dark
 LINE_M, POINT_M = 2.5e-4, 1.2e-3
 

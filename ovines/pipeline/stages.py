@@ -15,6 +15,7 @@ from typing import Any
 
 import ovines
 from ovines.errors import InputError
+from ovines.io.provenance import sha256_of
 from ovines.pipeline.code import code_digest
 from ovines.recording import Recording
 from ovines.tables import read_provenance
@@ -251,7 +252,12 @@ def _remedy(artifact: str) -> str:
 def parameters_of(one: Stage, recording: Recording) -> dict[str, Any]:
     """The sections of recording.toml that the stage depends on, as plain JSON."""
     settings = recording.settings.model_dump(mode="json", exclude_none=True)
-    return {section: settings[section] for section in one.sections if section in settings}
+    found = {section: settings[section] for section in one.sections if section in settings}
+    if "model" in found and recording.model is not None and recording.model.laws:
+        # A law is as much a part of the model as the numbers beside it.
+        paths = {name: recording.folder / name for name in recording.model.laws}
+        found["laws"] = {name: sha256_of(path) if path.is_file() else None for name, path in paths.items()}
+    return found
 
 
 def state_of(one: Stage, recording: Recording, hashes: Mapping[str, str]) -> dict[str, Any]:

@@ -82,13 +82,17 @@ class Calibration(Section):
     """How far the board's printed surface lies above the sliding plane in the extrinsic view: its thickness, or what it
     was laid on. Left out: 0. Example: `0.003`.
     """
+    simultaneous: bool | None = None
+    """Whether intrinsic pictures of one name (but for the camera's), or frames of one number, were taken at the same
+    instant: they then tie the cameras to each other. Left out: where they agree. Example: `true`.
+    """
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Calibration:
         images = {"board": self.board, "intrinsic": self.intrinsic, "extrinsic": self.extrinsic}
         given = [key for key, value in images.items() if value is not None]
-        if self.file is not None and self.board_height_m is not None:
-            given.append("board_height_m")
+        if self.file is not None:
+            given += [key for key in ("board_height_m", "simultaneous") if getattr(self, key) is not None]
         if self.file is not None and given:
             raise ValueError(f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic")
         if self.file is None and len(given) < 3:
@@ -243,7 +247,7 @@ class Nominal(Section):
 
     laws: tuple[str, ...] = ()
     """Files of written laws that the simulator contains, from this file on ([law.toml](law-toml.md)); held by
-    `diagnose`. Example: `["law-1.toml"]`.
+    `identify`, `compare` and `diagnose`. Example: `["law-1.toml"]`.
     """
 
     @model_validator(mode="after")

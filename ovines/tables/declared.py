@@ -361,6 +361,25 @@ TABLES: dict[str, Table] = {
         ),
         Table("sweep", "point of a sweep", _sweep_columns(), key=("value", "other_value")),
         Table(
+            "plan",
+            "setting and parameter of a planned day",
+            (
+                text("setting", '"as stated", or what would be done otherwise'),
+                text("parameter", "name of the parameter, as in identification"),
+                maybe("sd", "standard deviation that the day would give, SI, median over the simulated days"),
+                maybe("sd_low", "the smallest of the days"),
+                maybe("sd_high", "the largest"),
+                number("determined", "share of the days that determine it"),
+                maybe("gain", "sd as stated over sd of this setting, median over days with the same starts"),
+                number("impacts", "impacts of a day, median"),
+                number(
+                    "usable", "share of starts that give a run long enough and with ten impacts; others are repeated"
+                ),
+                number("filmed_s", "time until the disk rolls along the wall for good, or the run's end, mean"),
+            ),
+            key=("setting", "parameter"),
+        ),
+        Table(
             "sensitivities",
             "derivative",
             (
@@ -677,9 +696,13 @@ TABLES: dict[str, Table] = {
         ),
         Table(
             "calibration_world",
-            "quantity of the plane z = 0, which the board defined",
+            "quantity of the world that the board defined: its plane z = 0, and where the cameras stand",
             (
-                text("quantity", "height_m at the world's origin, slope_x and slope_y along the axes"),
+                text(
+                    "quantity",
+                    "height_m of the plane at the world's origin, slope_x and slope_y along the axes; distance_m of "
+                    "two cameras' centres",
+                ),
                 number("sd", "standard deviation from the calibration alone, in m or 1"),
             ),
             key=("quantity",),

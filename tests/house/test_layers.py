@@ -37,7 +37,7 @@ analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
 analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
 analysis.gap.laws
-analysis.view analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
+analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations
 ovines.commands ovines.notebook
@@ -48,9 +48,10 @@ ROOMS = [row.split() for row in ROWS.strip().splitlines()]
 OPEN = ("vision", "analysis", "ovines", "analysis.gap", "analysis.blind", "ovines.core")  # hold rooms, and files
 MOST_FILES = {
     "ovines": 14,
-    "ovines.commands": 25,
+    "ovines.commands": 26,
     "analysis.report": 17,
     "analysis.gap.page": 14,
+    "analysis.gap.laws": 14,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
     "ovines.importers": 14,

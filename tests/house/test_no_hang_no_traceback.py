@@ -543,3 +543,16 @@ def test_points_without_a_row_far_off_and_a_table_of_times(tmp_path):
     assert len(checked(motion(widest_span(3)), "motion")) == 3
     with pytest.raises(InputError, match="frame 1 is followed by"):
         checked(motion(widest_span(3) + 1), "motion")
+
+
+def test_names_for_pictures_without_a_disc(tmp_path, capsys):
+    folder = with_frames(tmp_path / "run")
+    for camera in ("VW1", "VW2"):
+        for path in (folder / camera).iterdir():
+            cv2.imwrite(str(path), np.full((30, 40), 128, np.uint8))
+    rows = [f"{camera},N{n},20,15" for camera in ("VW1", "VW2") for n in range(1, 6)]
+    (tmp_path / "names.csv").write_text("camera,marker,u_px,v_px\n" + "\n".join(rows))
+    asked = ["track", str(folder), "--names", str(tmp_path / "names.csv"), "--out", str(tmp_path / "out")]
+    assert main(asked) == 2
+    said = capsys.readouterr().err
+    assert "Traceback" not in said and "found:" in said

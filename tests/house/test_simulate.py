@@ -60,3 +60,15 @@ def test_the_shaker_of_the_thesis(tmp_path, capsys):
     assert "BEYOND" in capsys.readouterr().out  # one inch from peak to peak (ERRATA)
     assert main(["shaker", "--frequency-hz", "0", "--acceleration-g", "9"]) == 2
     assert main([*asked, "--nes-radius-m", "1"]) == 2
+
+
+@pytest.mark.parametrize(
+    "options",
+    ["--frequency-hz 1e-300", "--frequency-hz 1e300", "--acceleration-g 1e-300", "--acceleration-g inf", "--ratio 1",
+     "--ratio nan", "--nes-radius-m 0.04 --host-radius-m 0.04", "--host-radius-m 1e-300", "--host-radius-m 1e300",
+     "--travel-m 1e-300", "--velocity-m-per-s nan"],
+)  # fmt: skip
+def test_shakers_that_cannot_be(options, tmp_path, capsys):
+    asked = ["shaker", "--frequency-hz", "11", "--acceleration-g", "9", "--out", str(tmp_path / "out")]
+    assert main([*asked, *options.split()]) == 2, capsys.readouterr()
+    assert "expected:" in capsys.readouterr().err

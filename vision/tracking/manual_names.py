@@ -99,9 +99,9 @@ def adopt_names(
 def _pick(names: pd.DataFrame, one: CameraTracker, discs: np.ndarray, notes: list[str]) -> dict[int, np.ndarray]:
     own: dict[int, np.ndarray] = {}
     for row in names[names["camera"] == one.camera.name].itertuples():
-        away = np.hypot(discs[:, U] - row.u_px, discs[:, V] - row.v_px) if len(discs) else np.array([np.inf])
-        nearest = int(np.argmin(away))
-        if not away[nearest] < _REACH * radius_px(discs[nearest]):
+        away = np.hypot(discs[:, U] - row.u_px, discs[:, V] - row.v_px) if len(discs) else np.zeros(0)
+        nearest = int(np.argmin(away)) if len(away) else -1
+        if nearest < 0 or not away[nearest] < _REACH * radius_px(discs[nearest]):
             notes.append(f"{one.camera.name}: no disc within {_REACH:.0f} of its radii of the place named {row.marker}")
             continue
         own[one.layout.markers.index(row.marker)] = discs[nearest]

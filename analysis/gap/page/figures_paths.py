@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
+from analysis.figures.style import BLACK, BLUE, DEG, GREY, RED, label, legend, new_figure
 from analysis.flights.runs import Run, from_host
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import give_room
@@ -200,13 +200,12 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
     )
     figure, axes = new_figure(2, 3, height_in=4.4, margins_in=(0.7, 0.12, 0.5, 0.42), gap_in=(0.78, 0.3), sharex="col")
     breaks = _breaks(path, at)
-    for column, (name, scale, unit, change) in enumerate(
-        (("x", 1e3, "mm", "mm"), ("y", 1e3, "mm", "mm"), ("angle", 1.0, "rad", "mrad"))
+    for column, (name, scale, unit, finer, change) in enumerate(
+        (("x", 1e3, "mm", 1e3, "mm"), ("y", 1e3, "mm", 1e3, "mm"), ("angle", DEG, "°", 1e3 * DEG, "10⁻³ °"))
     ):
         top, bottom = axes[:, column]
         measured = path.measured[at, column]
         top.plot(t, scale * measured, ".", ms=3.5, color=GREY, label="measured")
-        finer = 1e3
         for model, colour, style, words in styles:
             predicted = np.where(breaks, np.nan, path.models[model][at, column])
             top.plot(t, scale * predicted, style, color=colour, lw=1.1, label=words)

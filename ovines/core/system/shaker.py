@@ -16,25 +16,31 @@ from ovines.core.refusal import require, require_range
 Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # m/s^2, as the thesis
+# What no shaker, Host or disk leaves, by far: inside it no figure overflows or vanishes.
+FREQUENCIES_HZ, MOST_G, LENGTHS_M = (1e-3, 1e9), 1e9, (1e-9, 1e6)
+LARGEST_RATIO = 0.999  # of radii: a disk that still moves
 
 
 def amplitude_of(acceleration_g: float, frequency_hz: float) -> float:
     """Amplitude (m) of a harmonic with this peak acceleration in g: a g / (2 pi f)^2 (Eq. 124)."""
-    require_range("acceleration_g", acceleration_g, 0.0, math.inf)
-    require_range("frequency_hz", frequency_hz, 0.0, math.inf, above=True)
+    require_range("acceleration_g", acceleration_g, 0.0, MOST_G)
+    require_range("frequency_hz", frequency_hz, *FREQUENCIES_HZ)
     return acceleration_g * STANDARD_GRAVITY / (2.0 * math.pi * frequency_hz) ** 2
 
 
 def clearance(host_radius_m: float, nes_radius_m: float) -> float:
     """L_g = 2 R_H - 2 R_N (m)."""
+    require_range("host_radius_m", host_radius_m, *LENGTHS_M)
     require_range("nes_radius_m", nes_radius_m, 0.0, host_radius_m, above=True)
-    return 2.0 * (host_radius_m - nes_radius_m)
+    gap = 2.0 * (host_radius_m - nes_radius_m)
+    require(gap > 0.0, f"nes_radius_m = {nes_radius_m}", f"below host_radius_m = {host_radius_m:g}", "correct it")
+    return gap
 
 
 def acceleration_of(amplitude_m: float, frequency_hz: float) -> float:
     """Peak acceleration (g) of a harmonic with this amplitude: the inverse of :func:`amplitude_of`."""
     require_range("amplitude_m", amplitude_m, 0.0, math.inf)
-    require_range("frequency_hz", frequency_hz, 0.0, math.inf, above=True)
+    require_range("frequency_hz", frequency_hz, *FREQUENCIES_HZ)
     return amplitude_m * (2.0 * math.pi * frequency_hz) ** 2 / STANDARD_GRAVITY
 
 
@@ -49,7 +55,7 @@ def host_radius_for(amplitude_m: float, radius_ratio: float = 0.2, share: float 
     A = share * 2 R_H (1 - ratio)/pi.  The thesis' A = 1.848 cm gives 3.629 cm at share 1, and 4.536 cm at 0.8.
     """
     require_range("amplitude_m", amplitude_m, 0.0, math.inf, above=True)
-    require_range("radius_ratio", radius_ratio, 0.0, 1.0)
+    require_range("radius_ratio", radius_ratio, 0.0, LARGEST_RATIO)
     require_range("share", share, 0.0, 1.0, above=True)
     return math.pi * amplitude_m / (2.0 * share * (1.0 - radius_ratio))
 
@@ -68,7 +74,8 @@ class ShakerLimits:
     def __post_init__(self) -> None:
         for name in ("travel_m", "velocity_m_per_s", "acceleration_g"):
             value = getattr(self, name)
-            require(value > 0.0, f"{name} = {value}", "a number above 0", f"correct {name}")
+            least = LENGTHS_M[0]
+            require(value >= least, f"{name} = {value}", f"a number of at least {least:g}", f"correct {name}")
 
     def accelerations_g(self, frequency_hz: Array) -> dict[str, Array]:
         """Largest acceleration (g) that each limit leaves at each frequency (n,); Fig. 36 shows the three curves."""
