@@ -82,8 +82,9 @@ def compare_accelerometers(motion: pd.DataFrame, record: Record, asked_hz: float
             f"{clock.offset_s:.6g} s: the drive repeats itself. Say about when the record starts (start_s), or record "
             f"the drive's start"
         )
-    half = 0.5 * float(np.median(np.diff(time_s)))  # the means over a frame's interval lie within the record, too
-    whole = (clock.record_time_s(time_s - half) >= integrated.first_s) & (
+    half = 0.5 * float(np.median(np.diff(time_s)))  # the means over a frame's interval lie within both, too
+    whole = (time_s - half >= time_s[0]) & (time_s + half <= time_s[-1])
+    whole &= (clock.record_time_s(time_s - half) >= integrated.first_s) & (
         clock.record_time_s(time_s + half) <= integrated.last_s
     )
     frames = motion["frame"].to_numpy()[seen][whole]

@@ -8,7 +8,7 @@ import pandas as pd
 from analysis.accelerometers.figure import accelerations_figure
 from analysis.figures.style import DEG
 from analysis.figures.trajectory import angle_and_spin, column, relative_trajectory, velocities
-from analysis.report.numbers import value_with_sd, with_unit
+from analysis.report.numbers import value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
 from analysis.walls.wall import identified_wall
@@ -96,17 +96,18 @@ def add_accelerometers(page: Page, results: Results) -> None:
         "Acceleration of the Host by cameras and accelerometers over some periods, and its difference over the run.",
     )
     section.add_table(
-        ("channel", "", "frequency (Hz)", "amplitude (m/s²)", "phase", "RMS difference (m/s²)", "sensitivity (mV/g)"),
+        ("channel", "", "frequency (Hz)", "amplitude (m/s²)", "phase", "RMS difference (m/s²)", "gain", "mV/g"),
         [row for _, one in table.iterrows() for row in _rows(one)],
-        "Main line of the drive by both, each in its own clock; phase of the record before the cameras; the "
-        "sensitivity is the stated one, and the one by which both agree (a wrong scale of the cameras looks the same).",
+        "Main line of the drive by both, each in its own clock; phase of the record before the cameras. RMS difference "
+        "with the stated sensitivity, and with the gain and the sensitivity by which both agree (a wrong scale of the "
+        "cameras looks the same).",
         text_columns=(0, 1),
     )
 
 
 def _rows(one: pd.Series) -> list[tuple[str, ...]]:
     """Two rows of a channel: by the record and by the cameras."""
-    sensitivity = value_with_sd(one["sensitivity_mv_per_g"], one["sensitivity_sd_mv_per_g"])
+    sensitivity = value_with_digits(one["sensitivity_mv_per_g"], one["sensitivity_sd_mv_per_g"])
     return [
         (
             str(one["channel"]),
@@ -115,6 +116,7 @@ def _rows(one: pd.Series) -> list[tuple[str, ...]]:
             with_unit(one["record_amplitude_m_per_s2"], digits=4),
             with_unit(1e3 * one["phase_rad"], "mrad", 2),
             with_unit(one["error_m_per_s2"], digits=2),
+            "1",
             with_unit(one["stated_sensitivity_mv_per_g"], digits=4),
         ),
         (
@@ -123,8 +125,8 @@ def _rows(one: pd.Series) -> list[tuple[str, ...]]:
             with_unit(one["cameras_frequency_hz"], digits=6),
             with_unit(one["cameras_amplitude_m_per_s2"], digits=4),
             "",
-            f"{with_unit(one['error_with_gain_m_per_s2'], digits=2)} with gain "
-            f"{value_with_sd(one['gain'], one['gain_sd'])}",
+            with_unit(one["error_with_gain_m_per_s2"], digits=2),
+            value_with_digits(one["gain"], one["gain_sd"]),
             sensitivity,
         ),
     ]

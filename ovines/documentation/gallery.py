@@ -45,14 +45,31 @@ recording](../how-to/look.md).
 
 Made by `python -m ovines.documentation.gallery` from the sample recordings.
 """
-# The samples' lenses leave nothing over: this figure is of three runs of a blind series.
-LENS = """
+# The samples' lenses leave nothing over, and no accelerometer stood beside them: a figure of three runs of a blind
+# series, and of the records that tests/analysis/test_accelerometers.py and tests/house/test_trigger_signal.py make.
+BESIDE = """
+## Accelerometers
+
+![Acceleration of the Host by cameras and accelerometers over some periods, and its difference over the run.]\
+(../figures/accelerations.png)
+
+The Host's acceleration along each sensor by the cameras' path and by [the record beside them](../how-to/record.md), a
+shaker's start. The difference is the noise of the cameras' path, differentiated twice. Made, not measured.
+
 ## A lens field
 
 ![Arrows of the lens field of each camera over its standard deviation.](../figures/lens_field.png)
 
 What the lens models leave over (arrows), [learnt from rigid bodies](../markers.md#the-lens-learnt-from-recordings) in
 both views. Three runs of a blind series with a residual of 0.2 to 0.3 px; colour: sd (px); dots: markers.
+
+## A trigger
+
+![The sampled trigger over the pulses of a perfect clock, and how far each interval is off.]\
+(../figures/trigger_signal.png)
+
+`ovines import RECORDING --trigger-signal FILE` (thesis, Fig. 43): a signal with pulses of 800 μs at 50 kHz whose
+instants scatter by 2 μs (`tests/house/test_trigger_signal.py`).
 """
 
 
@@ -73,7 +90,7 @@ def gallery(folder: Path) -> str:
                 temporary.write_bytes(base64.b64decode(content))
             words = " ".join(html.unescape(re.sub(r"<(?!/?su[bp]>)[^>]+>", "", caption)).split())
             lines += ["", f"![{html.unescape(alt)}](../figures/gallery/{picture.name})", "", words]
-    return "\n".join(lines) + "\n" + LENS
+    return "\n".join(lines) + "\n" + BESIDE
 
 
 if __name__ == "__main__":

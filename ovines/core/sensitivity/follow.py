@@ -260,7 +260,7 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
     trial, delay = np.zeros(P.N_STATE), np.zeros(m)
     tangents = Tangents(
         s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((N_QUICK, 24)),
-        np.zeros((3, P.N_STATE)),
+        np.zeros((3, P.N_STATE)), np.full(1, np.inf),
     )  # fmt: skip
     t, grace, n_impacts = begin, 0.0, 0
     p[P.LAST_IMPACT] = -math.inf

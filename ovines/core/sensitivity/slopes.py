@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.compiled import Floats, compiled
+from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.sensitivity.columns import (
     Q_AMPLITUDE,
     Q_CONTACT,
@@ -36,7 +36,7 @@ TURN, GAP, RVX, RVY, NORMAL, SLIPS, LEVER_N, LEVER_T, K_NN, K_NT, K_TT = range(1
 N_GEOMETRY = 11
 
 
-@compiled
+@inlined
 def floor_slopes(
     vx: float, vy: float, spin: float, radius: float, regularisation: float, coupling: float, out: Floats
 ) -> None:

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 from ovines.core.compiled import Floats, compiled, inlined
-from ovines.core.integration.disk_step import Disk, disk_of, flight_slopes, flight_step
+from ovines.core.integration.disk_step import Disk, disk_of
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from ovines.core.integration.stepper import step
+from ovines.core.integration.stepper import finish_step, step
 from ovines.core.sensitivity.columns import (
     Q_AMPLITUDE,
     Q_CONTACT,
@@ -27,6 +27,7 @@ from ovines.core.system.packed import Contact, System
 N_ROOM = 28
 # rows of the quick tangents' room, after the slopes of twelve stages
 STAGE_BASIS, BASIS, WAYS, FIFTH, THIRD, N_QUICK = 12, 24, 25, 26, 27, 28
+WHOLE = 0.4  # of a path's step: tangents that allow less begin with a part of it
 LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not resolved finer than relative to this
 
 
@@ -34,7 +35,7 @@ class Tangents(NamedTuple):
     """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
     needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the room of
     :func:`quick_tangents` (28, 24): slopes and tangents of twelve stages, those at the step's end, the ways, two
-    errors; three states (3, 19).
+    errors; three states (3, 19); the step that the quick tangents allow where they were last (1,).
     """
 
     s: Floats
@@ -44,6 +45,7 @@ class Tangents(NamedTuple):
     stage: Floats
     quick: Floats
     states: Floats
+    pace: Floats
 
 
 @inlined
@@ -58,7 +60,7 @@ def blended(e5: float, e3: float) -> float:
     return e5 / math.sqrt(e5 + 0.01 * e3) if e5 > 0.0 else 0.0
 
 
-@compiled
+@inlined
 def carried_slopes(t: float, drive: Floats, out: Floats) -> None:
     """What amplitude factor, frequency factor and phase shift do to the velocity of a Host's floor, along x (three
     numbers of ``out``) and y, and to its vertical acceleration.
@@ -103,10 +105,25 @@ def weighed(h: float, weights: Floats, begin: int, end: int, first: int, into: i
 
 
 @inlined
+def stage_velocities(stage: int, h: float, y: Floats, work: Floats) -> None:
+    """Velocities and spin of the path at a stage, from the slopes of those before it, into ``work[stage]``."""
+    vx, vy, spin = 0.0, 0.0, 0.0
+    for m in range(stage):
+        a = STAGES[stage, m]
+        vx += a * work[m, 2]
+        vy += a * work[m, 3]
+        spin += a * work[m, 5]
+    work[stage, 0], work[stage, 1], work[stage, 4] = y[2] + h * vx, y[3] + h * vy, y[5] + h * spin
+
+
+@inlined
 def quick_stage(
-    t: float, stage: int, work: Floats, disk: Disk, driven: bool, f: Floats, shaken: Floats, quick: Floats
+    t: float, stage: int, work: Floats, disk: Disk, driven: bool, again: bool, f: Floats, shaken: Floats, quick: Floats
 ) -> None:
-    """Slopes of the quick tangents at a stage, whose state's slopes stand in ``work``: a row of ``quick``."""
+    """Slopes of the quick tangents at a stage, whose velocities stand in ``work``: a row of ``quick``.
+
+    ``again``: the path's own slopes there are written, too; force and slopes of friction come from one evaluation.
+    """
     vx, vy, spin, load = work[stage, 0], work[stage, 1], work[stage, 4], disk.load
     if driven:
         carried_slopes(t, disk.drive, shaken)
@@ -117,6 +134,9 @@ def quick_stage(
     strength = friction * load
     floor_slopes(vx, vy, spin, disk.radius, disk.regularisation, disk.coupling, f)
     around = disk.mass_over_inertia * strength
+    if again:
+        work[stage, 2], work[stage, 3] = disk.gravity_x + strength * f[0], disk.gravity_y + strength * f[1]
+        work[stage, 5] = around * f[2]
     xx, xy, xs = strength * f[3], strength * f[4], strength * f[5]
     yx, yy, ys = strength * f[7], strength * f[8], strength * f[9]
     sx, sy, ss = around * f[11], around * f[12], around * f[13]
@@ -125,6 +145,9 @@ def quick_stage(
         speed = math.sqrt(wx * wx + wy * wy)
         rate = disk.viscous + disk.air * speed
         steep = disk.air / speed if speed > 0.0 else 0.0
+        if again:
+            work[stage, 2] -= rate * wx
+            work[stage, 3] -= rate * wy
         xx, xy = xx - rate - steep * wx * wx, xy - steep * wx * wy
         yx, yy = yx - steep * wx * wy, yy - rate - steep * wy * wy
     basis = STAGE_BASIS + stage
@@ -162,30 +185,44 @@ def quick_error(h: float, quick: Floats, p: Floats) -> float:
 
 
 @compiled
-def combine(quick: Floats, s: Floats, q: Floats) -> None:
-    """Tangents after a step from the basis of velocities and spin after it and the ways of it; in place."""
-    for j in range(q.shape[1]):
-        vx, vy, spin = s[2, j], s[3, j], s[5, j]
-        floor, louder, faster, later, radius = (
-            q[Q_FLOOR, j], q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j], q[Q_RADIUS, j]
-        )  # fmt: skip
-        for row in range(3):
-            place_row, rate_row = (4, 5) if row == 2 else (row, 2 + row)
-            for whose, target in ((WAYS, place_row), (BASIS, rate_row)):
-                c = quick[whose, 8 * row : 8 * row + 8]
-                change = c[0] * vx + c[1] * vy + c[2] * spin + c[3] * floor
-                change += c[4] * louder + c[5] * faster + c[6] * later + c[7] * radius
-                s[target, j] = change if whose == BASIS else s[target, j] + change
+def combine(quick: Floats, s: Floats, q: Floats, begun: Floats) -> None:
+    """Tangents after a step from the basis of velocities and spin after it and the ways of it; in place.
+
+    ``begun`` (3 or more, m) is room.  Coefficients are scalars outside of the columns' loop: a slice of an array for
+    each column takes most of a step's time.
+    """
+    m = q.shape[1]
+    for j in range(m):
+        begun[0, j], begun[1, j], begun[2, j] = s[2, j], s[3, j], s[5, j]
+    for row in range(3):
+        place_row, rate_row, at = (4, 5, 16) if row == 2 else (row, 2 + row, 8 * row)
+        for moved in range(2):
+            whose = WAYS if moved else BASIS
+            by_vx, by_vy, by_spin, by_floor = (
+                quick[whose, at], quick[whose, at + 1], quick[whose, at + 2], quick[whose, at + 3]
+            )  # fmt: skip
+            louder, faster, later, by_radius = (
+                quick[whose, at + 4], quick[whose, at + 5], quick[whose, at + 6], quick[whose, at + 7]
+            )  # fmt: skip
+            target = place_row if moved else rate_row
+            for j in range(m):
+                change = by_vx * begun[0, j] + by_vy * begun[1, j] + by_spin * begun[2, j] + by_floor * q[Q_FLOOR, j]
+                change += louder * q[Q_AMPLITUDE, j] + faster * q[Q_FREQUENCY, j] + later * q[Q_PHASE, j]
+                change += by_radius * q[Q_RADIUS, j]
+                s[target, j] = s[target, j] + change if moved else change
 
 
 @compiled
-def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: Tangents) -> float:
+def quick_tangents(
+    t: float, y: Floats, h: float, again: bool, system: System, work: Floats, tangents: Tangents
+) -> float:
     """Tangents over a step of a centred disk above a floor that does not turn: what
     :func:`ovines.core.integration.disk_step.disk_step` steps.
 
     Only velocities and spin feed back, so that three columns of their own and one for each number that forces them
     give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  They stand in one row, eight
-    for vx, eight for vy, eight for the spin.  Returns the error over what is allowed; above 1 nothing is changed.
+    for vx, eight for vy, eight for the spin.  ``again``: the path's step from ``y`` is made here, too; else its slopes
+    stand in ``work``.  Returns the error over what is allowed; above 1 no tangent is changed.
     """
     quick, f, shaken, disk = tangents.quick, tangents.room[12], tangents.room[13], disk_of(system)
     driven = disk.carried and system.k[P.HOST_KIND] == P.DRIVEN
@@ -196,14 +233,16 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
             weighed(h, STAGES[i], 1 if i < 5 else 3, i, 0, STAGE_BASIS + i, quick)
         for row in range(3):
             quick[STAGE_BASIS + i, 9 * row] += 1.0
-        quick_stage(t + NODES[i] * h, i, work, disk, driven, f, shaken, quick)
+        if again:
+            stage_velocities(i, h, y, work)
+        quick_stage(t + NODES[i] * h, i, work, disk, driven, again, f, shaken, quick)
     weighed(h, WEIGHTS, 5, 12, 0, BASIS, quick)  # the second to the fifth weigh nothing
     weighed(h, WEIGHTS, 5, 12, STAGE_BASIS, WAYS, quick)
     for row in range(3):
         quick[BASIS, 9 * row] += 1.0
     worst = quick_error(h, quick, system.p)
     if worst <= 1.0:
-        combine(quick, tangents.s, tangents.q)
+        combine(quick, tangents.s, tangents.q, tangents.stage)
     return worst
 
 
@@ -265,7 +304,7 @@ def step_tangents(
     """Tangents over the step just made from ``y``: its twelve slopes stand in ``work``; in place.
 
     Friction turns its direction sharply where a slip passes zero, and tangents feel that more than the path does:
-    there the step is made again in parts.
+    there the step is made again in parts, as large as ``tangents.pace`` found them to be allowed before.
     """
     k = system.k
     quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
@@ -273,26 +312,30 @@ def step_tangents(
     part, after, trial = tangents.states[0], tangents.states[1], tangents.states[2]
     part[:] = y
     done, size, again = 0.0, h, False
+    if quick and tangents.pace[0] < WHOLE * h:
+        size, again = tangents.pace[0], True
     while done < h:
         last = size >= h - done
         size = h - done if last else size
-        if again:
-            if quick:
-                flight_slopes(t + done, part, system, work, work[0])
-                flight_step(t + done, part, size, system, work, after)
-            else:
+        if quick:
+            error = quick_tangents(t + done, part, size, again, system, work, tangents)
+        else:
+            if again:
                 derivatives(t + done, part, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
                 step(t + done, part, size, contact, system, work, after)
-        if quick:
-            error = quick_tangents(t + done, size, system, work, tangents)
-        else:
             error = full_tangents(t + done, part, size, contact, system, work, trial, tangents)
         again = True
         if error > 1.0 and size > 1e-4 * h:
-            size *= max(0.1, 0.7 * error ** (-0.125))
+            size *= max(0.1, 0.85 * error ** (-0.125))
+            tangents.pace[0] = size
             continue
+        next_part = size * min(5.0, 0.75 * max(error, 1e-9) ** (-0.125))
+        if size >= tangents.pace[0] or not last:  # what is left of a step is no measure of the next
+            tangents.pace[0] = next_part
         if last:
             return
+        if quick:
+            finish_step(part, size, system.p, k, work, after)
         part[:] = after
         done += size
-        size *= min(5.0, 0.7 * max(error, 1e-9) ** (-0.125))
+        size = next_part
