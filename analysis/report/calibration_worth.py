@@ -320,7 +320,7 @@ def _view_images(paths: list[Path], names: list[str]) -> dict[str, np.ndarray]:
             if not video.grab():
                 break
             good, frame = video.retrieve() if number in numbers else (False, None)
-            if good:
+            if good and frame is not None:
                 images[numbers[number]] = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY))
         video.release()
     return images
