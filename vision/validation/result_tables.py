@@ -188,7 +188,7 @@ def _distance_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFram
             turned = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # centre = - rotation' translation
             by_pose = -rotation.T @ np.concatenate([turned, np.eye(3)], 1)
             slope[N_CAMERA * c + N_INTRINSICS : N_CAMERA * (c + 1)] = along @ by_pose / np.linalg.norm(apart)
-        sd = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        sd = float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
         rows.append((distance_name(cameras[a].name, cameras[b].name), sd))
     return pd.DataFrame(rows, columns=["quantity", "sd"]).astype({"quantity": str, "sd": float})
 
