@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.fit import FlightFits
+from analysis.gap.laws.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.impact_dictionary import law_candidates, wall_candidates
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression
-from analysis.gap.laws.numbers import law_at, with_sds
 from analysis.gap.laws.regression import Regression, held_out_squares
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.selection.impact_candidates import ImpactFit

@@ -104,6 +104,17 @@ def _slow(parts: Sequence[pd.DataFrame], markers: Sequence[str], series: Series,
     ]
 
 
+def slow_motion(series: Series) -> tuple[Array, Array] | None:
+    """What each ground marker does in the parts of a run, on the mean of all runs: (PARTS, markers, 2) in m with sds;
+    None without ground markers."""
+    ground = series.recordings[0].bodies.get("ground")
+    if ground is None or series.points is None or not ground.markers:
+        return None
+    each = [points[points["marker"].isin(list(ground.markers))] for points in series.points]
+    offs, sds, _, _ = _within_runs([_by_part(part, ground.markers, AXES) for part in each])
+    return over_runs(offs, sds)
+
+
 def _by_part(seen: pd.DataFrame, markers: Sequence[str], columns: Sequence[str]) -> tuple[Array, Array]:
     """Middles and standard errors (PARTS, markers, 2) of a run's markers in its parts."""
     frames = seen["frame"].to_numpy(float)
@@ -120,9 +131,10 @@ def _by_part(seen: pd.DataFrame, markers: Sequence[str], columns: Sequence[str])
     return pairs[..., 0], pairs[..., 1]
 
 
-def _changes(places: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, list[str]]:
-    """Changes (K, markers, 2) with sds, and when each is: of parts of a run against the run, in single runs and in the
-    mean of all, and of runs against each other."""
+def _within_runs(
+    places: Sequence[tuple[Array, Array]],
+) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
+    """Of each run: its parts against its mean (PARTS, markers, 2) with sds, and the mean (markers, 2) with its."""
     offs, sds, means, mean_sds = [], [], [], []
     for place, sd in places:
         weight = 1 / sd**2
@@ -133,6 +145,13 @@ def _changes(places: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, list[
         sds.append(np.where(weight > 0, np.sqrt(np.maximum(sd**2 - 1 / np.maximum(total, 1e-300), 0.0)), np.inf))
         means.append(np.where(total > 0, mean, np.nan))
         mean_sds.append(np.where(total > 0, 1 / np.sqrt(np.maximum(total, 1e-300)), np.inf))
+    return offs, sds, means, mean_sds
+
+
+def _changes(places: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, list[str]]:
+    """Changes (K, markers, 2) with sds, and when each is: of parts of a run against the run, in single runs and in the
+    mean of all, and of runs against each other."""
+    offs, sds, means, mean_sds = _within_runs(places)
     all_runs, all_sds = over_runs(offs, sds)
     off, sd = np.concatenate([*offs, all_runs]), np.concatenate([*sds, all_sds])
     when = ["time within a run"] * len(off)

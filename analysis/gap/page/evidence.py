@@ -167,8 +167,9 @@ def _ground(section: Section, diagnosis: Diagnosis) -> None:
         section,
         "gap-ground",
         ground_figure(diagnosis.ladder),
-        "What the ground markers do together; they stand still in the room, so a camera (or its mount) does this.",
-        "Common motion of the ground markers over time",
+        "What the ground markers do, together in each run and each by itself on the mean of all runs (with sds); they "
+        "stand still in the room, so a camera (or its mount) does this.",
+        "Motion of the ground markers over time",
         missing="ground markers",
         because="the recording has none, or this entry has no points.",
     )

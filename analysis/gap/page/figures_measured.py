@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.figures.style import BLACK, BLUE, CYCLE, FONT_PT, GREY, RED, label, legend, new_figure
 from analysis.gap.finding import Finding
 from analysis.gap.ladder import Ladder
+from analysis.gap.measurement.fixed_markers import PARTS, slow_motion
 from analysis.gap.measurement.two_views import body_rows
 from analysis.gap.page.figures import Panel, draw_panel, give_room
 from analysis.gap.page.figures_impacts import impact_panels
@@ -245,14 +246,14 @@ def layout_figure(ladder: Ladder) -> Figure | None:
 
 
 def ground_figure(ladder: Ladder) -> Figure | None:
-    """What the ground markers do together over a run (µm), where they should stand still; None without ground
-    markers.
+    """What the ground markers do over a run (µm), where they should stand still: together in each run, and each of them
+    on the mean of all runs; None without ground markers.
     """
     series = ladder.series
     ground = series.recordings[0].bodies.get("ground")
     if ground is None or not ground.markers or series.points is None:
         return None
-    figure, axes = new_figure(1, 2, height_in=2.5, gap_in=(0.6, 0.3), sharey=True)
+    figure, axes = new_figure(2, 2, height_in=4.8, gap_in=(0.6, 0.8), sharey="row")
     for number, points in enumerate(series.points[:MOST_RUNS]):
         part = points[points["marker"].isin(list(ground.markers))]
         for ax, axis in zip(axes[0], "xy", strict=True):
@@ -268,6 +269,20 @@ def ground_figure(ladder: Ladder) -> Figure | None:
     for ax, axis in zip(axes[0], "xy", strict=True):
         label(ax, "time (s)", f"{axis} of the ground markers (µm)")
     legend(axes[0, 1], fontsize=7, columnspacing=0.7, handlelength=0.8)
+    slow = slow_motion(series)
+    assert slow is not None
+    off, sd = (1e6 * one for one in slow)
+    share = (np.arange(PARTS) + 0.5) / PARTS
+    for i, marker in enumerate(ground.markers):
+        for column, ax in enumerate(axes[1]):
+            here = np.isfinite(sd[:, i, column])
+            ax.errorbar(
+                share[here], off[here, i, column], sd[here, i, column], fmt="o-", ms=3, lw=0.8,
+                color=CYCLE[i % len(CYCLE)], label=marker,
+            )  # fmt: skip
+    for ax, axis in zip(axes[1], "xy", strict=True):
+        label(ax, "share of the run", f"{axis} of each, all runs (µm)")
+    legend(axes[1, 1], fontsize=7, columnspacing=0.7, handlelength=0.8)
     return figure
 
 
