@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from analysis.flights.parameters import LAW_TERMS
 from analysis.flights.runs import prepare
-from analysis.flights.stated_terms import stated_terms
+from analysis.flights.stated_terms import held_laws, stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
@@ -21,6 +22,7 @@ from analysis.identification.parameters import identification_table, law_interva
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import rig_frame
 from analysis.walls.wall import stated_wall
+from ovines.core.laws.terms import rows_of
 from ovines.recording import Recording
 from ovines.tables import checked
 
@@ -66,6 +68,10 @@ def identify_series(
     ]
     model = recordings[0].model
     stated = stated_terms(model, frame, [run.data.start_s for run in runs])
+    held = rows_of([term for law in held_laws(recordings) for term in frame.law(law).terms])
+    if len(held):
+        runs = [replace(run, data=replace(run.data, law=held)) for run in runs]
+        stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
     rig = fit_rig(runs, model.effects if model else None, stated)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)

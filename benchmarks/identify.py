@@ -140,7 +140,10 @@ def main() -> None:
     names = [f"practice-{n:02d}" for n in arguments.numbers] or sorted(
         p.name for p in (arguments.shared / "practice").iterdir()
     )
-    rows = [row_of(arguments.shared, name) for name in names]
+    rows = []
+    for name in names:
+        rows.append(row_of(arguments.shared, name))
+        print(" ".join(f"{key}={value}" for key, value in rows[-1].items()), flush=True)
     print(pd.DataFrame(rows).to_string(index=False))
 
 

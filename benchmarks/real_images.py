@@ -10,6 +10,8 @@ All points go through the same solver, OpenCV's calibrateCamera with five lens t
     noise           the same without a smooth field in each view (a quartic over the board, where it has points enough):
                     a board that moves while its rows are read, or bends, displaces neighbouring points alike
     claimed         RMS and median of our points' own standard deviations, px, which the noise should equal
+    repeats         of a film: RMS, px, of what changes from a frame to the next where the board moves less than a
+                    marker's edge: print, lens and camera are the same in both, so that noise alone is left
     board off       RMS, um, of the freed board from the stated grid after the best similarity: known lengths
 """
 
@@ -35,6 +37,7 @@ ROOT = Path(__file__).resolve().parents[1]
 NEAR_PX = 3.0  # of our centre, within which another detector's is the same dot's
 FEWEST, FRAMES = 12, 400  # points of a view; frames of a film: all of these
 SMOOTH_DEGREE, POINTS_PER_TERM = 4, 3  # of a view's smooth field
+POSE = 6  # unknowns of a view
 FREED = 40  # points of a board at most that are unknowns
 
 
@@ -154,6 +157,31 @@ def own_views(board: Board, seen: list[View], size: tuple[int, ...]) -> None:
     )
 
 
+def film_repeats(board: Board, frames: list[Image]) -> None:
+    """Claimed sd over what the corners' residuals change by from frame to frame, each view's pose fitted."""
+    seen = [detect(image, board) for image in frames]
+    count = len(board.points_m())
+    whole = [k for k, one in enumerate(seen) if len(one.points) == count]
+    points, size = board.points_m().astype(np.float32), (frames[0].shape[1], frames[0].shape[0])
+    uv = [seen[k].uv_px.astype(np.float32) for k in whole]
+    _, matrix, lens, turns, shifts = cv2.calibrateCamera([points] * len(uv), uv, size, None, None)
+    residual = [
+        one - cv2.projectPoints(points, turn, shift, matrix, lens)[0].reshape(-1, 2)
+        for one, turn, shift in zip(uv, turns, shifts, strict=True)
+    ]
+    changes, claims = [], []
+    for k in range(1, len(whole)):
+        moved_px = float(np.linalg.norm((uv[k] - uv[k - 1]).mean(0)))
+        if whole[k] == whole[k - 1] + 1 and moved_px < seen[whole[k]].marker_px:
+            changes.append(residual[k] - residual[k - 1])
+            claims += [seen[whole[j]].sd_px for j in (k - 1, k)]
+    freedom = 2 * count / (2 * count - POSE)
+    repeats = float(np.sqrt(freedom * np.mean(np.square(changes)) / 2))
+    claimed = float(np.sqrt(np.mean(np.square(claims))))
+    print(f"  ours, {len(changes)} pairs of frames: repeats {repeats:.4f} px; claimed {claimed:.4f} px, "
+          f"{claimed / repeats:.2f} of it")  # fmt: skip
+
+
 def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: tuple[int, ...]) -> float:
     """RMS per coordinate [px] on every second view, with the lens of the others."""
     points = board.points_m().astype(np.float32)
@@ -242,3 +270,4 @@ if __name__ == "__main__":
         film = real / "charuco_two_webcams" / "calibration" / "extrinsic" / f"cam_{camera}.mp4"
         frames = [image for _, image in video_frames(film, FRAMES)]
         compare(f"ChArUco film, camera {camera}", webcams, frames, {"OpenCV ChArUco": charuco(webcams)})
+        film_repeats(webcams, frames)

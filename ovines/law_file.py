@@ -22,16 +22,16 @@ MARK = "# law written by ovines"  # whose file it is
 class FactorEntry(Section):
     """A function of a quantity: `power` q^n, `absolute_power` |q|^n, `cosine` cos(n q / s), `sine`, `exponential`
     exp(-q / s), `gaussian` exp(-(q / s)^2 / 2), `below` (1 where q < s), `sign`, `pulses` (a Gaussian of width n about
-    every multiple of the period s)."""
+    every multiple of the period s), `gates` (1 over a width n about every multiple of the period s)."""
 
     quantity: str
     """What it follows ([quantities](#quantities)). Example: `"radius"`."""
     function: str = "power"
     """Which function of it. Example: `"exponential"`."""
     order: float = 1.0
-    """n: power, multiple of an angle, or width of pulses. Example: `2.0`."""
+    """n: power, multiple of an angle, or width of pulses and gates. Example: `2.0`."""
     scale: float = 1.0
-    """s, in the quantity's unit; the period of pulses. Example: `0.004`."""
+    """s, in the quantity's unit; the period of pulses and gates. Example: `0.004`."""
     x: float = 0.0
     """Place (m), angle (rad) or instant (s) from which q counts. Example: `0.0`."""
     y: float = 0.0

@@ -160,7 +160,13 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     sizes = {camera.name: (camera.sensor_size_px[0], camera.sensor_size_px[1]) for camera in recording.cameras}
     settings = recording.settings.calibration
     height_m = settings.board_height_m if settings is not None else None
-    result = calibrate(board, views, sizes, extrinsic, board_height_m=height_m or 0.0)
+    at_once = settings.simultaneous if settings is not None else None
+    result = calibrate(board, views, sizes, extrinsic, simultaneous=at_once, board_height_m=height_m or 0.0)
+    if at_once and not result.simultaneous:
+        notes = [
+            *notes,
+            "simultaneous = true, but no view that all cameras can use has one name in all of them: not used.",
+        ]
     result.advice[:0] = notes
     return result
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.comparison.simulated_rig import moved
+from analysis.comparison.simulated_rig import laws_from, moved
 from analysis.motion.host_path import HostMotion
 from ovines.core import Scenario, simulate
 
@@ -93,11 +93,18 @@ def one_flight_ahead(
 def fly(
     scenario: Scenario, host_motion: HostMotion, start_s: float, state: tuple[float, ...], duration_s: float
 ) -> tuple[Array, ...]:
-    """Time, x, y, angle of one free flight (no wall: a flight ends where the measured one does)."""
+    """Time, x, y, angle of one free flight from an impact (no wall: a flight ends where the measured one does)."""
     wide = replace(scenario.host, radius_m=1e3, polygon_m=None, obstacle_radius_m=None)
     far = moved(wide, host_motion, start_s, duration_s)
     result = simulate(
-        replace(scenario, host=far, initial_nes=state, duration_s=duration_s, sample_rate_hz=SAMPLE_RATE_HZ)
+        replace(
+            scenario,
+            host=far,
+            initial_nes=state,
+            duration_s=duration_s,
+            sample_rate_hz=SAMPLE_RATE_HZ,
+            laws=laws_from(scenario.laws, host_motion, start_s, True),
+        )
     )
     return result.time_s, *(result.motion[name] for name in ("nes_x_m", "nes_y_m", "nes_angle_rad"))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from analysis.comparison.flights_ahead import fly, touches
-from analysis.comparison.simulated_rig import moved
+from analysis.comparison.simulated_rig import laws_from, moved
 from analysis.motion.host_path import HostMotion
 from ovines.core import Scenario, simulate
 
@@ -61,6 +61,7 @@ def run_statistics(
     )
     copies = []
     driven = moved(scenario.host, host_motion, start_s, duration)
+    scenario = replace(scenario, laws=laws_from(scenario.laws, host_motion, start_s, False))
     for _ in range(runs):
         scattered = np.array(state) + rng.normal(0, 1, 6) * START_SD
         result = simulate(

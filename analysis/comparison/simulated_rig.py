@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,20 +10,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.stated_terms import stated_sizes
+from analysis.flights.stated_terms import held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
 from analysis.walls.wall import Ring, Sides, Wall, identified_wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
 from ovines.core.effects import EFFECTS
+from ovines.core.laws.terms import WrittenLaw
 from ovines.errors import InputError
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "rotation")
-# Effects that the scenario has by itself: friction, and whatever is in the Host's measured motion; a recording's errors
-# of measurement are no part of the motion.
-HERE_ALREADY = {"floor_friction", "vertical_motion"} | {
+Laws = tuple[WrittenLaw, ...]
+# Effects that the scenario has by itself: friction, whatever is in the Host's measured motion, and what is held as a
+# law, which knows of the impact before a flight; a recording's errors of measurement are no part of the motion.
+HERE_ALREADY = {"floor_friction", "vertical_motion", "nes_rocking"} | {
     name for name, effect in EFFECTS.items() if effect.stage in ("measurement", "drive")
 }
 # Weight of the Host's frames, all alike: its path does not depend on it, only whether it counts as moving.
@@ -53,6 +56,9 @@ def nominal_scenario(
     effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
     stated = stated_sizes(recording.model)
     floor = _value("floor_friction", identification, recording)
+    # Told from the clock's zero: a flight that begins at a time of its own counts from there.
+    start_s = host_motion.zero_s - 0.5 * duration_s
+    laws = tuple(one.later(-start_s, -host_motion.omega_rad_per_s * start_s) for one in held_laws([recording]))
     friction = (
         None
         if not floor
@@ -74,7 +80,13 @@ def nominal_scenario(
         friction,
         sample_rate_hz=0.0,
         effects={name: sizes for name, sizes in stated.items() if name not in HERE_ALREADY},
+        laws=laws,
     )
+
+
+def laws_from(laws: Sequence[WrittenLaw], host_motion: HostMotion, start_s: float, impact: bool) -> Laws:
+    """``laws`` of a scenario of :func:`nominal_scenario` for a run that begins at ``start_s``, at an ``impact``."""
+    return tuple(one.later(start_s, host_motion.omega_rad_per_s * start_s, impact) for one in laws)
 
 
 def simulated_wall(wall: Wall, nes_radius_m: float) -> dict[str, Any]:

@@ -34,6 +34,9 @@ ARROW_SHARE = 0.04  # of the image's width: length of a residual at its 90th per
 MOST_ARROWS = 1500
 MAP_MARGINS_IN = (0.62, 0.62, 0.46, 0.32)  # room for the last map's scale at the right
 SEEN_COLOUR = "#dbe7f1"
+ROOM_SHARE = 0.12  # of the plane's map, left about it for what reaches beyond
+EDGE_STEPS = 16  # of a window's side, whose outline on the plane ends where its rays no longer meet it
+FEW_TICKS = 4  # along each axis of the scene: the labels of more run into each other
 
 
 def _sensor(ax: Axes, size_px: tuple[int, int], window: Window | None) -> None:
@@ -114,6 +117,10 @@ def plane_uncertainty(
                 ax.add_patch(Polygon(MM * outline, fill=False, edgecolor=RED, lw=1.0))
         if ring is not None:
             ax.add_patch(Circle((MM * ring[0], MM * ring[1]), MM * ring[2], fill=False, edgecolor=BLACK, lw=1.4))
+        if len(plane):
+            low, high = (MM * getattr(plane[["x_m", "y_m"]].to_numpy(float), end)(0) for end in ("min", "max"))
+            room = ROOM_SHARE * (high - low).max()
+            ax.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
         ax.set_aspect("equal")
         ax.tick_params(labelsize=7)
         label(ax, "x (mm)", "y (mm)" if axis == "x" else "", f"sd of {axis} ({unit})", math=False)
@@ -123,7 +130,11 @@ def plane_uncertainty(
 def scene(boards: pd.DataFrame, cameras: Sequence[Camera]) -> Figure:
     """Cameras and the boards of all views in space."""
     figure, axes = new_figure(
-        1, 1, height_in=4.4, margins_in=(0.1, 0.1, 0.1, 0.1), subplot_kw={"projection": "3d", "computed_zorder": False}
+        1,
+        1,
+        height_in=5.0,
+        margins_in=(0.5, 0.7, 0.45, 0.05),
+        subplot_kw={"projection": "3d", "computed_zorder": False},
     )
     ax: Any = axes[0, 0]
     for c, camera in enumerate(cameras):
@@ -134,8 +145,9 @@ def scene(boards: pd.DataFrame, cameras: Sequence[Camera]) -> Figure:
             ax.plot(*np.vstack([corners, corners[:1]]).T, color=colour, lw=0.7, alpha=0.8)
         size_m = 0.12 * float(np.linalg.norm(camera.centre_m))
         width, height = camera.sensor_size_px
-        edge = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
-        far = camera.centre_m + size_m * camera.rays(edge)
+        edge = np.array([[0, 0, 1], [width, 0, 1], [width, height, 1], [0, height, 1]]) - [0.5, 0.5, 0]
+        rays = np.linalg.solve(camera.matrix, edge.T).T @ camera.rotation  # a lens may have none at its corners
+        far = camera.centre_m + size_m * rays / np.linalg.norm(rays, axis=-1, keepdims=True)
         for corner in far:
             ax.plot(*np.vstack([camera.centre_m, corner]).T, color=colour, lw=1.2)
         ax.plot(*np.vstack([far, far[:1]]).T, color=colour, lw=1.2)
@@ -147,6 +159,8 @@ def scene(boards: pd.DataFrame, cameras: Sequence[Camera]) -> Figure:
     ax.set_aspect("equal")
     ax.view_init(elev=22, azim=-70)
     ax.tick_params(labelsize=7)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MaxNLocator(FEW_TICKS))
     ax.set_xlabel("x (m)", fontsize=8)
     ax.set_ylabel("y (m)", fontsize=8)
     ax.set_zlabel("z (m)", fontsize=8)
@@ -198,7 +212,11 @@ def _map(
 
 
 def _outline_on_plane(camera: Camera, window: Window) -> NDArray[np.float64]:
+    """A window's outline (n, 2) on the plane z = 0, without what looks past it."""
     left, top, width, height = window
+    along = np.arange(EDGE_STEPS)[:, None] / EDGE_STEPS
     corners = np.array([[left, top], [left + width, top], [left + width, top + height], [left, top + height]]) - 0.5
-    rays = camera.rays(corners)
+    border = np.concatenate([a + along * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)])
+    rays = camera.rays(border)
+    rays = rays[rays[:, 2] * camera.centre_m[2] < 0]
     return np.asarray((camera.centre_m - camera.centre_m[2] / rays[:, 2:] * rays)[:, :2])

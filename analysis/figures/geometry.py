@@ -56,7 +56,8 @@ def wall_comparison(sources: Sequence[WallSource]) -> Figure | None:
     ax.plot(0, 0, "+", color=GREY, ms=9)
     ax.autoscale_view()
     low, high = ax.get_ylim()
-    ax.set_ylim(low, high + LEGEND_SHARE * len(placed) * (high - low))  # room for the legend above the ellipses
+    ax.update_datalim([(0, high + LEGEND_SHARE * len(placed) * (high - low))])  # room for the legend above the ellipses
+    ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
     label(ax, f"x ({unit})", f"y ({unit})", "Wall's centre from the layout's origin")
     legend(ax, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncols=1)

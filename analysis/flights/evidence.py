@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,16 @@ class FlightRows:
     rows: Array
     residual: Array
     sd: Array
+
+    @cached_property
+    def period_s(self) -> float:
+        """Median time between two of its frames."""
+        return float(np.median(np.diff(self.time_s)))
+
+    @cached_property
+    def usual_sd(self) -> Array:
+        """Sd (2,) of a place (m) and of the angle (rad) in its usual frame."""
+        return np.asarray(np.median(self.sd[:, [0, 2]], 0), float)
 
     def whitened(self, noise: FlightNoise) -> tuple[Array, Array]:
         """Rows and residuals as of independent errors of unit variance."""

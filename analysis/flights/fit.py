@@ -435,6 +435,7 @@ class FlightFits:
     shared: Array
     noise: FlightNoise = PLAIN
     _force_paths: dict[int, ForcePath] = field(default_factory=dict)
+    _resting: dict[int, bool] = field(default_factory=dict)
 
     def propagate(self, k: int, times: Array) -> tuple[Array, Array]:
         """States (n, 6) of flight k at sorted ``times`` and their covariances (n, 6, 6)."""
@@ -442,9 +443,7 @@ class FlightFits:
         out, derivative = self.flown(k, times)
         if not self.noise.forced:
             return out, derivative @ self.covariances[k] @ derivative.transpose(0, 2, 1)
-        if k not in self._force_paths:
-            self._force_paths[k] = self._force_path(k)
-        return self._force_paths[k].at(times, out, derivative)
+        return self._force_path(k).at(times, out, derivative)
 
     def residuals(self, k: int, index: NDArray[np.int64]) -> Array:
         """What frames ``index`` miss flight k by, (N, 3): x, y (m), angle (rad)."""
@@ -455,9 +454,16 @@ class FlightFits:
         """Whether the disk lies still on the floor in flight k: in its middle and at its end (how it began, friction
         has soon forgotten).
         """
+        if k not in self._resting:
+            self._resting[k] = self._rests(k)
+        return self._resting[k]
+
+    def _rests(self, k: int) -> bool:
         flight, run = self.flights[k], self.run
         looked = [(flight.first + flight.last) // 2, flight.last]
-        states, _ = self.propagate(k, run.time_s[looked])
+        states, _ = self.flown(k, run.time_s[looked])
+        if self.noise.forced:
+            states = self._force_path(k).states_at(run.time_s[looked], states)
         host, rate = (motion[looked] for motion in run.host_at_frames)
         arm = states[:, :2] - host[:, :2]
         slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
@@ -507,6 +513,11 @@ class FlightFits:
         return out, derivative
 
     def _force_path(self, k: int) -> ForcePath:
+        if k not in self._force_paths:
+            self._force_paths[k] = self._made_force_path(k)
+        return self._force_paths[k]
+
+    def _made_force_path(self, k: int) -> ForcePath:
         index = seen_frames(self.run, self.flights[k])
         times = self.run.time_s[index]
         states, derivative = self.flown(k, times)

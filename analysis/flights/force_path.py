@@ -4,6 +4,8 @@ open.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,22 +37,39 @@ class ForcePath:
         self.residual = [np.clip(root @ residual[:, m], -CLIP_SD, CLIP_SD) for m, root in enumerate(self.roots)]
         self.rows = [root @ rows[:, m] for m, root in enumerate(self.roots)]
 
+    def states_at(self, times_s: Array, out: Array) -> Array:
+        """States (n, 6) at ``times_s`` from those of the path without the force (``out``)."""
+        cross, _, _ = self._responses(times_s)
+        states = out.copy()
+        for at, white, m in self._whitened(cross):
+            states[:, at] += white @ self.residual[m]
+        return states
+
     def at(self, times_s: Array, out: Array, derivative: Array) -> tuple[Array, Array]:
         """States and covariances at ``times_s`` from those of the path without the force (``out``, ``derivative``)."""
+        cross, together, moved = self._responses(times_s)
+        prior = moved @ together @ moved.transpose(0, 2, 1)
+        states, open_rows = out.copy(), derivative.copy()
+        spread = np.zeros((len(times_s), STATES, STATES))
+        for at, white, m in self._whitened(cross):
+            states[:, at] += white @ self.residual[m]
+            open_rows[:, at] -= white @ self.rows[m]
+            spread[np.ix_(np.arange(len(times_s)), at, at)] = self.sizes[m] ** 2 * prior - white @ white.transpose(
+                0, 2, 1
+            )
+        return states, spread + open_rows @ self.covariance @ open_rows.transpose(0, 2, 1)
+
+    def _responses(self, times_s: Array) -> tuple[Array, Array, Array]:
+        """Covariance (n, 2, N) of place and velocity at ``times_s`` with the frames' displacements under a unit force,
+        how its cells go together, and what each moves by then."""
         edges = cells(self.times_s, self.noise.memory_s, times_s)
         together = alike(edges, self.noise.memory_s)
         own, _ = response(self.times_s, self.zero_s, edges)
         moved = np.stack(response(times_s, self.zero_s, edges), 1)
-        # (n, 2, N) with the frames' displacements, (n, 2, 2) with itself.
-        cross, prior = moved @ together @ own.T, moved @ together @ moved.transpose(0, 2, 1)
-        states, open_rows = out.copy(), derivative.copy()
-        spread = np.zeros((len(times_s), STATES, STATES))
+        return moved @ together @ own.T, together, moved
+
+    def _whitened(self, cross: Array) -> Iterator[tuple[NDArray[np.int64], Array, int]]:
+        """Of each coordinate that the force moves: its two states, ``cross`` with whitened frames, its number."""
         for m, (root, size) in enumerate(zip(self.roots, self.sizes, strict=True)):
-            if size == 0.0:
-                continue
-            at = np.array([m, m + 3])
-            white = size**2 * cross @ root.T
-            states[:, at] += white @ self.residual[m]
-            open_rows[:, at] -= white @ self.rows[m]
-            spread[np.ix_(np.arange(len(times_s)), at, at)] = size**2 * prior - white @ white.transpose(0, 2, 1)
-        return states, spread + open_rows @ self.covariance @ open_rows.transpose(0, 2, 1)
+            if size > 0.0:
+                yield np.array([m, m + 3]), size**2 * cross @ root.T, m

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.terms import MOST_TERMS, Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
+from ovines.law_file import read_law
+from ovines.recording import Recording
 from ovines.recording_schema import Nominal
 
 #: relative change of friction from run to run: a term of the series, no parameter of a flight
@@ -64,7 +67,32 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
     return terms
 
 
-def stated_laws(model: Nominal | None) -> list[WrittenLaw]:
+def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
+    """The laws that the nominal model of all ``recordings`` holds, in the world: of effects that act as one, of
+    ``[model] laws``, and of the files ``more``; `InputError` for one of the wall, which only the simulator holds, and
+    for more terms than the flights' model has parameters for."""
+    stated = [recording.model.laws if recording.model else () for recording in recordings]
+    for recording, names in zip(recordings, stated, strict=True):
+        if names != stated[0]:
+            raise InputError(
+                f"{recording.folder}: [model] laws = {list(names)}, and {list(stated[0])} in {recordings[0].folder}",
+                "one nominal model in a series",
+                "give all recordings the same laws",
+            )
+    paths = [*(recordings[0].folder / name for name in stated[0]), *more]
+    laws = [read_law(path) for path in paths]
+    for path, law in zip(paths, laws, strict=True):
+        if law.stage == "geometry":
+            raise InputError(
+                f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
+            )
+    laws = [*_effects_as_laws(recordings[0].model), *laws]
+    if sum(len(law.terms) for law in laws) > MOST_TERMS:
+        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
+    return laws
+
+
+def _effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
     """Laws of the flights that stand for effects to which ``[model.effect_parameters]`` gives sizes: a disk that rocks
     after each impact."""
     rocking = stated_sizes(model).get("nes_rocking")

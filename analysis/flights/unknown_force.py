@@ -86,7 +86,7 @@ def tried_forces(runs: Sequence[RunRows], noise: FlightNoise, radius_m: float) -
     as fast as it moves it.
     """
     lengths = [flight.time_s[-1] - flight.time_s[0] for run in runs for flight in run.flights]
-    frame_s = min((float(np.median(np.diff(flight.time_s))) for run in runs for flight in run.flights), default=1.0)
+    frame_s = min((flight.period_s for run in runs for flight in run.flights), default=1.0)
     typical = max(float(np.median(lengths)) if lengths else 1.0, frame_s)
     # Whole powers of two of a frame: flights of the same frames then share what is computed for them.
     memories = sorted({frame_s * 2.0 ** max(round(np.log2(share * typical / frame_s)), 0) for share in MEMORIES})
@@ -168,15 +168,16 @@ def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise
         log_noise = 2 * len(residual) * np.sum(np.log(scales)) + 3 * (len(residual) - 1) * np.log(
             1 - tried[0][0].correlation ** 2
         )
-        unit = np.median(flight.sd[:, [0, 2]], 0) * (scales[0], scales[2])
+        unit = flight.usual_sd * (scales[0], scales[2])
         for models, (cost, information, score) in zip(tried, sums, strict=True):
             size, turn = _modes(
                 _steps(flight.index),
-                models[0].memory_s / max(float(np.median(np.diff(flight.time_s))), 1e-12),
+                models[0].memory_s / max(flight.period_s, 1e-12),
                 models[0].correlation,
             )
-            period2 = float(np.median(np.diff(flight.time_s))) ** 2
-            amplitudes = np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models]) * period2 / unit
+            amplitudes = (
+                np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models]) * flight.period_s**2 / unit
+            )
             variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
             cost += log_noise
             turned = np.tensordot(turn, rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)

@@ -103,17 +103,10 @@ def _of_motions(
 ) -> Series:
     """A series from motions that are in the rig's frame already."""
     runs = _named(prepare(motions, recordings, frame), recordings)
-    held = rows_of([term for law in laws for term in in_rig(law, frame).terms])
+    held = rows_of([term for law in laws for term in frame.law(law).terms])
     if len(held):
         runs = [replace(run, data=replace(run.data, law=held)) for run in runs]
     return Series(tuple(recordings), frame, tuple(motions), tuple(runs), laws=tuple(laws))
-
-
-def in_rig(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
-    """A law of the world's frame in the rig's."""
-    c, s = np.cos(frame.turn_rad), np.sin(frame.turn_rad)
-    x, y = frame.origin_m
-    return law.moved(-frame.turn_rad, (-float(c * x + s * y), -float(c * y - s * x)))
 
 
 def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:

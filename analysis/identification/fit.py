@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
 from analysis.contact.law import (
     Law,
@@ -30,7 +31,7 @@ from analysis.contact.law import (
 from analysis.contact.wall_fit import WallFit, fit_wall, usable
 from analysis.contact.wall_force import WallForce, wall_force
 from analysis.flights.evidence import columns_of
-from analysis.flights.fit import NO_ANGLE_SD_RAD
+from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.runs import Run, cut_again
 from analysis.flights.segments import SMOOTH_M_PER_S2
 from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
@@ -187,8 +188,14 @@ def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -
     if 0 < size < SPURIOUS_SHARE * lens.relative:
         more = [SPURIOUS_WORDS.format(size) if note == ELLIPSE_WORDS else note for note in more]
     balance = spin_balance(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
-    data = law_data(wall.impacts, wall.used, first.radius_m, first.inertia_factor, balance.speed_floor_m_per_s)
+    data = _law_data(wall, wall.used, floor, first, balance)
     return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more), lens, balance)
+
+
+def _law_data(wall: WallFit, used: NDArray[np.bool_], floor: FloorFit, rig: RunData, balance: SpinBalance) -> LawData:
+    """What the contact law is fitted to: without what the laws that ``[model]`` holds add to it."""
+    data = law_data(wall.impacts, used, rig.radius_m, rig.inertia_factor, balance.speed_floor_m_per_s)
+    return without_laws(data, wall.impacts.junctions, floor.fits)
 
 
 def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit, list[str]]:
@@ -266,15 +273,13 @@ def refit_law(rig: RigFit, junctions: NDArray[np.bool_]) -> RigFit:
     fitted, chosen = rig, used
     for _ in range(3):
         if not np.array_equal(chosen, rig.wall.used):
-            data = law_data(
-                rig.wall.impacts, chosen, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s
-            )
+            data = _law_data(rig.wall, chosen, rig.floor, first, rig.balance)
             fitted = replace(rig, data=data, law=fit_contact_law(data, rig.angle))
         if fitted.law is None:
             break
         law, everyone = (
             fitted.law,
-            law_data(rig.wall.impacts, used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s),
+            _law_data(rig.wall, used, rig.floor, first, rig.balance),
         )
         still = used.copy()
         still[everyone.index[~follows(everyone, law, OFF_THE_LAW_SD)]] = False

@@ -223,7 +223,7 @@ def _main_line(
     spectrum where that one leaves less."""
     if not _moves(position, sd):
         return fit_lines(time_s, position, sd, np.zeros(0), 0), 0
-    peak = 2 * np.pi * _spectral_peak(time_s, position)
+    peak = 2 * np.pi * spectral_peak(time_s, position)
     fastest = HIGHEST_SHARE * np.pi / float(np.median(np.diff(time_s)))
     overtones = int(np.clip(fastest / max(peak, 1e-300), 1, overtones))
     asked = 2 * np.pi * frequency_hz if frequency_hz else peak
@@ -319,7 +319,8 @@ def _moves(position: Array, sd: Array) -> bool:
     return False
 
 
-def _spectral_peak(time_s: Array, position: Array) -> float:
+def spectral_peak(time_s: Array, position: Array) -> float:
+    """Frequency (Hz) of the strongest line of ``position`` (N, 2 or more) along whichever of x and y moves more."""
     axis = int(
         np.argmax(
             [np.std(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0 for column in position[:, :2].T]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from analysis.statistics.robust import smooth_noise
 from ovines.camera import Camera
+from ovines.core.laws.terms import WrittenLaw
 
 Array = NDArray[np.float64]
 
@@ -104,6 +105,13 @@ class RigFrame:
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         origin = camera.rotation @ np.append(self.origin_m, 0.0) + camera.translation_m
         return replace(camera, rotation=camera.rotation @ turn, translation_m=origin / self.length)
+
+    def law(self, law: WrittenLaw) -> WrittenLaw:
+        """A law of the world's frame in the rig's."""
+        c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        x, y = self.origin_m
+        moved = law.moved(-self.turn_rad, (-float(c * x + s * y), -float(c * y - s * x)))
+        return moved if self.length == 1.0 else moved.in_units(self.length, self.factor("time_s"))
 
     def world_table(self, table: pd.DataFrame, run: int = 0) -> pd.DataFrame:
         """A table of events (``impacts``, ``flights``) of a run, from the rig's frame into the world."""

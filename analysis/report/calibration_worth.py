@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from ovines.camera import Camera, read_calibration
 SURE = 3.0  # standard deviations beyond which two planes disagree
 CHANCE, TRIFLE_PX = 0.01, 0.005  # as vision.validation.halves has them: what noise may show, and what matters
 PICTURES, PICTURE_PX = 12, 360  # of each camera at most; width
+LAST_FRAME = 3000  # of a film that is read for them: a few seconds
 
 
 def add_worth(page: Page, results: Results) -> None:
@@ -87,6 +89,9 @@ def _add_uncertainty(
             + (", black: the ring." if ring else "."),
             "Three maps of the sliding plane: standard deviation of x, y and z.",
         )
+    world = results.get("calibration_world")
+    for text in [] if world is None else _distances(world, cameras):
+        section.add_text(text)
     image = results.tables["calibration_image"]
     section.add_figure(
         "calibration_image",
@@ -96,6 +101,18 @@ def _add_uncertainty(
         "Middle far above right: the standard deviations are too small. Red: the window.",
         "Maps of each image: uncertainty of the lens, difference of two halves, expected difference.",
     )
+
+
+def _distances(world: pd.DataFrame, cameras: list[Camera]) -> list[str]:
+    """How far the cameras' centres are apart, one sentence for each two: a length that a ruler can check."""
+    sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
+    told = []
+    for a, b in combinations(cameras, 2):
+        name = f"distance_m of {a.name} and {b.name}"
+        if name in sd:
+            apart_m = float(np.linalg.norm(a.centre_m - b.centre_m))
+            told.append(f"{a.name} and {b.name} stand {value_with_sd(1e3 * apart_m, 1e3 * sd[name], 'mm')} apart.")
+    return told
 
 
 def _ring(results: Results) -> tuple[float, float, float] | None:
@@ -124,6 +141,8 @@ def _add_plane(page: Page, results: Results) -> None:
         return
     section = page.add_section("Where the sliding plane is", "plane")
     sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
+    if "height_m" not in sd:  # no place of the plane that all cameras see
+        return
     settings = results.recording.settings.calibration
     height = None if settings is None else settings.board_height_m
     source = "the board" if height is None else f"the board, {length(height)} under its print"
@@ -252,29 +271,56 @@ def _add_views(
 def _pictures(
     results: Results, camera: Camera, corners: pd.DataFrame
 ) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
-    """Views whose images are files of their own (a film's frames are not read again)."""
+    """Views with the largest residuals: title, small picture, corners and its reduction."""
     import cv2
 
     settings = results.recording.settings.calibration
     if settings is None or settings.intrinsic is None:
         return []
-    files = {Path(path).name: path for path in results.recording.calibration_images(camera.name, "intrinsic")}
     own = corners[corners["camera"] == camera.name]
     size = np.hypot(own["residual_u_px"], own["residual_v_px"]) ** 2
     rms = np.sqrt(size.groupby(own["view"]).mean()).sort_values(ascending=False)
+    wanted = [str(name) for name in rms.index[:PICTURES]]
+    images = _view_images(results.recording.calibration_images(camera.name, "intrinsic"), wanted)
     window = results.recording.camera(camera.name)
     shown: list[tuple[str, np.ndarray, np.ndarray, float]] = []
-    for name, value in rms.items():
-        if name not in files or len(shown) == PICTURES:
+    for name in wanted:
+        if name not in images:
             continue
-        data = np.fromfile(files[str(name)], np.uint8)
-        image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
-        if image is None:
-            continue
+        image = images[name]
         whole = image.shape[::-1] == camera.sensor_size_px
         uv = own.loc[own["view"] == name, ["u_px", "v_px"]].to_numpy(float)
         uv = uv if whole else uv - window.window_offset_px
         reduction = min(1.0, PICTURE_PX / image.shape[1])
         small = cv2.resize(image, None, fx=reduction, fy=reduction, interpolation=cv2.INTER_AREA)
-        shown.append((f"{name}: {value:.2f} px", small, uv, reduction))
+        shown.append((f"{name}: {with_unit(rms[name], 'px', 2)}", small, uv, reduction))
     return shown
+
+
+def _view_images(paths: list[Path], names: list[str]) -> dict[str, np.ndarray]:
+    """Grey images of views, by name: that of a file, or of a film and its frame ("film.mp4 frame_00012")."""
+    import cv2
+
+    files = {path.name: path for path in paths}
+    images = {}
+    for name in names:
+        if name in files:
+            data = np.fromfile(files[name], np.uint8)
+            image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION) if len(data) else None
+            if image is not None:
+                images[name] = np.asarray(image)
+    for film, path in files.items():
+        numbers = {int(n.removeprefix(f"{film} frame_")): n for n in names if n.startswith(f"{film} frame_")}
+        numbers = {number: name for number, name in numbers.items() if number < LAST_FRAME}
+        if not numbers:
+            continue
+        video = cv2.VideoCapture(str(path))
+        video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+        for number in range(max(numbers) + 1):
+            if not video.grab():
+                break
+            good, frame = video.retrieve() if number in numbers else (False, None)
+            if good and frame is not None:
+                images[numbers[number]] = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY))
+        video.release()
+    return images

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.report.impacts import add_impacts, add_parameters
 from analysis.report.measurement import add_calibration, add_coordinates, add_host_geometry, add_tracks
-from analysis.report.motion import add_motion
+from analysis.report.motion import add_accelerometers, add_motion
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results, read_results
@@ -51,6 +51,7 @@ def recording_page(results: Results) -> Page:
         add_parameters,
         add_impacts,
         add_motion,
+        add_accelerometers,
         add_host_geometry,
         add_coordinates,
         add_tracks,

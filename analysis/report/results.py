@@ -37,6 +37,8 @@ TABLES = (
     "identification",
     "checks",
     "thesis_impacts",
+    "accelerometers",
+    "accelerations",
     "calibration_views",
     "lens_field",
     "lens_terms",

@@ -70,7 +70,7 @@ def check_recording(recording: Recording, out: Path) -> list[InputError]:
         refuse_theirs(out, written_from(stages_of(recording)[0]))
     except InputError as error:
         problems.append(error)
-    for look in (refuse_contradictions, _cameras, _calibration, _times, _table, _effects):
+    for look in (refuse_contradictions, _cameras, _calibration, _times, _table, _effects, _accelerometers):
         try:
             look(recording)
         except InputError as error:
@@ -117,13 +117,17 @@ def _with_line(problem: InputError, recording: Recording) -> InputError:
     """The same message with the line of recording.toml to change, where it has one and does not say it yet."""
     if f"{FILE}, line" in problem.found + problem.do:
         return problem
-    keys = [("camera " + camera.name, ("cameras", i, "frames")) for i, camera in enumerate(recording.cameras)]
+    keys: list[tuple[str, tuple[int | str, ...]]] = [
+        ("camera " + camera.name, ("cameras", i, "frames")) for i, camera in enumerate(recording.cameras)
+    ]
     keys += [
         ("pictures of " + camera.name, ("cameras", i, "window_size_px")) for i, camera in enumerate(recording.cameras)
     ]
     keys += [
         ("sensor of " + camera.name, ("cameras", i, "sensor_size_px")) for i, camera in enumerate(recording.cameras)
     ]
+    record = recording.settings.accelerometers
+    keys += [] if record is None else [(str(recording.path(record.file)), ("accelerometers", "file"))]
     text = (recording.folder / FILE).read_text(encoding="utf-8-sig")
     for word, location in (*keys, *KEYS):
         line = line_of(text, location) if word in problem.found else None
@@ -258,6 +262,24 @@ def _effects(recording: Recording) -> None:
         from analysis.flights.stated_terms import stated_sizes  # it loads what computes
 
         stated_sizes(recording.model)
+
+
+def _accelerometers(recording: Recording) -> None:
+    if recording.settings.accelerometers is None:
+        return
+    from analysis.accelerometers.record import read_record  # it loads what computes
+
+    record = read_record(recording)
+    assert record is not None
+    lasts_s = float(record.time_s[-1] - record.time_s[0])
+    rate_hz = (len(record.time_s) - 1) / lasts_s
+    names = ", ".join(channel.column for channel in record.settings.channels)
+    print(f"  accelerometers: {record.settings.file}, {names}, {rate_hz:.6g} samples per second for {lasts_s:.4g} s")
+    for channel, clipped in zip(record.settings.channels, record.clipped, strict=True):
+        if clipped:
+            print(f"  doubt: {channel.column!r} repeats its extreme: the sensor or the card was beyond its range")
+    if recording.entry() in ("impacts", "boards"):
+        print("  doubt: accelerometers beside a recording without a Host's motion: nothing will be compared")
 
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:

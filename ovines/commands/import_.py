@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
     from ovines.recording import Recording
 
 NAME = "import"
+TRIGGER_PICTURES = ("trigger_signal.png", "trigger_signal.svg")
 HELP = "tracks, points or a calibration of another program (VibrationTracker, TRC, CSV, OpenCV, Kalibr, mrcal, ...)"
 
 
@@ -111,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
 
     files = args.tracks or args.points or args.calibration or args.impacts or args.motion or args.plane
     if args.trigger_signal is not None:
-        write_trigger(args, read_recording(args.recording).folder if args.out is None else args.out)
+        write_trigger(args, read_recording(args.recording))
         if not files:
             return 0
     if not files:
@@ -155,18 +156,27 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def write_trigger(args: argparse.Namespace, out: Path) -> None:
-    """``trigger.csv`` from the sampled signal, and what it says of the frames."""
+def write_trigger(args: argparse.Namespace, recording: Recording) -> None:
+    """``trigger.csv`` from the sampled signal, a picture of it, and what it says of the frames."""
     import numpy as np
 
+    from analysis.accelerometers.trigger_figure import trigger_figure
+    from analysis.figures.style import save_figure
     from ovines.importers.trigger_signal import frame_times_s, read_signal
+    from ovines.pipeline.ownership import refuse_theirs
 
+    out = args.out or recording.folder
     path = out / "trigger.csv"
     if path.exists() and not args.force:
         raise InputError(f"{path} is there already", "a folder without it", "write over it with --force")
-    times_s = frame_times_s(*read_signal(args.trigger_signal), args.pulse)
+    refuse_theirs(out, TRIGGER_PICTURES)
+    signal = read_signal(args.trigger_signal)
+    times_s = frame_times_s(*signal, args.pulse)
     lines = [f"{frame},{time_s:.9f}" for frame, time_s in enumerate(times_s)]
     write_text_whole("\n".join(["frame,time_s", *lines]) + "\n", path)
+    figure = trigger_figure(*signal, times_s, recording.frame_rate_hz, args.pulse)
+    for name in TRIGGER_PICTURES:
+        save_figure(figure, out / name)
     apart = np.diff(times_s)
     print(
         f"{path}: {len(times_s)} frames, {1 / apart.mean():.6g} per second, intervals scatter by "

@@ -45,8 +45,17 @@ recording](../how-to/look.md).
 
 Made by `python -m ovines.documentation.gallery` from the sample recordings.
 """
-# The samples' lenses leave nothing over: this figure is of three runs of a blind series.
-LENS = """
+# The samples' lenses leave nothing over, and no accelerometer stood beside them: a figure of three runs of a blind
+# series, and one of the record that tests/analysis/test_accelerometers.py makes.
+BESIDE = """
+## Accelerometers
+
+![Acceleration of the Host by cameras and accelerometers over some periods, and its difference over the run.]\
+(../figures/accelerations.png)
+
+The Host's acceleration along each sensor by the cameras' path and by [the record beside them](../how-to/record.md), a
+shaker's start. The difference is the noise of the cameras' path, differentiated twice. Made, not measured.
+
 ## A lens field
 
 ![Arrows of the lens field of each camera over its standard deviation.](../figures/lens_field.png)
@@ -73,7 +82,7 @@ def gallery(folder: Path) -> str:
                 temporary.write_bytes(base64.b64decode(content))
             words = " ".join(html.unescape(re.sub(r"<(?!/?su[bp]>)[^>]+>", "", caption)).split())
             lines += ["", f"![{html.unescape(alt)}](../figures/gallery/{picture.name})", "", words]
-    return "\n".join(lines) + "\n" + LENS
+    return "\n".join(lines) + "\n" + BESIDE
 
 
 if __name__ == "__main__":

@@ -78,8 +78,8 @@ def law_page() -> str:
         "law.toml",
         "A written law: a formula for what no effect of the library has. `ovines diagnose` writes `law-1.toml` where "
         "it finds one; `laws` in [scenario.toml](scenario-toml.md) gives it to the simulator, `laws` in `[model]` of "
-        "[recording.toml](recording-toml.md) or `ovines diagnose --law FILE` to the diagnosis, which then holds it. "
-        "Its terms are added up, each a coefficient times factors.",
+        "[recording.toml](recording-toml.md) to identification, comparison and diagnosis, and `ovines diagnose --law "
+        "FILE` to the diagnosis, which then hold it. Its terms are added up, each a coefficient times factors.",
         LAW,
         "a force across the path that grows with speed and spin",
         LawFile,

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from ovines.camera import Camera, with_fields
-from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.errors import InputError
-from ovines.law_file import read_law
 from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
@@ -41,13 +39,11 @@ def load_series(
     """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their
     entries.  ``laws``: files of written laws that the nominal model holds beside those of ``[model]``.
     """
-    from analysis.flights.stated_terms import stated_laws
+    from analysis.flights.stated_terms import held_laws
     from analysis.gap.series import from_motions, from_points
     from analysis.motion.bodies import motion_from_points
 
-    held = [*stated_laws(recordings[0].model), *_laws(recordings, laws)]
-    if sum(len(law.terms) for law in held) > MOST_TERMS:
-        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
+    held = held_laws(recordings, laws)
     entries = [recording.entry() for recording in recordings]
     if "impacts" in entries:
         raise InputError(
@@ -110,27 +106,6 @@ def load_series(
         )
     refuse_uninformative(series.motions, recordings)
     return series, sources
-
-
-def _laws(recordings: Sequence[Recording], files: Sequence[Path]) -> list[WrittenLaw]:
-    """Laws of ``[model]``, the same in all recordings, and of ``files``; `InputError` for one of the wall, which only
-    the simulator holds."""
-    stated = [recording.model.laws if recording.model else () for recording in recordings]
-    for recording, names in zip(recordings, stated, strict=True):
-        if names != stated[0]:
-            raise InputError(
-                f"{recording.folder}: [model] laws = {list(names)}, and {list(stated[0])} in {recordings[0].folder}",
-                "one nominal model in a series",
-                "give all recordings the same laws",
-            )
-    paths = [*(recordings[0].folder / name for name in stated[0]), *files]
-    held = [read_law(path) for path in paths]
-    for path, law in zip(paths, held, strict=True):
-        if law.stage == "geometry":
-            raise InputError(
-                f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
-            )
-    return held
 
 
 def triangulate_again(

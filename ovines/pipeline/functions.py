@@ -113,7 +113,11 @@ def triangulate(context: StageContext) -> dict[str, Any]:
 
 
 def analyse(context: StageContext) -> dict[str, Any]:
-    """Points to motion, the Host's circle, the angle from triplets, and the thesis' impacts."""
+    """Points to motion, the Host's circle, the angle from triplets, the thesis' impacts, and accelerometers beside the
+    Host.
+    """
+    from analysis.accelerometers.compare import compare_accelerometers
+    from analysis.accelerometers.record import read_record
     from analysis.motion.bodies import motion_from_points
     from analysis.motion.host_circle import host_circle
     from analysis.motion.rotation import rotation
@@ -126,6 +130,7 @@ def analyse(context: StageContext) -> dict[str, Any]:
                 "the Host's wall (inner_radius_m or polygon_m) and the NES' radius_m",
                 "add the section",
             )
+    record = read_record(context.recording)
     path = context.path("points.parquet or motion.parquet")
     results: dict[str, Any] = {}
     if path.name == "motion.parquet":
@@ -151,6 +156,13 @@ def analyse(context: StageContext) -> dict[str, Any]:
     motion = host_at_rest(motion)
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)
+    if record is not None:
+        asked = context.recording.excitation
+        beside = compare_accelerometers(motion, record, asked.frequency_hz if asked is not None else None)
+        context.notes.extend(beside.notes)
+        if beside.channels is not None:
+            results["accelerometers.parquet"] = beside.channels
+            results["accelerations.parquet"] = beside.accelerations
     return results
 
 

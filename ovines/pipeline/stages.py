@@ -15,6 +15,7 @@ from typing import Any
 
 import ovines
 from ovines.errors import InputError
+from ovines.io.provenance import sha256_of
 from ovines.pipeline.code import code_digest
 from ovines.recording import Recording
 from ovines.tables import read_provenance
@@ -99,8 +100,16 @@ STAGES: tuple[Stage, ...] = (
         "analyse",
         "points -> motion of NES and Host, Host circle, angle, impacts as the thesis finds them",
         reads=("points.parquet or motion.parquet",),
-        writes=("motion.parquet", "host_circle.parquet", "rotation.parquet", "thesis_impacts.parquet"),
-        sections=("time", "bodies", "excitation", "model", "thesis_method"),
+        may_read=("accelerometers' record",),
+        writes=(
+            "motion.parquet",
+            "host_circle.parquet",
+            "rotation.parquet",
+            "thesis_impacts.parquet",
+            "accelerometers.parquet",
+            "accelerations.parquet",
+        ),
+        sections=("time", "bodies", "excitation", "model", "thesis_method", "accelerometers"),
     ),
     Stage(
         "identify",
@@ -127,13 +136,15 @@ STAGES: tuple[Stage, ...] = (
             "host_circle.parquet",
             "rotation.parquet",
             "thesis_impacts.parquet",
+            "accelerometers.parquet",
+            "accelerations.parquet",
             "impacts.parquet",
             "flights.parquet",
             "identification.parquet",
             "checks.parquet",
         ),
         writes=("report.html",),
-        sections=("name", "time", "cameras", "bodies", "excitation", "model", "thesis_method", "log"),
+        sections=("name", "time", "cameras", "bodies", "excitation", "model", "thesis_method", "accelerometers", "log"),
     ),
 )
 
@@ -184,6 +195,9 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
         case "trigger.csv":
             trigger = recording.settings.time.trigger
             return [recording.path(trigger)] if trigger else []
+        case "accelerometers' record":
+            record = recording.settings.accelerometers
+            return [recording.path(record.file)] if record is not None else []
         case "calibration.json" if recording.calibration_file is not None:
             return [recording.calibration_file]
         case "calibration_covariance.parquet" if recording.calibration_file is not None:
@@ -238,7 +252,12 @@ def _remedy(artifact: str) -> str:
 def parameters_of(one: Stage, recording: Recording) -> dict[str, Any]:
     """The sections of recording.toml that the stage depends on, as plain JSON."""
     settings = recording.settings.model_dump(mode="json", exclude_none=True)
-    return {section: settings[section] for section in one.sections if section in settings}
+    found = {section: settings[section] for section in one.sections if section in settings}
+    if "model" in found and recording.model is not None and recording.model.laws:
+        # A law is as much a part of the model as the numbers beside it.
+        paths = {name: recording.folder / name for name in recording.model.laws}
+        found["laws"] = {name: sha256_of(path) if path.is_file() else None for name, path in paths.items()}
+    return found
 
 
 def state_of(one: Stage, recording: Recording, hashes: Mapping[str, str]) -> dict[str, Any]:

@@ -3,7 +3,15 @@
 from ovines.tables.check import widest_span
 from ovines.tables.column import Column, Table
 from ovines.tables.declared import TABLES
-from ovines.tables.parquet import checked, is_as_written, read_provenance, read_table, table_rows, write_table
+from ovines.tables.parquet import (
+    checked,
+    is_as_written,
+    read_foreign_numbers,
+    read_provenance,
+    read_table,
+    table_rows,
+    write_table,
+)
 
 __all__ = [
     "TABLES",
@@ -11,6 +19,7 @@ __all__ = [
     "Table",
     "checked",
     "is_as_written",
+    "read_foreign_numbers",
     "read_provenance",
     "read_table",
     "table_rows",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 UNITS = {  # longest suffix first: "x_m_per_s" is a speed, no length
     "_rad_per_s2": "rad/s^2", "_m_per_s2": "m/s^2", "_rad_per_s": "rad/s", "_px_per_s": "px/s",
+    "_mv_per_g": "mV/g",
     "_m_per_s": "m/s", "_per_px": "1/px", "_rad": "rad", "_deg": "deg", "_px": "px", "_hz": "Hz",
     "_kg": "kg", "_m": "m", "_s": "s", "_j": "J", "_w": "W",
 }  # fmt: skip

@@ -66,6 +66,26 @@ def read_table(path: str | Path, name: str) -> pd.DataFrame:
     return result
 
 
+def read_foreign_numbers(path: Path) -> pd.DataFrame:
+    """Every column of numbers of a Parquet file that some other program wrote, float64 with NaN for missing."""
+    try:
+        stored = pq.ParquetFile(path)
+        if stored.metadata.num_rows > MAX_ROWS:
+            raise InputError(f"{path}: {stored.metadata.num_rows} rows", f"{MAX_ROWS} at most", "split the file")
+        content = stored.read(use_threads=False)
+        content.validate(full=True)
+        return pd.DataFrame(
+            {
+                name: content.column(i).cast(pa.float64()).to_numpy()
+                for i, name in enumerate(content.column_names)
+                if pa.types.is_integer(content.column(i).type) or pa.types.is_floating(content.column(i).type)
+            }
+        )
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
+        found = f"{path}: {str(error)[:200]}"
+        raise InputError(found, "a Parquet file", "check the path, or write the file again") from None
+
+
 def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Mapping[str, Any]) -> None:
     """Write ``frame`` as the declared table ``name`` to ``path``, whole or not at all.
 

@@ -93,7 +93,7 @@ def test_words_and_compiled_codes_are_the_same():
     assert [getattr(kernel, name) for name in TARGET_CODES.split()] == flights
     numbered = [getattr(kernel, f"Q_{name}") for name in QUANTITY_CODES.split()]
     assert numbered == [one.code for one in QUANTITIES.values()]
-    functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES"]
+    functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES", "GATES"]
     assert [getattr(kernel, name) for name in functions] == [code for code, _ in FUNCTIONS.values()]
 
 

@@ -14,6 +14,7 @@ from analysis.gap.laws.candidate import with_coefficients
 from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.impact_dictionary import law_candidates, wall_candidates
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
+from analysis.gap.laws.search import _Numbers
 from analysis.gap.page.gap_page import gap_page
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -131,6 +132,14 @@ def test_every_candidate_is_set_as_a_formula():
             parser.parse(f"${as_latex(law)}$")
             assert as_text(law) and term.unit, name
     assert len(terms) > 100
+
+
+def test_a_place_that_is_searched_stays_about_the_rig():
+    """A Gaussian's flank from far away fits any slope: its place is told only where it is one."""
+    patch = next(one for one in flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0)) if "patch" in one.name)
+    x, y, width = _Numbers(patch).at(np.array([-1e3, 1e3, 0.0])).numbers
+    assert np.hypot(x - patch.numbers[0], y - patch.numbers[1]) < 2 * 0.04
+    assert width == patch.numbers[2]
 
 
 def test_pairs_of_columns_become_one_term_with_an_angle():

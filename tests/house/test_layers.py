@@ -34,7 +34,7 @@ ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
 analysis.gap.drive
-analysis.checks analysis.gap.ladder analysis.simulations
+analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
 analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
 analysis.gap.laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
@@ -51,6 +51,7 @@ MOST_FILES = {
     "ovines.commands": 26,
     "analysis.report": 17,
     "analysis.gap.page": 14,
+    "analysis.gap.laws": 14,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
     "ovines.importers": 14,

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.accelerometers.trigger_figure import trigger_figure
 from ovines.__main__ import main
 from ovines.errors import InputError
 from ovines.importers.trigger_signal import frame_times_s
@@ -41,6 +42,22 @@ def test_what_is_no_pulse_train_is_refused():
             frame_times_s(time_s, wrong, "rise")
 
 
+def test_the_picture_has_the_signal_over_a_perfect_clock():
+    """Both pulse trains rise together at the first frame shown, and an interval that is 20 us too long stands out."""
+    time_s, signal, rise = pulses(np.random.default_rng(4))
+    late = rise[:-1] + 20e-6 * (np.arange(len(rise) - 1) >= 30)
+    close, whole = trigger_figure(time_s, signal, late, 1 / PERIOD_S, "rise").axes
+    clock, measured = close.lines[0], close.lines[1]
+    x, y = clock.get_xdata(), clock.get_ydata()
+    ups = x[1:][np.diff(y) > 0]
+    assert np.abs(ups[1] - 0.0) < 1e-9 and np.allclose(np.diff(ups), 1e3 * PERIOD_S, rtol=1e-9)
+    downs = x[1:][np.diff(y) < 0]
+    assert np.abs(downs[1] - 1e3 * OPEN_S) < 1e3 * 3 / RATE_HZ
+    assert np.ptp(measured.get_ydata()) > 4.9
+    off = whole.lines[0].get_ydata()
+    assert np.argmax(off) == 29 and abs(off.max() - 20.0) < 10.0  # intervals scatter by 2.8 us
+
+
 def test_the_command(tmp_path, capsys):
     time_s, signal, rise = pulses(np.random.default_rng(3))
     assert main(["new", str(tmp_path / "run"), "--usual"]) == 0
@@ -49,6 +66,8 @@ def test_the_command(tmp_path, capsys):
     assert main(command) == 0 and "800" in capsys.readouterr().out
     frames, times_s = read_trigger(tmp_path / "run" / "trigger.csv")
     assert len(frames) == len(rise) and np.abs(times_s - rise - OPEN_S / 2).max() < 1e-6
+    picture = (tmp_path / "run" / "trigger_signal.svg").read_text(encoding="utf-8")
+    assert "perfect clock, 800 per second" in picture and (tmp_path / "run" / "trigger_signal.png").is_file()
     assert main(command) == 2 and "--force" in capsys.readouterr().err
     (tmp_path / "gate.csv").write_text("a,b\n1,2\n")
     assert main([*command, "--force"]) == 2

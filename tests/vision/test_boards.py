@@ -8,10 +8,15 @@ import cv2
 import numpy as np
 import pytest
 
+from ovines.camera import Camera
 from ovines.errors import InputError
+from vision.calibration import detection
 from vision.calibration.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
 from vision.calibration.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
+from vision.calibration.corners import refine_corners
 from vision.calibration.detection import detect
+from vision.rendering.board import render_board
+from vision.rendering.images import Look, View
 
 THESIS = Board("thesis", (5, 7), 0.008, 0.006, "DICT_5X5_50")
 
@@ -174,3 +179,36 @@ def test_unknown_board_names_the_known_ones(tmp_path):
 def test_print_survives_the_detector_upside_down():
     image = cv2.rotate(painted(THESIS), cv2.ROTATE_180)
     assert len(detect(image, THESIS).points) == 24
+
+
+def test_no_corners_neighbourhood_reaches_a_marker_however_askew_the_board(monkeypatch):
+    """The fields of blunt angles bring their markers nearest: by where the print truly lies in the picture."""
+    board = Board("webcams", (4, 5), 0.054, 0.75 * 0.054, "DICT_4X4_1000", inverted=True)
+    camera = Camera("A", (400, 400), np.array([[760, 0, 199.5], [0, 760, 199.5], [0, 0, 1.0]]), np.zeros(5), np.eye(3),
+                    np.zeros(3))  # fmt: skip
+    gap = 0.5 * (board.square_size_m - board.marker_size_m)
+    around = gap * np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]])
+    printed = np.concatenate(board.opencv().getObjPoints()).astype(float)
+    asked = {}
+
+    def spy(image, uv, reach):
+        asked["uv"], asked["reach"] = uv, reach
+        return refine_corners(image, uv, reach)
+
+    monkeypatch.setattr(detection, "refine_corners", spy)
+    shares = []
+    for tilt in (0.0, 0.6, 0.9):
+        turn = cv2.Rodrigues(tilt * np.array([0.75, 0.66, 0.0]))[0]
+        shift = np.array([0, 0, 0.9]) - turn @ np.array([*np.array(board.size_m) / 2, 0])
+        image, _ = render_board(View(camera), board, turn, shift, Look(blur_px=0.8), np.random.default_rng(1))
+        found = detection.detect(image, board)
+        assert len(found.points) > 8
+        places = board.points_m()[found.points]
+        true_uv = camera.project(places @ turn.T + shift)
+        beside = [place + around for place in places]  # of them those where a marker's corner is printed
+        for uv, four, reach in zip(true_uv, beside, asked["reach"], strict=True):
+            own = four[[np.linalg.norm(printed - one, axis=-1).min() < 0.1 * gap for one in four]]
+            assert len(own) == 2
+            away = np.linalg.norm(camera.project(own @ turn.T + shift) - uv, axis=-1).min()
+            shares.append(reach / away)
+    assert max(shares) < 1.0 and min(shares) > 0.6

@@ -8,7 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+import vision.calibrate as calibrate_module
 from ovines.errors import InputError
+from ovines.recording import read_recording
 from tests.vision.test_calibrate import SIZES, rig_views
 from vision.calibrate import calibrate
 from vision.calibration import chessboard as calibration_chessboard
@@ -158,3 +160,22 @@ def _plane(view):
     board = find_board("charuco_5x7_8mm").points_m()[view.points][:, :2]
     slope = np.linalg.lstsq(np.c_[board, np.ones(len(board))], view.uv_px, rcond=None)[0][:2]
     return slope / np.sqrt(abs(np.linalg.det(slope)))
+
+
+@pytest.mark.parametrize(("said", "together", "tied"), [(None, True, True), (False, True, False), (True, False, False)])
+def test_whether_views_were_taken_at_once_can_be_said(tmp_path, monkeypatch, said, together, tied):
+    """recording.toml has the last word; where nothing can be tied that is told."""
+    setup, seen, extrinsic = rig_views(np.random.default_rng(4), together=together)
+    if not together:  # no name in common
+        seen["VW2"] = [replace(view, name=f"b-{view.name}") for view in seen["VW2"]]
+    cameras = "".join(f"[[cameras]]\nname = '{name}'\nsensor_size_px = [{w}, {h}]\n" for name, (w, h) in SIZES.items())
+    line = "" if said is None else f"simultaneous = {str(said).lower()}\n"
+    (tmp_path / "recording.toml").write_text(
+        f"format = 1\n[time]\nframe_rate_hz = 800.0\n{cameras}[calibration]\nboard = 'charuco_9x13_20mm'\n"
+        f"intrinsic = '{{camera}}/*.png'\nextrinsic = '{{camera}}.png'\n{line}",
+        encoding="utf-8",
+    )
+    monkeypatch.setattr(calibrate_module, "read_views", lambda recording, progress: (setup.board, seen, extrinsic, []))
+    found = calibrate_module.calibrate_recording(read_recording(tmp_path))
+    assert found.simultaneous is tied
+    assert any("simultaneous = true" in line for line in found.advice) is (said is True)

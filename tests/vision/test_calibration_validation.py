@@ -94,6 +94,21 @@ def test_a_fisheye_that_few_views_cannot_model_is_refused_with_a_word():
         refuse_fisheye("A", solve_camera(seen, BOARD, SIZE), BOARD)
 
 
+def test_frames_of_a_film_that_are_of_no_use_are_counted_and_no_picture_is_asked_for_again():
+    seen = views(np.random.default_rng(4), through([-0.1, 0.05, 0, 0, 0.0]))
+    none = View("", np.empty(0, np.int64), np.empty((0, 2)), np.empty(0))
+    for film, sentence in (
+        (True, "A: 30 of 46 frames looked at in its film cannot be used"),
+        (False, "A: retake one0"),
+    ):
+        pattern = "film.mp4 frame_{:05d}" if film else "one{}.png"
+        poor = [replace(none, name=pattern.format(k)) for k in range(30)]
+        good = [replace(view, name=pattern.format(100 + k)) for k, view in enumerate(seen)]
+        said = calibrate(BOARD, {"A": poor + good}, {"A": SIZE}, {"A": seen[0]}).advice
+        assert any(line.startswith(sentence) for line in said), said
+        assert any("retake" in line for line in said) is not film
+
+
 def bent(seen: list[View], rms_px: float, length_px: float, rng: np.random.Generator) -> list[View]:
     """The views through a lens with a smooth residual that no model has."""
     waves, phase = rng.normal(0, 1 / length_px, (2, 40, 2)), rng.uniform(0, 2 * np.pi, (2, 40))
@@ -105,7 +120,7 @@ def bent(seen: list[View], rms_px: float, length_px: float, rng: np.random.Gener
 
 
 def test_a_model_error_is_flagged_and_noise_is_not():
-    """The full count is benchmarks/calibration_flags.py."""
+    """The full count is `benchmarks/calibration.py flags`."""
     flags = {0.0: 0, 0.05: 0}
     for seed in range(4):
         seen = views(np.random.default_rng(seed), through([-0.1, 0.05, 0, 0, 0.0]))
@@ -162,6 +177,26 @@ def rig(board_height_m: float = 0.0):
         world[camera.name] = view("world", camera.project(points @ WORLD_FROM_BOARD.T + up))
     sizes = {camera.name: camera.sensor_size_px for camera in setup.cameras}
     return setup, calibrate(setup.board, seen, sizes, world, board_height_m=board_height_m)
+
+
+def test_the_cameras_distance_has_the_sd_of_pairs_drawn_from_the_covariance():
+    setup, found = rig()
+    name, sd_m = found.tables["calibration_world"][["quantity", "sd"]].iloc[-1]
+    assert name == "distance_m of VW1 and VW2"
+    covariance = np.nan_to_num(found.covariance)
+    rng, n = np.random.default_rng(0), 4000
+    drawn = rng.multivariate_normal(np.zeros(len(covariance)), covariance, n, method="svd").reshape(n, 2, -1)
+    centres = [
+        -np.einsum(
+            "nji,nj->ni",
+            np.stack([cv2.Rodrigues(one[-6:-3])[0] @ camera.rotation for one in drawn[:, c]]),
+            camera.translation_m + drawn[:, c, -3:],
+        )
+        for c, camera in enumerate(found.cameras)
+    ]
+    assert np.linalg.norm(centres[0] - centres[1], axis=1).std() == pytest.approx(sd_m, rel=0.06)
+    true_m, own_m = (np.linalg.norm(a.centre_m - b.centre_m) for a, b in (setup.cameras, found.cameras))
+    assert abs(own_m - true_m) < 4 * sd_m
 
 
 def test_a_thick_board_does_not_raise_the_world():

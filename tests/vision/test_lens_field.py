@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,7 +13,9 @@ from ovines.lens_field import LensField, lens_fields
 from ovines.recording import read_recording
 from tests.conftest import two_cameras, write_small_recording
 from vision.lens.estimate import learn_lens_field
+from vision.lens.lattice import Lattice
 from vision.lens.open_terms import OPEN_TERMS, term_pixels
+from vision.lens.prior import calibration_part
 from vision.triangulate import triangulate
 
 FRAMES, RUNS, RATE_HZ = 400, 3, 800.0
@@ -90,15 +93,18 @@ def learnt(rig, tracks):
     return learn_lens_field(tracks, [rig[0]] * len(tracks), rig[1])
 
 
-def left_px(rig, found, size):
-    """Truth less field where Host and NES went: (RMS, RMS without open terms, open terms of the difference)."""
+def left_px(rig, found, put):
+    """Truth less field where Host and NES went: (RMS, RMS without open terms, open terms of the difference).
+
+    ``put``: true field of camera k at points (n, 3) and their pixels.
+    """
     cameras = rig[1]
     fields = lens_fields(found.field, found.terms)
     t = np.linspace(0, 2 * np.pi, 9)[:-1]
     ring = [np.column_stack([r * np.cos(t), r * np.sin(t), 0 * t + 0.01]) for r in (0.01, 0.02, 0.03, 0.04)]
     points = np.concatenate(ring)
     uv = [camera.project(points) for camera in cameras]
-    apart = np.concatenate([residual(k, uv[k], size) - fields[c.name].at(uv[k]) for k, c in enumerate(cameras)], 1)
+    apart = np.concatenate([put(k, points, uv[k]) - fields[c.name].at(uv[k]) for k, c in enumerate(cameras)], 1)
     moves = term_pixels(points, sorted(cameras, key=lambda c: c.name)).reshape(-1, len(OPEN_TERMS))
     open_terms = np.linalg.lstsq(moves, apart.reshape(-1), rcond=None)[0]
     closed = apart.reshape(-1) - moves @ open_terms
@@ -110,7 +116,7 @@ def left_px(rig, found, size):
 def test_the_field_is_found_and_open_terms_are_within_their_sds(rig, correlation):
     found = learnt(rig, filmed(rig, 0.25, correlation=correlation))
     assert found.field is not None
-    _, closed, open_terms = left_px(rig, found, 0.25)
+    _, closed, open_terms = left_px(rig, found, lambda k, _, uv: residual(k, uv, 0.25))
     assert closed < 0.03
     sd = found.terms.set_index("term")["sd"]
     assert max(abs(open_terms[name]) / sd[name] for name in ("scale", "plane_along", "plane_across")) < 3.5
@@ -129,6 +135,70 @@ def test_nothing_is_learnt_where_the_lens_leaves_nothing(rig, correlation):
     found = learnt(rig, filmed(rig, 0.0, correlation=correlation, seed=3))
     terms = found.terms.set_index("term")["value"]
     assert found.field is None and terms["used"] == 0 and terms["held_out_sds"] < 5
+
+
+def covariance_rows(matrix: np.ndarray, labels: list[tuple[str, str]]) -> pd.DataFrame:
+    """Table ``calibration_covariance`` of a full matrix."""
+    columns = ["camera", "parameter", "other_camera", "other_parameter", "covariance"]
+    pairs = [(i, j) for i in range(len(labels)) for j in range(i, len(labels))]
+    return pd.DataFrame([(*labels[i], *labels[j], matrix[i, j]) for i, j in pairs], columns=columns)
+
+
+def changed(camera, parameter: str, by: float):
+    """The camera with one parameter of its calibration off."""
+    if parameter in ("fx", "cy"):
+        at = {"fx": (0, 0), "cy": (1, 2)}[parameter]
+        matrix = camera.matrix.copy()
+        matrix[at] += by
+        return replace(camera, matrix=matrix)
+    if parameter in ("k1", "p1"):
+        return replace(camera, distortion=camera.distortion + by * np.eye(5)[{"k1": 0, "p1": 2}[parameter]])
+    if parameter == "ry":
+        return replace(camera, rotation=cv2.Rodrigues(np.array([0, by, 0]))[0] @ camera.rotation)
+    return replace(camera, translation_m=camera.translation_m + by * np.eye(3)["xyz".index(parameter[1])])
+
+
+def test_the_calibrations_part_of_the_prior_is_what_its_parameters_do_to_pictures_of_the_plane(rig):
+    """By differences of pictures: J C J', with a covariance that ties the cameras."""
+    cameras, height_m = rig[1], 0.01
+    steps = {"fx": 2.0, "cy": 1.0, "k1": 0.02, "p1": 1e-3, "ry": 1e-3, "tx": 1e-3, "tz": 1e-3}
+    labels = [(camera.name, parameter) for camera in cameras for parameter in steps]
+    step = np.array([steps[parameter] for _, parameter in labels])
+    mixed = np.random.default_rng(5).normal(size=(14, 14)) * step
+    covariance = mixed.T @ mixed
+    lattices = [Lattice(150.0, 10, 7, 6, 5), Lattice(150.0, 11, 5, 6, 5)]
+    columns = []
+    for name, parameter in labels:
+        own = []
+        for camera, lattice in zip(cameras, lattices, strict=True):
+            ray = camera.rays(lattice.sites_px)
+            points = camera.centre_m + (height_m - camera.centre_m[2]) / ray[:, 2:] * ray
+            small = 1e-3 * steps[parameter] * (camera.name == name)
+            ahead, back = (changed(camera, parameter, by).project(points) for by in (small, -small))
+            own.append(((ahead - back) / (2e-3 * steps[parameter])).T.ravel())  # u of all sites, then v
+        columns.append(np.concatenate(own))
+    pictures = np.stack(columns, -1)
+    expected = pictures @ covariance @ pictures.T
+    found = calibration_part(lattices, cameras, covariance_rows(covariance, labels), height_m)
+    assert np.allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+    assert not calibration_part(lattices, cameras, None, height_m).any()
+
+
+@pytest.mark.parametrize(("parameter", "sd"), [("k1", 0.05), ("p1", 1e-3)])
+def test_a_lens_that_the_calibration_knows_badly_is_found_by_its_covariance(rig, parameter, sd):
+    """Two of its sds off, in one camera: the covariance says which field to look for, open terms included."""
+    recording, cameras = rig
+    true = [changed(cameras[0], parameter, 2 * sd), cameras[1]]
+    rng = np.random.default_rng(0)
+    tracks = [tracks_of(rng, true, recording.window_offset_px, 0.0, 0.1, 0.0) for _ in range(RUNS)]
+    known = covariance_rows(np.array([[sd**2]]), [(cameras[0].name, parameter)])
+    left, closed = [], []
+    for covariance in (None, known):
+        found = learn_lens_field(tracks, [recording] * RUNS, cameras, covariance)
+        rms, without_open, _ = left_px(rig, found, lambda k, points, uv: true[k].project(points) - uv)
+        left.append(rms)
+        closed.append(without_open)
+    assert left[1] < 0.25 * left[0] and closed[1] < 0.7 * closed[0] and closed[1] < 0.01
 
 
 def test_few_frames_one_body_or_one_camera_change_nothing(rig):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vision.calibration.boards import Board
 from vision.calibration.bundle_adjustment import pinhole
 from vision.calibration.detection import View
+from vision.calibration.images import FRAME
 from vision.calibration.single_camera import VIEW_FACTOR, Single
 
 Array = NDArray[np.float64]
@@ -19,6 +20,7 @@ FEW_VIEWS, SMALL_MARKER_PX, LITTLE_COVERAGE = 10, 20.0, 0.35  # views; pixels; s
 FLAT_DEG, TILTED_PERCENTILE = 15.0, 80  # tilt that so many percent of the views stay below where all are too flat
 SAME_DEPTH = 0.1  # range of the views' distances over their median, below which they are alike
 NAMED_SMALL, NAMED_RETAKES = 3, 5  # views named in a sentence
+FILM_SHARE = 0.5  # of a film's frames that are of no use, from which on that is worth a remark
 EXTRINSIC = "extrinsic view"  # its name in `calibration_views`
 LEAST_RMS_PX = 0.1  # below, nothing is worth a remark
 ABOVE_NOISE = 4.0  # residual over the points' own sd: real corners' sd is known to a factor of two
@@ -98,6 +100,13 @@ def advise(
                 )
         said += _residual_advice(name, single, board)
         retake = {view: why for view, why in single.dropped.items() if view != extrinsic_names.get(name)}
+        frames = {view for view in retake if FRAME in view}  # of a film: nobody takes one again
+        if len(frames) > FILM_SHARE * (count + len(frames)):
+            said.append(
+                f"{name}: {len(frames)} of {count + len(frames)} frames looked at in its film cannot be used; "
+                f"hold the board still, whole and large in the picture."
+            )
+        retake = {view: why for view, why in retake.items() if view not in frames}
         if retake:
             said.append(
                 f"{name}: retake {', '.join(f'{view} ({why})' for view, why in list(retake.items())[:NAMED_RETAKES])}."

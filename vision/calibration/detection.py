@@ -18,8 +18,7 @@ from vision.markers.row import SD, U, V, radius_px
 
 Array = NDArray[np.float64]
 MINIMUM_POINTS = 6
-# Of the printed gap between a square's edge and its marker: the corner's neighbourhood is clean to sqrt(2) of it.
-CLEAN_SHARE = 1.15
+CLEAN_SHARE = 0.81  # of a corner's way to the next marker, whose blurred edge begins before it
 # Smallest perimeter of a marker: OpenCV's over the image's longer side, and in pixels for large images.
 PERIMETER_RATE, PERIMETER_PX = 0.03, 40.0
 
@@ -77,12 +76,14 @@ def detect(image: NDArray[np.uint8], board: Board, name: str = "") -> View:
     if corners is None or len(corners) == 0:
         return _empty(name)
     uv = corners.reshape(-1, 2).astype(float)
-    edge = np.mean([np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).mean() for m in markers])
+    outlines = np.array([marker.reshape(4, 2) for marker in markers], float)
+    edges = np.linalg.norm(np.diff(outlines, axis=1), axis=-1)
     gap = 0.5 * (board.square_size_m / board.marker_size_m - 1)
-    # The markers give pixels per metre; a tilted board's narrower direction has the smaller gap.
-    narrow = min(np.linalg.norm(np.diff(m.reshape(4, 2), axis=0), axis=1).min() for m in markers)
-    uv, sd = refine_corners(image, uv, np.full(len(uv), CLEAN_SHARE * gap * 0.5 * (edge + narrow)))
-    return View(name, np.asarray(numbers, np.int64).ravel(), uv, sd, float(edge))
+    # Two opposite fields of a corner hold markers: seen askew, those of blunt angles come nearest.  A field seen flat
+    # is twice the gap away at most: where both markers were missed, the next is farther.
+    away = np.linalg.norm(uv[:, None] - outlines.reshape(-1, 2), axis=-1).min(1)
+    uv, sd = refine_corners(image, uv, CLEAN_SHARE * np.minimum(away, 2 * gap * edges.max()))
+    return View(name, np.asarray(numbers, np.int64).ravel(), uv, sd, float(edges.mean()))
 
 
 def _empty(name: str) -> View:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -54,7 +55,9 @@ def validation_tables(
         "calibration_boards": _board_table(cameras, singles, board),
         "calibration_image": pd.concat(image, ignore_index=True),
         "calibration_plane": _plane_table(cameras, covariance),
-        "calibration_world": _world_table(cameras, covariance),
+        "calibration_world": pd.concat(
+            [_world_table(cameras, covariance), _distance_table(cameras, covariance)], ignore_index=True
+        ),
         "calibration_next": pd.DataFrame(following, columns=["camera", "order", "pose", "now_px", "then_px"]),
     }
     rows = pd.DataFrame(found, columns=["camera", "parameter", "value"]).assign(sd=np.nan)
@@ -172,6 +175,27 @@ def _world_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
     moved = fit @ shifts(places, cameras)[:, 2]
     sd = np.sqrt(np.maximum(np.einsum("ip,pq,iq->i", moved, covariance, moved), 0))
     return pd.DataFrame({"quantity": ["height_m", "slope_x", "slope_y"], "sd": sd})
+
+
+def _distance_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
+    """Sd [m] of the distance between the centres of each two cameras."""
+    rows = []
+    for a, b in combinations(range(len(cameras)), 2):
+        apart = cameras[a].centre_m - cameras[b].centre_m
+        slope = np.zeros(len(covariance))
+        for c, along in ((a, apart), (b, -apart)):
+            rotation, (x, y, z) = cameras[c].rotation, cameras[c].translation_m
+            turned = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # centre = - rotation' translation
+            by_pose = -rotation.T @ np.concatenate([turned, np.eye(3)], 1)
+            slope[N_CAMERA * c + N_INTRINSICS : N_CAMERA * (c + 1)] = along @ by_pose / np.linalg.norm(apart)
+        sd = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        rows.append((distance_name(cameras[a].name, cameras[b].name), sd))
+    return pd.DataFrame(rows, columns=["quantity", "sd"]).astype({"quantity": str, "sd": float})
+
+
+def distance_name(camera: str, other: str) -> str:
+    """What ``calibration_world`` calls the distance of two cameras' centres."""
+    return f"distance_m of {camera} and {other}"
 
 
 def _on_plane(camera: Camera) -> Array:

@@ -39,6 +39,13 @@ class MeasuredPath:
         """Places (N, 2; m) without what the drive explains."""
         return np.asarray(places - self.plain @ (self.plain.T @ places))
 
+    def with_line(self, frequency_hz: float) -> MeasuredPath:
+        """The path whose drive holds one more line of its own."""
+        turn = 2 * np.pi * frequency_hz * self.time_s
+        drive = np.column_stack([self.plain, *_line_columns(self.time_s, turn)])
+        held, _ = np.linalg.qr(_whitened(drive, self.correlation))
+        return replace(self, held=held, plain=np.linalg.qr(drive)[0])
+
     def white(self, columns: Array) -> Array:
         """``columns`` (N, 2, ...) as independent rows of unit variance without what the drive explains (M, 2, ...)."""
         rows = _whitened(columns, self.correlation) / self.sd.reshape(1, 2, *[1] * (columns.ndim - 2))
@@ -71,11 +78,14 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
     columns = [np.ones_like(t)]
     for k in range(1, OVERTONES + 1):
         columns += [np.cos(k * turn), np.sin(k * turn)]
-    # A frequency that is a little off, and a level that drifts.
-    columns += [t * np.cos(turn), t * np.sin(turn)]
-    drive = np.column_stack(columns)
+    drive = np.column_stack([*columns, *_line_columns(t, turn)[2:]])
     held, _ = np.linalg.qr(_whitened(drive, correlation))
     return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0])
+
+
+def _line_columns(t: Array, turn: Array) -> list[Array]:
+    """A line, and what a frequency that is a little off or a level that drifts makes of it."""
+    return [np.cos(turn), np.sin(turn), t * np.cos(turn), t * np.sin(turn)]
 
 
 def with_noise_of(path: MeasuredPath, left: Array) -> MeasuredPath:

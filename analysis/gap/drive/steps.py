@@ -36,6 +36,8 @@ LEVEL = 0.01 / 8
 # A line is there in a run that alone would show it once in a thousand.
 SURE_IN_RUN = float(chi2.isf(1e-3, 4))
 MOST_TERMS = 4
+# Lines that a run's drive may have of its own beside the main one.
+MOST_OWN_LINES = 3
 # [model] states a size that is off by less than this share: it is the same.
 SAME_SHARE = 0.1
 NORMAL_90 = 1.645
@@ -121,6 +123,8 @@ def _found(
     terms: list[Swing | Line] = []
     below = LINES_TO / float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
     asks_for_lines = any(not runs[path.run].data.host.harmonic for path in paths)
+    if asks_for_lines and len(paths) > 1:
+        paths[:] = _with_own_lines(paths, pushes, below)
     for _ in range(MOST_TERMS):
         left = _left(terms, paths, pushes)
         kinds = [effect for effect in SWINGS if effect not in {t.effect for t in terms if isinstance(t, Swing)}]
@@ -137,6 +141,28 @@ def _found(
     paths[:] = [with_noise_of(path, one) for path, one in zip(paths, left, strict=True)]
     terms = _again(terms, paths, pushes, below)
     return [t for t in terms if isinstance(t, Swing)], [t for t in terms if isinstance(t, Line)]
+
+
+def _with_own_lines(paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], below_hz: float) -> list[MeasuredPath]:
+    """The paths whose drive holds lines of each run's own, as long as these take more than any swing or line that the
+    runs share: a drive whose second line is set anew from run to run."""
+    paths = list(paths)
+    for _ in range(MOST_OWN_LINES):
+        left = [path.place for path in paths]
+        own = [best_line([path], [one], below_hz) for path, one in zip(paths, left, strict=True)]
+        chances = [chance(one, [path]) for one, path in zip(own, paths, strict=True)]
+        # Every run looks for a frequency of its own, which chance rewards.
+        looks = np.log([LINES_TO / float(np.median(np.diff(p.time_s))) * float(np.ptp(p.time_s)) for p in paths])
+        taken = float(sum(one.gain for one in own) - 4 * len(paths) - 2 * np.sum(np.maximum(looks, 0.0)))
+        shared: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in SWINGS]
+        shared.append(best_line(paths, left, below_hz))
+        if not min(chances) < LEVEL or taken < max(_beyond_chance(one, paths) for one in shared):
+            break
+        paths = [
+            path.with_line(one.frequency_hz) if p < LEVEL else path
+            for path, one, p in zip(paths, own, chances, strict=True)
+        ]
+    return paths
 
 
 def _left(

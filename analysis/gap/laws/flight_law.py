@@ -18,6 +18,7 @@ from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.numbers import law_at, with_sds
+from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Profile, Regression
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.prediction import predict
@@ -57,7 +58,8 @@ def find_flight_law(
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
-    found, p = find_law(problem.problem, problem.columns, flight_candidates(scales), rng)
+    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
+    found, p = find_law(problem.problem, problem.columns, candidates, rng)
     law = None if found is None else fitted_law(runs, base, found)
     if found is None or law is None:
         return None, steps

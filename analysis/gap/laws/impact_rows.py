@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse, sticks
+from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression import Regression
 from analysis.gap.selection.impact_candidates import ImpactFit, restitution_design
+from analysis.statistics.robust import least_squares
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
-from ovines.robust import MEDIAN_TO_SD
+from ovines.robust import MEDIAN_TO_SD, residual_sd
 
 Array = NDArray[np.float64]
 # Gross errors count as so many sds.
@@ -66,7 +68,7 @@ def law_regression(
     data = impacts.data
     count = len(data)
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    normal, design = _normal(data, restitution_terms, _restitution_of(law, known))
+    normal, design = _normal(data, restitution_terms, _of_target("restitution", law, known))
     tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
     angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
     residual = np.concatenate([normal, tangential / tangential_sd, data.angular / angular_sd])
@@ -92,22 +94,35 @@ def law_regression(
     )
 
 
-def distance_regression(impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactRegression:
-    """Contact distances of a round wall, radius, centre and the disk's own centre as nuisances."""
+def distance_regression(
+    impacts: ImpactFit, fits: Sequence[FlightFits], law: WrittenLaw | None = None
+) -> ImpactRegression:
+    """Contact distances of a round wall, radius, centre and the disk's own centre as nuisances.
+
+    ``law``: one that is known to act, whose part of the distances' scatter is none."""
     wall, at = impacts.wall, impacts.data.index
-    sd = np.hypot(wall.impacts.sd("gap")[at], wall.scatter_m)
+    residual_m, noise_m = wall.residual_m[at], wall.impacts.sd("gap")[at]
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
     azimuth, body = wall.impacts.azimuth_rad[at], wall.impacts.body_rad[at]
-    shapes = [np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)]
-    nuisances = np.column_stack(shapes) / sd[:, None]
-    problem = _clipped(wall.residual_m[at] / sd, nuisances, np.arange(len(at)), impacts.data.run)
-    return ImpactRegression(
-        problem, known_at_impacts(impacts.data, impacts.junctions, fits), {"contact_radius": 1 / sd}
-    )
+    shapes = np.column_stack([np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)])
+    held = _of_target("contact_radius", law, known)
+    explained_m = np.zeros(len(at))
+    if held is not None:
+        every = np.column_stack([shapes, held])
+        explained_m = every @ least_squares(every, residual_m, noise_m).coefficients
+    left_m = residual_m - explained_m
+    scatter_m = np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2))
+    sd = np.hypot(noise_m, scatter_m)
+    # Gross is what a law that is known to act leaves, not what it explains.
+    residual = explained_m / sd + np.clip(left_m / sd, -CLIP_SD, CLIP_SD)
+    nuisances = shapes / sd[:, None]
+    problem = Regression(residual, nuisances, np.zeros(5), np.arange(len(at)), impacts.data.run.astype(np.int64))
+    return ImpactRegression(problem, known, {"contact_radius": 1 / sd})
 
 
-def _restitution_of(law: WrittenLaw | None, known: Array) -> Array | None:
-    """What a law adds to restitution, (K,)."""
-    terms = [] if law is None else [term for term in law.terms if term.target == "restitution"]
+def _of_target(target: str, law: WrittenLaw | None, known: Array) -> Array | None:
+    """What a law adds to a target, (K,)."""
+    terms = [] if law is None else [term for term in law.terms if term.target == target]
     if not terms:
         return None
     out = np.empty((len(known), len(terms)))

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.candidate import Candidate, with_coefficients
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.words import QUANTITIES, TARGETS, TRAINS
 
 Array = NDArray[np.float64]
 UNITS = {"m": "_m", "m/s": "_m_per_s", "rad": "_rad", "rad/s": "_rad_per_s", "s": "_s", "1": ""}
-SCALED = ("exponential", "gaussian", "below", "pulses")
+SCALED = ("exponential", "gaussian", "below", *TRAINS)
 # Step of a difference, over a number's sd.
 STEP_SD = 0.1
 
@@ -59,9 +59,9 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
     if one.function in SCALED or one.scale != 1.0:
-        word = "period" if one.function == "pulses" else "scale"
+        word = "period" if one.function in TRAINS else "scale"
         out[f"{one.quantity}_{word}{UNITS[entry.unit]}"] = (one.scale, entry.unit)
-    if one.function == "pulses":
+    if one.function in TRAINS:
         out[f"{one.quantity}_width{UNITS[entry.unit]}"] = (one.order, entry.unit)
 
 

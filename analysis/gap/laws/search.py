@@ -27,8 +27,9 @@ LEAST_SHARE = 0.02
 PER_UNKNOWN = 4.0
 # Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
 NEIGHBOURS, AS_GOOD = 2, 9.0
-# Evaluations of the search inside a candidate, per number.
-TRIALS = 40
+# Evaluations of the search inside a candidate, per number; places and angles stay within so many of their steps: a
+# patch of the floor a metre away is a polynomial that poses as a place.
+TRIALS, FARTHEST = 40, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,9 @@ class _Numbers:
     def at(self, moved: Array) -> Candidate:
         one = self.candidate
         numbers = [
-            number * float(np.exp(np.clip(m * step, -4, 4))) if positive else number + m * step
+            number * float(np.exp(np.clip(m * step, -4, 4)))
+            if positive
+            else number + float(np.clip(m, -FARTHEST, FARTHEST)) * step
             for number, m, step, positive in zip(one.numbers, moved, one.steps, one.positive, strict=True)
         ]
         return one.at(numbers)

@@ -73,7 +73,7 @@ def on_body(angle: Array, world: Array) -> Array:
     return np.stack([c * world[..., 0] + s * world[..., 1], -s * world[..., 0] + c * world[..., 1]], -1)
 
 
-def _centre(values: Array) -> tuple[float, float]:
+def middle_of(values: Array) -> tuple[float, float]:
     """Median and its standard error, neighbouring frames' errors being correlated."""
     seen = values[np.isfinite(values)]
     if len(seen) < FEWEST_FRAMES:
@@ -97,7 +97,7 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
         change_sds.append(np.hypot(first_sd, second_sd))
         places.append(place)
         place_sds.append(place_sd)
-    change, change_sd = _mean(changes, change_sds)
+    change, change_sd = over_runs(changes, change_sds)
     found = list(_surely_moved(np.abs(change)[None], change_sd[None], "within the runs"))
     if len(places) > 2:
         apart = np.abs(np.array(places) - np.nanmedian(places, axis=0))
@@ -131,11 +131,11 @@ def _surely_moved(size: Array, sd: Array, when: str) -> Iterator[tuple[float, fl
 
 def _centres(own: Array) -> tuple[Array, Array]:
     """Medians and standard errors (M, 2) of residuals (N, M, 2)."""
-    pairs = np.array([[_centre(own[:, m, a]) for a in range(2)] for m in range(own.shape[1])])
+    pairs = np.array([[middle_of(own[:, m, a]) for a in range(2)] for m in range(own.shape[1])])
     return pairs[..., 0], pairs[..., 1]
 
 
-def _mean(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
+def over_runs(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
     """Weighted mean over runs and its sd, whichever is larger of the one told and the one seen between the runs."""
     value, sd = np.array(values), np.array(sds)
     weight = np.where(np.isfinite(value), 1 / sd**2, 0.0)
@@ -165,7 +165,7 @@ def _late(residuals: list[tuple[int, Array, Array]], series: Series, clock_s: fl
         sds.append(slope[:, 1])
     if not delays:
         return []
-    delay, sd = _mean(delays, sds)
+    delay, sd = over_runs(delays, sds)
     worst = int(np.nanargmax(np.abs(delay) / sd)) if np.isfinite(delay).any() else 0
     size = float(np.abs(delay[worst]))
     if not np.isfinite(size) or size < LATE_S + SHARE_OF_CLOCK * abs(clock_s) or size < SURE_SD * sd[worst]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.words import QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -93,8 +93,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
     if one.function == "below":
         return f"[{name} < {one.scale:.4g} {unit}]"
-    if one.function == "pulses":
-        return f"pulses({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
+    if one.function in TRAINS:
+        return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
 
 
@@ -144,6 +144,8 @@ def _latex_factor(one: Factor) -> str:
         return rf"[{symbol}<{scale}]"
     if one.function == "pulses":
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
+    if one.function == "gates":
+        return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
     return rf"\mathrm{{sgn}}({symbol})"
 
 

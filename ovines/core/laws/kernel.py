@@ -16,7 +16,7 @@ from ovines.core.laws import words as W
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK,
 ) = range(18)  # fmt: skip
-POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN, PULSES = range(9)
+POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN, PULSES, GATES = range(10)
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -83,8 +83,10 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.exp(-0.5 * (q / scale) ** 2)
     if function == BELOW:
         return 1.0 if q < scale else 0.0
-    if function == PULSES:
+    if function == PULSES or function == GATES:
         q -= scale * math.floor(q / scale + 0.5)
+        if function == GATES:
+            return 1.0 if abs(q) < 0.5 * order else 0.0
         return math.exp(-0.5 * (q / order) ** 2)
     return 1.0 if q > 0.0 else (-1.0 if q < 0.0 else 0.0)
 

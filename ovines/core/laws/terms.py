@@ -15,13 +15,15 @@ from ovines.core.refusal import require
 
 #: terms of a law at the most: each is a parameter of the flights' model
 MOST_TERMS = 8
+#: functions that divide their quantity by a scale of its unit
+SCALED = ("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS)
 
 
 @dataclass(frozen=True)
 class Factor:
     """A function of a quantity: ``power`` q^n, ``absolute_power`` |q|^n, ``cosine`` cos(n q / s), ``sine``,
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
-    Gaussian of width n (in q's unit) about every multiple of the period s.
+    Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle or instant that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
@@ -40,7 +42,7 @@ class Factor:
         require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and self.scale > 0
-        fine = fine and (self.function != "pulses" or self.order > 0)
+        fine = fine and (self.function not in W.TRAINS or self.order > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -71,13 +73,18 @@ class Term:
         require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
 
     @property
-    def unit(self) -> str:
-        """Unit of the coefficient."""
+    def powers(self) -> dict[str, float]:
+        """Powers of m and s in the coefficient's unit."""
         total = powers_of(TARGETS[self.target].unit)
         for one in self.factors:
             for base, power in one.powers.items():
                 total[base] = total.get(base, 0.0) - power
-        return in_words(total)
+        return total
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coefficient."""
+        return in_words(self.powers)
 
     def row(self) -> list[float]:
         """The term's row of a packed law."""
@@ -108,6 +115,22 @@ class WrittenLaw:
         """The same law told in a frame in which its own frame's x axis points to ``turn_rad`` and its origin lies at
         ``origin_m``."""
         return WrittenLaw(tuple(_moved_term(one, turn_rad, (origin_m[0], origin_m[1])) for one in self.terms))
+
+    def in_units(self, length_m: float, time_s: float) -> WrittenLaw:
+        """The same law in numbers that count lengths in units of ``length_m`` and times in units of ``time_s``."""
+        units = {"m": length_m, "s": time_s}
+        return WrittenLaw(tuple(_in_units(one, units) for one in self.terms))
+
+    def later(self, time_s: float, clock_rad: float = 0.0, since_start: bool = False) -> WrittenLaw:
+        """The same law for a run whose time counts from ``time_s`` on, when the drive's clock has come to
+        ``clock_rad``; ``since_start``: which begins at an impact and has none in it."""
+        late = {"time": time_s, "clock": clock_rad}
+        return WrittenLaw(
+            tuple(
+                replace(term, factors=tuple(_later(one, late, since_start) for one in term.factors))
+                for term in self.terms
+            )
+        )
 
 
 def rows_of(terms: Sequence[Term]) -> Floats:
@@ -165,6 +188,35 @@ def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, f
         shift = origin if own == "room" else (0.0, 0.0)
         return c * x - s * y + shift[0], s * x + c * y + shift[1]
     return x, y
+
+
+def _in_units(term: Term, units: dict[str, float]) -> Term:
+    def size(powers: dict[str, float]) -> float:
+        return math.prod(units[base] ** power for base, power in powers.items())
+
+    def place(own: str, unit: str, x: float, y: float) -> tuple[float, float]:
+        if own in ("angle", "axis"):
+            return x, y
+        if own in ("room", "host"):
+            return x / units["m"], y / units["m"]
+        return x / size(powers_of(unit)), y
+
+    factors = []
+    for one in term.factors:
+        quantity = QUANTITIES[one.quantity]
+        x, y = place(quantity.own, quantity.unit, one.x, one.y)
+        unit = size(powers_of(quantity.unit)) if one.function in SCALED else 1.0
+        order = one.order / unit if one.function in W.TRAINS else one.order
+        factors.append(replace(one, x=x, y=y, scale=one.scale / unit, order=order))
+    x, y = place(TARGETS[term.target].own or "angle", "1", term.x, term.y)
+    unit = size(term.powers)
+    return replace(term, coefficient=term.coefficient / unit, sd=term.sd / unit, x=x, y=y, factors=tuple(factors))
+
+
+def _later(factor: Factor, late: dict[str, float], since_start: bool) -> Factor:
+    if factor.quantity == "since" and since_start:
+        return replace(factor, quantity="time", x=0.0)
+    return replace(factor, x=factor.x - late.get(factor.quantity, 0.0))
 
 
 def wrapped(angle: float, period: float) -> float:

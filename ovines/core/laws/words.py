@@ -124,5 +124,8 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
     "below": (6, False),
     "sign": (7, False),
     "pulses": (8, False),
+    "gates": (9, False),
 }
+#: functions of a width, in their order's place, about every multiple of a period
+TRAINS = ("pulses", "gates")
 TURN = 2 * math.pi

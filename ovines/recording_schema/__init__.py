@@ -2,34 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from ovines.io.toml_input import Section
-
-
-def _plain(name: str) -> str:
-    """Names end up in file names, tables and pages: no path, no control character, not empty."""
-    if not name.strip() or len(name) > 100 or re.search(r"[/\\\x00-\x1f\x7f]", name) or name in (".", ".."):
-        raise ValueError(f"{name[:40]!r} | a short name without slashes or control characters")
-    return name
-
-
-def _path(text: str) -> str:
-    if not text.strip() or re.search(r"[\x00-\x1f]", text) or len(text) > 4000:
-        raise ValueError(f"{text[:40]!r} | a path without control characters")
-    return text
-
-
-Name = Annotated[str, AfterValidator(_plain)]
-PathText = Annotated[str, AfterValidator(_path)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Pixels = Annotated[int, Field(gt=0, le=1_000_000)]
-Offset = Annotated[int, Field(ge=0, le=1_000_000)]
-Point3 = tuple[float, float, float]
+from ovines.recording_schema.accelerometers import Accelerometers
+from ovines.recording_schema.words import Name, NotNegative, Offset, PathText, Pixels, Point3, Positive
 
 
 class Time(Section):
@@ -103,13 +82,17 @@ class Calibration(Section):
     """How far the board's printed surface lies above the sliding plane in the extrinsic view: its thickness, or what it
     was laid on. Left out: 0. Example: `0.003`.
     """
+    simultaneous: bool | None = None
+    """Whether intrinsic pictures of one name (but for the camera's), or frames of one number, were taken at the same
+    instant: they then tie the cameras to each other. Left out: where they agree. Example: `true`.
+    """
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Calibration:
         images = {"board": self.board, "intrinsic": self.intrinsic, "extrinsic": self.extrinsic}
         given = [key for key, value in images.items() if value is not None]
-        if self.file is not None and self.board_height_m is not None:
-            given.append("board_height_m")
+        if self.file is not None:
+            given += [key for key in ("board_height_m", "simultaneous") if getattr(self, key) is not None]
         if self.file is not None and given:
             raise ValueError(f"'file' and {', '.join(given)} | either 'file' or board, intrinsic and extrinsic")
         if self.file is None and len(given) < 3:
@@ -264,7 +247,7 @@ class Nominal(Section):
 
     laws: tuple[str, ...] = ()
     """Files of written laws that the simulator contains, from this file on ([law.toml](law-toml.md)); held by
-    `diagnose`. Example: `["law-1.toml"]`.
+    `identify`, `compare` and `diagnose`. Example: `["law-1.toml"]`.
     """
 
     @model_validator(mode="after")
@@ -354,6 +337,7 @@ class RecordingFile(Section):
     model: Nominal | None = None
     thesis_method: ThesisMethod | None = None
     log: LogSheet | None = None
+    accelerometers: Accelerometers | None = None
 
     @model_validator(mode="after")
     def _cameras_differ(self) -> RecordingFile:

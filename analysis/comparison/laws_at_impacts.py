@@ -1,0 +1,41 @@
+"""What the laws that a scenario holds add to the contact law at measured impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.motion.host_path import HostMotion
+from ovines.core import Scenario
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import law_of
+from ovines.core.laws.terms import rows_of
+from ovines.core.laws.words import TARGETS
+
+Array = NDArray[np.float64]
+
+
+def added_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: HostMotion) -> dict[str, Array]:
+    """By target of the impacts ("restitution", "wall_friction", ...) what laws add at each row of ``impacts``, (n,).
+
+    ``scenario`` is one of :func:`analysis.comparison.simulated_rig.nominal_scenario`, whose laws count time from the
+    clock's zero.  The disk's angle at an impact stands in no table: a law that follows it sees an angle of 0.
+    """
+    rows = rows_of([term for law in scenario.laws for term in law.terms])
+    known = np.zeros((len(impacts), W.KNOWN_SIZE))
+    time_s, azimuth = impacts["time_s"].to_numpy(float), impacts["azimuth_rad"].to_numpy(float)
+    known[:, W.HX], known[:, W.HY] = np.cos(azimuth), np.sin(azimuth)
+    known[:, W.CONTACT_RADIUS] = 1.0
+    known[:, W.APPROACH] = impacts["normal_speed_before_m_per_s"].to_numpy(float)
+    known[:, W.SLIP] = impacts["tangential_speed_before_m_per_s"].to_numpy(float)
+    known[:, W.SPIN] = impacts["spin_before_rad_per_s"].to_numpy(float)
+    known[:, W.TIME], known[:, W.RUN] = time_s, scenario.run_number
+    known[:, W.CLOCK] = host_motion.omega_rad_per_s * time_s
+    known[:, W.PHASE] = host_motion.omega_rad_per_s * (time_s - host_motion.zero_s) + host_motion.phase_rad
+    known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
+    return {
+        name: np.array([law_of(target.code, rows, one) for one in known])
+        for name, target in TARGETS.items()
+        if target.stage == "impact"
+    }

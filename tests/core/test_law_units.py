@@ -1,0 +1,67 @@
+"""Laws told in other units and at other times: the same law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
+from analysis.gap.laws.impact_dictionary import law_candidates
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import push, size
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import TARGETS
+
+LENGTH_M, TIME_S = 2.7, 1.9
+PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS)
+SPEEDS = (W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP)
+
+
+def in_units(known):
+    """What a law knows, in units of LENGTH_M and TIME_S."""
+    out = known.copy()
+    out[list(PLACES)] /= LENGTH_M
+    out[list(SPEEDS)] /= LENGTH_M / TIME_S
+    out[W.SPIN] *= TIME_S
+    for at in (W.TIME, W.SINCE):
+        out[at] /= TIME_S
+    out[[W.FX, W.FY]] /= LENGTH_M / TIME_S**2
+    out[W.FT] *= TIME_S**2
+    return out
+
+
+def test_every_candidate_is_the_same_law_in_other_units():
+    known = np.random.default_rng(3).uniform(0.02, 0.9, W.KNOWN_SIZE)
+    told = np.tile(known, (5, 1))
+    candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0)), *law_candidates(told)]
+    pulses = Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4)
+    terms = {one.name: one.terms for one in candidates} | {"pulses": (pulses,)}
+    terms["gates"] = (Term("swirl", 1.6, (Factor("time", "gates", 0.2, 0.3, 0.1),)),)
+    for name, those in terms.items():
+        for term in those:
+            (other,) = WrittenLaw((term,)).in_units(LENGTH_M, TIME_S).terms
+            if TARGETS[term.target].stage == "flight":
+                ours, theirs = np.zeros(3), np.zeros(3)
+                push(np.array(term.row()), 1.0, known, ours)
+                push(np.array(other.row()), 1.0, in_units(known), theirs)
+                scale = np.array([LENGTH_M / TIME_S**2, LENGTH_M / TIME_S**2, TIME_S**-2])
+                assert theirs * scale == pytest.approx(ours, rel=1e-9), name
+            else:
+                ours = size(np.array(term.row()), known)
+                assert size(np.array(other.row()), in_units(known)) == pytest.approx(ours, rel=1e-9), name
+    assert len(terms) > 60
+
+
+def test_a_law_asked_by_a_later_clock_says_the_same():
+    factors = (
+        Factor("time", "cosine", 1.0, 0.3, 0.1),
+        Factor("clock", "cosine", 2.0),
+        Factor("since", "exponential", 1.0, 0.05),
+    )
+    law = WrittenLaw((Term("fixed_direction", 1.0, factors),))
+    known = np.zeros(W.KNOWN_SIZE)
+    known[W.TIME], known[W.CLOCK], known[W.SINCE] = 0.83, 57.0, 0.031
+    later = known.copy()
+    later[W.TIME], later[W.CLOCK], later[W.SINCE] = 0.031, 57.0 - 70.0 * 0.799, 1e6  # begun at the impact
+    (ours,), (theirs,) = law.terms, law.later(0.799, 70.0 * 0.799, since_start=True).terms
+    assert size(np.array(theirs.row()), later) == pytest.approx(size(np.array(ours.row()), known), rel=1e-12)

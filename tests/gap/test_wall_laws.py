@@ -1,0 +1,36 @@
+"""The missing shape of the wall, or of the disk: how far its law closes the gap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.laws.impact_law import find_wall_law
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.impact_candidates import fit_impacts
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.laws.formula import as_text
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+EFFECTS = ("floor_friction", "spin_coupling")
+
+
+def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path):
+    """Its contact radius goes twice around the body; the scatter that it makes of the distances is no noise of them."""
+    made = make_series("unknown_oval_disk", 1.0, np.random.default_rng(12), runs=4, noise="white")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    fits = first_flights(series, EFFECTS).fits
+    rng = np.random.default_rng(0)
+    least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, rng)
+    assert law is not None
+    (term,) = law.law.terms
+    assert (term.target, term.factors[0].quantity, term.factors[0].order) == ("contact_radius", "body_angle", 2.0), (
+        as_text(law.law)
+    )
+    shrinkage, low, high = law.shrinkage(rng)
+    assert shrinkage == pytest.approx(1.0, abs=0.1)
+    assert low > 0.8 and high < 1.2
