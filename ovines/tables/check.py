@@ -16,8 +16,9 @@ MISSING_PER_FRAME, MISSING_IN_ALL = 100, 100_000
 
 
 # The largest values that a table from outside may hold, by unit: a kilometre, a picture of a million pixels, times
-# since 1970 in seconds with room to spare, and for the rest what can still be squared and summed.
-MOST = {"m": 1e3, "px": 1e6, "s": 1e11}
+# since 1970 in seconds with room to spare, speeds beyond any bullet's, and for the rest what can still be squared and
+# summed.
+MOST = {"m": 1e3, "px": 1e6, "s": 1e11, "m/s": 1e6, "rad/s": 1e9}
 MOST_OTHER = 1e12
 
 

@@ -23,7 +23,7 @@ METADATA_KEY = b"ovines"
 CONTENT_KEY = b"ovines.content"  # hash of the values: whether somebody has changed them since
 # 100,000 frames of two cameras with 20 markers are 4 million rows; a damaged or hostile header can claim any number
 MAX_ROWS = 50_000_000
-ENTRIES = ("tracks", "points", "motion")  # tables that other programs write
+ENTRIES = ("tracks", "points", "motion", "given_impacts")  # tables that other programs write
 ARROW_TYPES = {"int": pa.int64(), "float": pa.float64(), "str": pa.string(), "bool": pa.bool_()}
 
 

@@ -164,3 +164,24 @@ def test_columns_that_do_not_fit_are_refused(tmp_path, columns, said, capsys):
     where = ["import", str(tmp_path), "--motion", str(tmp_path / "puck.csv"), "--unit", "mm"]
     assert main(where + (["--columns", columns] if columns else [])) == 2
     assert said in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("factor", [1e300, 1e7, 1e5, 1e-9])
+def test_speeds_of_no_impact_end_soon(factor, tmp_path, capsys):
+    """Refused, or identified for what they are; 1e300 m/s once had no end."""
+    folder = recording(tmp_path / "run", impacts(np.random.default_rng(1), 30))
+    table = pd.read_parquet(folder / "impacts.parquet")
+    table["normal_speed_before_m_per_s"] *= factor
+    table.to_parquet(folder / "impacts.parquet", index=False)
+    status = main(["identify", str(folder), "--out", str(tmp_path / "out")])
+    assert status == (2 if factor > 1e6 else 0)
+    assert status == 0 or "normal_speed_before_m_per_s" in capsys.readouterr().err
+
+
+def test_a_lever_of_no_disk_is_refused(tmp_path, capsys):
+    folder = recording(tmp_path / "run", impacts(np.random.default_rng(1), 30))
+    table = pd.read_parquet(folder / "impacts.parquet")
+    table["lever_normal_m"] = np.where(np.arange(30) == 3, 1e300, 0.01)
+    table.to_parquet(folder / "impacts.parquet", index=False)
+    assert main(["identify", str(folder), "--out", str(tmp_path / "out")]) == 2
+    assert "lever_normal_m is 1e+300 in row 3" in capsys.readouterr().err
