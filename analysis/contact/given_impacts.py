@@ -22,11 +22,14 @@ from ovines.robust import residual_sd
 Array = NDArray[np.float64]
 INERTIA_OF_A_DISK = 0.5
 UNKNOWN_M_PER_S = 1e6  # sd of a speed that was not measured
+# An impact that leaves this many times faster than it came is no impact on a wall, but a mistake in a number.
+MOST_RESTITUTION = 3.0
 UNTIMED_S = 1.0  # from one impact to the next where the table has no times: none remembers the one before
 
 
 def given_law_data(tables: Sequence[pd.DataFrame], nes: Nes) -> LawData:
-    """The usable impacts of a series' tables ``given_impacts``: those that approach the wall and leave it.
+    """The usable impacts of a series' tables ``given_impacts``: those that approach the wall and leave it, no
+    faster than `MOST_RESTITUTION` allows.
 
     Tangential values are NaN where the table has none; ``index`` counts the rows of all tables one after another.
     """
@@ -118,4 +121,4 @@ def _of_one(table: pd.DataFrame, nes: Nes, run: int, first: int) -> LawData:
         inertia_factor=inertia,
         levers=np.column_stack([normal, tangential]),
     )
-    return part_of(data, (before > SLOWEST_M_PER_S) & (after > 0))
+    return part_of(data, (before > SLOWEST_M_PER_S) & (after > 0) & (after < MOST_RESTITUTION * before))

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from analysis.contact.given_impacts import given_law_data, with_slip
+from analysis.contact.given_impacts import MOST_RESTITUTION, given_law_data, with_slip
 from analysis.contact.law import LawData, fit_restitution, fit_tangential, restitution_gain, sticks
 from analysis.identification.intervals import (
     LEVEL,
@@ -66,7 +66,10 @@ def identify_impacts(tables: Sequence[pd.DataFrame], recordings: Sequence[Record
         first += len(table)
     left_out = first - len(data)
     if left_out:
-        notes.append(f"{left_out} of {first} impacts do not approach the wall and leave it: left out.")
+        notes.append(
+            f"{left_out} of {first} impacts do not approach the wall and leave it (at most {MOST_RESTITUTION:g} times "
+            "as fast): left out."
+        )
     return GivenImpacts(checked(identification, "identification"), out, tuple(notes))
 
 

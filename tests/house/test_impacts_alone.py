@@ -185,3 +185,16 @@ def test_a_lever_of_no_disk_is_refused(tmp_path, capsys):
     table.to_parquet(folder / "impacts.parquet", index=False)
     assert main(["identify", str(folder), "--out", str(tmp_path / "out")]) == 2
     assert "lever_normal_m is 1e+300 in row 3" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("speed_m_per_s", [100.0, 1e6])
+def test_an_impact_that_leaves_like_a_bullet_is_left_out(speed_m_per_s, tmp_path, capsys):
+    """One such row once kept the fit busy without end."""
+    folder = recording(tmp_path / "run", impacts(np.random.default_rng(1), 60))
+    table = pd.read_parquet(folder / "impacts.parquet")
+    table.loc[3, "normal_speed_after_m_per_s"] = speed_m_per_s
+    table.to_parquet(folder / "impacts.parquet", index=False)
+    assert main(["identify", str(folder), "--out", str(tmp_path / "out")]) == 0
+    assert "1 of 60 impacts do not approach the wall" in capsys.readouterr().out
+    found = read_table(tmp_path / "out" / "identification.parquet", "identification").set_index("parameter")
+    assert abs(found.loc["restitution", "value"] - TRUE["restitution"]) < 0.01
