@@ -66,18 +66,20 @@ class ForceEvidence:
             - np.linalg.slogdet(unit[:, fitted][:, :, fitted])[1]
             + 2 * np.sum(np.log(size[:, out]), 1)
         )
-        return np.asarray(self.cost + volume - np.sum(np.log(prior.weight[out])) - np.sum(solved * score, 1), float)
+        given = prior.cost - np.sum(np.log(prior.weight[out]))
+        return np.asarray(self.cost + volume + given - np.sum(solved * score, 1), float)
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
     """Gaussian prior of shared unknowns: ``columns`` (P,) among those of the evidence, ``weight`` (P,) 1/variance,
-    ``pull`` (P,) added to the score,
+    ``pull`` (P,) added to the score, ``cost`` of standing where the unknowns stand,
     ``integrated`` (P,) which are integrated out."""
 
     columns: tuple[int, ...]
     weight: Array
     pull: Array
+    cost: float
     integrated: NDArray[np.bool_]
 
 

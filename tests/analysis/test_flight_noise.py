@@ -5,9 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.flights.fit import whiten
+from analysis.flights.evidence import FlightRows, RunRows, columns_of
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, whiten
 from analysis.flights.force_path import ForcePath
-from analysis.flights.noise import FlightNoise, StandardResiduals, alike, cells, displacement, frame_noise, response
+from analysis.flights.model import STATES
+from analysis.flights.noise import (
+    PLAIN,
+    FlightNoise,
+    StandardResiduals,
+    alike,
+    cells,
+    displacement,
+    frame_noise,
+    response,
+)
+from analysis.flights.unknown_force import force_evidence, tried_forces
+from analysis.identification.floor import LENS_SDS_M, prior_in
 
 PERIOD_S = 1 / 800
 
@@ -120,3 +133,26 @@ def test_a_force_shows_in_the_frames_of_a_flight_and_its_sd_holds():
         true = np.concatenate([place @ pushes, speed @ pushes], 1)[0]
         errors.append((found[0, [0, 1, 3, 4]] - true) / np.sqrt(np.diag(spread[0])[[0, 1, 3, 4]]))
     assert np.std(errors) == pytest.approx(1.0, abs=0.06)  # 1,600 numbers, correlated in pairs: sd 0.025
+
+
+def test_where_the_unknowns_stand_does_not_change_how_likely_the_data_are():
+    """Rows that are linear: the fit's linearisation may lie anywhere.  (A prior that says that the lens leaves nothing,
+    judging a fit that had moved its terms by 0.08 mm, once made a law without friction likelier by 6e9.)"""
+    rng = np.random.default_rng(11)
+    columns = columns_of([*ORIGIN, *LENS_TERMS])
+    sd = np.full((40, 3), 1e-5)
+    # Smooth, as lenses and paths are: a frame far from its neighbours counts as a gross error.
+    phase = rng.uniform(0, 6, (1, 3, STATES + len(columns)))
+    rows = np.cos(0.02 * np.arange(40)[:, None, None] * (1 + np.arange(STATES + len(columns))) / 10 + phase)
+    error = sd * rng.standard_normal((40, 3))
+
+    def costs(stands):
+        shared = np.zeros(len(ORIGIN) + len(LENS_TERMS))
+        shared[-len(LENS_TERMS) :] = stands
+        moved = np.array([shared[[SHARED.index(n) for n in (*ORIGIN, *LENS_TERMS)].index(c)] for c in columns])
+        flight = FlightRows(np.arange(40), np.arange(40) * PERIOD_S, rows, error - rows[:, :, STATES:] @ moved, sd)
+        run = [RunRows(tuple(columns), (flight,), 0)]
+        evidence = force_evidence(run, tried_forces(run, PLAIN, 0.01))[0]
+        return np.array([evidence.costs(prior_in(columns, columns, shared, one)) for one in LENS_SDS_M])
+
+    assert np.allclose(costs(8e-5), costs(0.0), rtol=0, atol=0.01)
