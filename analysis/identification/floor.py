@@ -235,7 +235,9 @@ def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNo
     if not any(row.flights for row in rows):
         return noise, HELD_M
     columns = rows[0].columns
-    priors = [prior_in(columns, columns, fits[0].shared, lens_sd) for lens_sd in LENS_SDS_M]
+    # Without the cost of standing where a fit under a wider prior has moved the terms: a lens that leaves nothing is
+    # tried first, and the terms begin at zero in the next stage.
+    priors = [replace(prior_in(columns, columns, fits[0].shared, lens_sd), cost=0.0) for lens_sd in LENS_SDS_M]
     best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
     return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
 

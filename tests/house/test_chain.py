@@ -255,6 +255,7 @@ def test_every_stage_reads_what_an_earlier_one_writes_or_the_recording_brings():
         "first frames",
         "names.csv",
         "trigger.csv",
+        "accelerometers' record",
         "points.parquet or motion.parquet",
         "motion.parquet or impacts.parquet",
         "lens of the series",
