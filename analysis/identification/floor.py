@@ -127,17 +127,17 @@ def fit_floor(
             # Noise is estimated on fits without a force, which would follow it.
             frames = noise_of(fits) if stage == 0 else without_force(noise)
             before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
-            if lens_sd == HELD_M:
-                shared = np.concatenate([shared[:2], np.zeros(len(LENS_TERMS))])
             if (
                 stage > 0
                 and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
                 < FORCE_RESTS
             ):
                 break
+            if lens_sd == HELD_M:
+                shared = np.concatenate([shared[:2], np.zeros(len(LENS_TERMS))])
         else:
             break
-    if fits[0].parameters is not parameters or not np.array_equal(fits[0].shared, shared):
+    if fits[0].parameters is not parameters:
         fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)]
     evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits]
     shapes = _shapes(fits, names, noise)
