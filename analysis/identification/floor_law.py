@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -79,7 +78,7 @@ def choose_floor(
     if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
         # Last: what a tilt or a drag leaves over may look like friction that knows no spin.
         plain, others = _with_terms(runs, fit_floor(runs, names, {**held, "coupling": 0.0}), effects, held)
-        if _cost(floor, plain, 0.0) - _cost(plain, plain, 0.0) > ANOTHER_LAW:
+        if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
             floor, added = plain, [UNCOUPLED_WORDS, *others]
     return list(runs), floor, [*notes, *added]
 
@@ -104,14 +103,13 @@ def _with_terms(
     return floor, notes
 
 
-def _cost(floor: FloorFit, judge: FloorFit, standing: float = 1.0) -> float:
+def _cost(floor: FloorFit, judge: FloorFit) -> float:
     """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
     are held against each other on the same frames."""
     columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
     rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
     noise = without_force(judge.noise)
     prior = prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
-    prior = replace(prior, cost=standing * prior.cost)
     best, _, cost = best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])
     return refined(rows, best, cost, prior)[1]
 
