@@ -173,7 +173,9 @@ def _scenario(recording: Recording, settings: Settings, rng: np.random.Generator
     place = middle + _start_place(wall.size_m, wall.cylinder.radius_m if wall.cylinder else 0.0, rng)
     velocity = rng.normal(0.0, amplitude * omega / np.sqrt(2.0), 2)
     effects = model.effects if model is not None else ("floor_friction", "spin_coupling")
-    friction = law["floor_friction"] if "floor_friction" in effects or not effects else 0.0
+    # Every floor rubs, whether the nominal model has it or not; without a word on how, coupled to the spin.
+    plain = "floor_friction" in effects and "spin_coupling" not in effects
+    friction = FloorFriction(law["floor_friction"], "coulomb" if plain else "farkas") if law["floor_friction"] else None
     terms = (
         Term(
             "restitution",
@@ -191,7 +193,7 @@ def _scenario(recording: Recording, settings: Settings, rng: np.random.Generator
         ),
         ImpactLaw(law["restitution"], law["wall_friction"], law["tangential_restitution"]),
         settings.simulated_s,
-        FloorFriction(friction, "farkas" if "spin_coupling" in effects else "coulomb") if friction > 0.0 else None,
+        friction,
         initial_nes=(*map(float, place), *map(float, velocity), float(rng.uniform(0.0, 2.0 * np.pi)), 0.0),
         sample_rate_hz=settings.frame_rate_hz,
         effects={name: sizes for name, sizes in stated_sizes(model).items() if name not in HERE_ALREADY},
