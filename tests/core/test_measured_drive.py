@@ -26,7 +26,7 @@ def as_table(drive, rate_hz, duration_s):
 
 @pytest.mark.parametrize("name", ["rig", "table-15-case-2"])
 def test_a_measured_path_moves_the_disk_as_its_harmonics_do(name):
-    """To 1e-7 m before errors grow over impacts: a spline through samples 50 us apart misses a path of 11 Hz by far
+    """To 1e-8 m before errors grow over impacts: a spline through samples 50 us apart misses a path of 11 Hz by far
     less (its fourth derivative times h^4/384 is 1e-13 m), and its acceleration by h^2/12 of the fourth, 4e-6 m/s^2."""
     duration_s = 0.1
     harmonic = named_scenario(name, duration_s=duration_s, sample_rate_hz=800.0)
