@@ -106,3 +106,35 @@ def test_a_force_as_large_as_the_friction_leaves_the_friction_undetermined(tmp_p
         table = identification_table(forced, law_intervals(forced), frame).set_index("parameter")
         told.append(bool(np.isfinite(table.loc["floor_friction", "value"])))
     assert told == [True, True, False]
+
+
+def test_a_force_of_a_known_form_is_fitted_along_whatever_single_frames_say(tmp_path):
+    """A force across the path that grows with speed and spin, which the library lacks; a frame in fifty is wrong by
+    fifteen sd, and one by far more: a force that bends every flight would follow them."""
+    law = "whirl"
+    made = make_series(
+        Spec(law, noise="white", most_frames=700, frames_per_flight=20.0), np.random.default_rng([11, 18, 2]), 1
+    )
+    series = read_series(write_series(made, tmp_path / "series"))
+    motion = read_table(series[0].folder / "motion.parquet", "motion")
+    rng, gross = np.random.default_rng(4), motion.copy()
+    wrong = rng.choice(len(motion), len(motion) // 50, replace=False)
+    for axis in ("x", "y"):
+        off = 15.0 * rng.standard_normal(len(wrong))
+        off[0] *= 20.0
+        gross.loc[wrong, f"nes_{axis}_m"] += off * gross.loc[wrong, f"nes_{axis}_sd_m"]
+    told = {}
+    for name, table in (("right", motion), ("gross", gross)):
+        joint, identified = identify_series([table], series)
+        scores = impact_scores(identified[0].impacts, made[0])
+        assert scores["impacts"] >= 5
+        assert (scores["missed"], scores["false"]) == (0, 0)
+        rows = told[name] = joint.set_index("parameter")
+        true = made[0].truth["rig"].physics
+        for parameter, value in (("spin_lift", true.lift), ("floor_friction", true.friction)):
+            row = rows.loc[parameter]
+            assert abs(row["value"] - value) < FARTHEST_SDS * row["sd"]
+            assert row["sd"] < 0.05 * abs(value)
+        assert any("grows with speed and spin" in note for note in identified[0].notes)
+    near = told["gross"]["sd"] / told["right"]["sd"]
+    assert near["floor_friction"] < 2.0
