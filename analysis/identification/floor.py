@@ -269,9 +269,7 @@ def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNo
     if not any(row.flights for row in rows):
         return noise, HELD_M
     columns = rows[0].columns
-    # Without the cost of standing where a fit under a wider prior has moved the terms: a lens that leaves nothing is
-    # tried first, and the terms begin at zero in the next stage.
-    priors = [replace(prior_in(columns, columns, fits[0].shared, lens_sd), cost=0.0) for lens_sd in LENS_SDS_M]
+    priors = lens_priors(columns, columns, fits[0].shared)
     best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
     return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
 
@@ -295,6 +293,11 @@ def _prior(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Arr
             k = list(columns).index(SHARED.index(name))
             pull[k] = -prior[k] * shared[offset]
     return prior, pull
+
+
+def lens_priors(columns: Sequence[int], chosen: Sequence[int], shared: Array) -> list[Prior]:
+    """:func:`prior_in` with each size that the lens residual's terms may have."""
+    return [prior_in(columns, chosen, shared, lens_sd) for lens_sd in LENS_SDS_M]
 
 
 def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:

@@ -12,7 +12,7 @@ from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import FloorFit, fit_floor, prior_in
+from analysis.identification.floor import FloorFit, fit_floor, lens_priors
 
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
 TERMS_OF = {
@@ -115,20 +115,22 @@ def _with_terms(
 
 
 def _cost(floor: FloorFit, judge: FloorFit) -> float:
-    """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
-    are held against each other on the same frames."""
+    """-2 log L of a fit with the unknown force and the lens residual that it leaves, on the flights and with the noise
+    of ``judge``: two fits are held against each other on the same frames."""
     columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
     rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
     noise = judge.noise.without_force()
-    prior = prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
-    best, _, cost = best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])
-    return refined(rows, best, cost, prior)[1]
+    priors = lens_priors(columns, columns, floor.fits[0].shared)
+    evidence = force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m))
+    best, number, cost = best_model(evidence, priors)
+    return refined(rows, best, cost, priors[number])[1]
 
 
 def _needed_term(floor: FloorFit) -> str | None:
     """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
 
-    Each candidate is held against the model without it, both with the unknown force that they leave."""
+    Each candidate is held against the model without it, both with the unknown force and the lens residual that they
+    leave: the terms of a lens residual make as good a tilt of a short run."""
     sought = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
     candidates = {name: terms for name, terms in sought.items() if not set(terms) & set(floor.names)}
     if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
@@ -141,7 +143,7 @@ def _needed_term(floor: FloorFit) -> str | None:
     costs = {}
     for name, terms in {"": (), **candidates}.items():
         chosen = columns_of([*floor.names, *ORIGIN, *LENS_TERMS, *terms])
-        costs[name] = best_model(evidence, [prior_in(columns, chosen, floor.fits[0].shared, floor.lens_sd_m)])[2]
+        costs[name] = best_model(evidence, lens_priors(columns, chosen, floor.fits[0].shared))[2]
     best = min(candidates, key=lambda name: costs[name])
     return best if costs[""] - costs[best] > ANOTHER_TERM else None
 
