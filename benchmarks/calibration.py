@@ -29,10 +29,11 @@ from scipy.interpolate import RectBivariateSpline
 from ovines.camera import Camera
 from vision.calibrate import Calibration, calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
-from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS, intrinsics_of
+from vision.calibration.bundle_adjustment import N_CAMERA
 from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import solve_camera
 from vision.calibration.uncertainty import shifts
+from vision.pinhole import N_INTRINSICS, intrinsics_of
 from vision.rendering.board import render_board
 from vision.rendering.images import SPLINE_PX, Look
 from vision.rendering.images import View as Shown

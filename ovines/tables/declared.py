@@ -622,7 +622,10 @@ TABLES: dict[str, Table] = {
             "pair of parameters of the cameras",
             (
                 text("camera", "name of the camera"),
-                text("parameter", "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz"),
+                text(
+                    "parameter",
+                    "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz; spline_u_0_0, ...: nodes",
+                ),
                 text("other_camera", "name of the other's camera"),
                 text("other_parameter", "the same of the other"),
                 number("covariance", "covariance of the two; the mirrored pair has no row"),
@@ -634,8 +637,8 @@ TABLES: dict[str, Table] = {
             "camera, lens that was tried",
             (
                 text("camera", "name of the camera"),
-                text("lens", "four terms, five terms, rational or thin prism"),
-                integer("terms", "distortion terms that are free"),
+                text("lens", "four terms, five terms, rational, thin prism or spline"),
+                integer("terms", "distortion terms that are free, and numbers of the spline"),
                 number("fitted_px", "RMS over the points of all views, which the fit has seen"),
                 maybe("held_out_px", "RMS over the points of views that the fit has not seen"),
                 maybe("p", "probability that views are foreseen so much better than by the lens before by chance"),

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS
+from vision.calibration.bundle_adjustment import N_CAMERA, lens_places
 from vision.calibration.single_camera import Single
 from vision.calibration.uncertainty import shifts
+from vision.pinhole import N_INTRINSICS
 from vision.validation.halves import Field, Halves, compare_halves, flagged, residual_field
 from vision.validation.image_map import ImageMap, image_map
 from vision.validation.lens_choice import Tried
@@ -32,16 +33,17 @@ def validation_tables(
 ) -> tuple[dict[str, pd.DataFrame], pd.DataFrame, list[str]]:
     """Tables by name, more rows for ``calibration_parameters``, and sentences for what the calibration contradicts.
 
-    ``covariance``: of all cameras' parameters (N_CAMERA each), NaN for what was held.
+    ``covariance``: of all cameras' parameters (N_CAMERA each, then the splines), NaN for what was held.
     """
     covariance = np.nan_to_num(covariance)
     image, following, found, said = [], [], [], []
     for c, camera in enumerate(cameras):
         name, single = camera.name, singles[camera.name]
-        at = image_map(single.adjusted.state.intrinsics[0], camera.sensor_size_px, single.views)
-        lens = slice(N_CAMERA * c, N_CAMERA * c + N_INTRINSICS)
+        solved = single.adjusted.state
+        at = image_map(solved.intrinsics[0], camera.sensor_size_px, single.views, solved.splines[0])
+        lens = lens_places([one.spline for one in cameras], c)
         halves, field = compare_halves(single, board, at), residual_field(single, board)
-        image.append(_image_rows(name, at, at.sd_px(covariance[lens, lens]), halves))
+        image.append(_image_rows(name, at, at.sd_px(covariance[np.ix_(lens, lens)]), halves))
         following += [
             (name, order, one.pose, one.now_px, one.then_px)
             for order, one in enumerate(next_views(single, board, camera.sensor_size_px, at), 1)
