@@ -648,6 +648,20 @@ TABLES: dict[str, Table] = {
             key=("camera", "lens"),
         ),
         Table(
+            "calibration_spline",
+            "camera whose lens has a spline, node of it on the sensor",
+            (
+                text("camera", "name of the camera"),
+                number("u_px", "to the right, on the whole sensor"),
+                number("v_px", "downwards, on the whole sensor"),
+                number("du_px", "where the camera sees a point less where its distortion terms put it, to the right"),
+                number("dv_px", "the same, downwards"),
+                number("du_sd_px", "standard deviation of du_px"),
+                number("dv_sd_px", "standard deviation of dv_px"),
+            ),
+            key=("camera", "u_px", "v_px"),
+        ),
+        Table(
             "calibration_corners",
             "camera, view, point of the board in the fit",
             (

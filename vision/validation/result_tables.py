@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_CAMERA, lens_places
+from vision.calibration.bundle_adjustment import N_CAMERA, lens_places, spline_places
 from vision.calibration.single_camera import Single
 from vision.calibration.uncertainty import shifts
 from vision.pinhole import N_INTRINSICS
@@ -51,8 +51,17 @@ def validation_tables(
         found += [(name, "field_p", field.p), (name, "field_px", field.rms_px)]
         found += [] if halves is None else [(name, "halves_p", halves.p)]
         said += _said(name, at, halves, field)
+        if camera.spline is not None:
+            spline_px = float(np.sqrt(np.mean(np.sum(camera.spline.at(at.uv_px[at.visited]) ** 2, -1))))
+            found.append((name, "spline_px", spline_px))
+            said.append(
+                f"{name}: residuals hang together over the image, and a spline of {spline_px:.2g} px RMS beside the "
+                "distortion terms takes them up: it is a part of this camera now. Programs that know OpenCV's lenses "
+                "only cannot be given it."
+            )
     tables = {
         "calibration_lens": _lens_table(tried),
+        "calibration_spline": _spline_table(cameras, covariance),
         "calibration_corners": _corner_table(singles),
         "calibration_boards": _board_table(cameras, singles, board),
         "calibration_image": pd.concat(image, ignore_index=True),
@@ -92,6 +101,20 @@ def _lens_table(tried: Mapping[str, Sequence[Tried]]) -> pd.DataFrame:
     ]
     columns = ["camera", "lens", "terms", "fitted_px", "held_out_px", "p", "chosen", "reason"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _spline_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
+    """The nodes of the splines with their sd; empty where no camera has one."""
+    columns = ["camera", "u_px", "v_px", "du_px", "dv_px", "du_sd_px", "dv_sd_px"]
+    splines, tables = [camera.spline for camera in cameras], []
+    for c, (camera, spline) in enumerate(zip(cameras, splines, strict=True)):
+        if spline is not None:
+            sd = np.sqrt(np.maximum(np.diag(covariance)[spline_places(splines, c)], 0)).reshape(2, -1).T
+            numbers = np.column_stack([spline.nodes_px, spline.shift_px.reshape(-1, 2), sd])
+            tables.append(pd.DataFrame(numbers, columns=columns[1:]).assign(camera=camera.name)[columns])
+    if not tables:
+        return pd.DataFrame(columns=columns).astype({name: float for name in columns[1:]} | {"camera": str})
+    return pd.concat(tables, ignore_index=True)
 
 
 def _corner_table(singles: Mapping[str, Single]) -> pd.DataFrame:
