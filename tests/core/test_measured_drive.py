@@ -82,7 +82,7 @@ duration_s = 0.1
     ],
 )
 def test_a_table_that_does_not_cover_the_run_is_refused(first_s, last_s, do, tmp_path, capsys):
-    """It went on by its last cubic without a word: here to 57 mm, from 0.03 s to 0.1 s, of a Host that moves by 16 mm."""
+    """It went on by its last cubic without a word: from 0.03 s to 57 mm at 0.1 s, of a Host that moves by 16 mm."""
     time_s = np.arange(round(2000 * first_s), round(2000 * last_s) + 1) / 2000
     shaken_m = 0.0164 * np.sin(2 * np.pi * 11.0 * time_s)
     motion = empty_motion(len(time_s)).assign(time_s=time_s, host_x_m=shaken_m, host_y_m=0.0)
