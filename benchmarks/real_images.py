@@ -1,6 +1,7 @@
 """Points found in pictures that nobody here made: ours beside OpenCV's detectors and plain centres, without a truth.
 
-python benchmarks/real_images.py [FOLDER]    FOLDER holds stereo_dots and charuco_two_webcams (default: ../shared/real)
+python benchmarks/real_images.py [FOLDER]    FOLDER holds stereo_dots and charuco_two_webcams (default: ../shared/real);
+                                             trackpy takes part where it is installed
 
 All points go through the same solver, OpenCV's calibrateCamera with five lens terms.  Columns, per image coordinate:
 
@@ -13,12 +14,16 @@ All points go through the same solver, OpenCV's calibrateCamera with five lens t
     repeats         of a film: RMS, px, of what changes from a frame to the next where the board moves less than a
                     marker's edge: print, lens and camera are the same in both, so that noise alone is left
     board off       RMS, um, of the freed board from the stated grid after the best similarity: known lengths
+    target          of pairs: every second pair's points, triangulated with the cameras of the other pairs, off the
+                    rigid board as stated: RMS, um, per coordinate in its plane and across it
+    length          of the same: the distance of the two points farthest apart, RMS off the stated one, um
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +43,7 @@ NEAR_PX = 3.0  # of our centre, within which another detector's is the same dot'
 FEWEST, FRAMES = 12, 400  # points of a view; frames of a film: all of these
 SMOOTH_DEGREE, POINTS_PER_TERM = 4, 3  # of a view's smooth field
 POSE = 6  # unknowns of a view
+MASK_SHARE = 2.0  # of a dot's size: trackpy's mask
 FREED = 40  # points of a board at most that are unknowns
 
 
@@ -100,6 +106,15 @@ def centroids(image: Image, ours: View) -> Found:
     return out
 
 
+def tracked_features(image: Image, ours: View) -> Found:
+    """trackpy's centroids, in masks of twice a dot's size: of 1 to 2.6 times what serves it best on these dots."""
+    import trackpy
+
+    trackpy.quiet()
+    found = trackpy.locate(image, 2 * round(MASK_SHARE * 0.5 * ours.marker_px) + 1, invert=True)
+    return nearest(found[["x", "y"]].to_numpy(), ours)
+
+
 def charuco(board: Board) -> Callable[[Image, View], Found]:
     """OpenCV's ChArUco corners as its detector gives them."""
     detector = cv2.aruco.CharucoDetector(board.opencv())
@@ -119,8 +134,11 @@ def compare(
     images: list[Image],
     others: dict[str, Callable[[Image, View], Found]],
     printed: bool = True,
-) -> None:
-    """A row per method, on the points that all methods have in a view; `printed`: a board with errors of its own."""
+) -> dict[str, list[Found]]:
+    """A row per method, on the points that all methods have in a view; `printed`: a board with errors of its own.
+
+    Gives what each method found in each picture.
+    """
     seen = [detect(image, board) for image in images]
     every = {"ours": [dict(zip(map(int, v.points), v.uv_px, strict=True)) for v in seen]}
     every |= {what: [find(image, v) for image, v in zip(images, seen, strict=True)] for what, find in others.items()}
@@ -142,6 +160,7 @@ def compare(
 
     if printed:
         own_views(board, seen, images[0].shape[::-1])
+    return every
 
 
 def own_views(board: Board, seen: list[View], size: tuple[int, ...]) -> None:
@@ -157,29 +176,74 @@ def own_views(board: Board, seen: list[View], size: tuple[int, ...]) -> None:
     )
 
 
-def film_repeats(board: Board, frames: list[Image]) -> None:
-    """Claimed sd over what the corners' residuals change by from frame to frame, each view's pose fitted."""
+def film_repeats(board: Board, frames: list[Image], every: dict[str, list[Found]]) -> None:
+    """What the corners' residuals change by from frame to frame, each view's pose fitted, and ours against its sd."""
     seen = [detect(image, board) for image in frames]
     count = len(board.points_m())
-    whole = [k for k, one in enumerate(seen) if len(one.points) == count]
+    whole = [k for k in range(len(frames)) if all(len(found[k]) == count for found in every.values())]
     points, size = board.points_m().astype(np.float32), (frames[0].shape[1], frames[0].shape[0])
-    uv = [seen[k].uv_px.astype(np.float32) for k in whole]
-    _, matrix, lens, turns, shifts = cv2.calibrateCamera([points] * len(uv), uv, size, None, None)
-    residual = [
-        one - cv2.projectPoints(points, turn, shift, matrix, lens)[0].reshape(-1, 2)
-        for one, turn, shift in zip(uv, turns, shifts, strict=True)
-    ]
-    changes, claims = [], []
-    for k in range(1, len(whole)):
-        moved_px = float(np.linalg.norm((uv[k] - uv[k - 1]).mean(0)))
-        if whole[k] == whole[k - 1] + 1 and moved_px < seen[whole[k]].marker_px:
-            changes.append(residual[k] - residual[k - 1])
-            claims += [seen[whole[j]].sd_px for j in (k - 1, k)]
-    freedom = 2 * count / (2 * count - POSE)
-    repeats = float(np.sqrt(freedom * np.mean(np.square(changes)) / 2))
-    claimed = float(np.sqrt(np.mean(np.square(claims))))
-    print(f"  ours, {len(changes)} pairs of frames: repeats {repeats:.4f} px; claimed {claimed:.4f} px, "
-          f"{claimed / repeats:.2f} of it")  # fmt: skip
+    for what, found in every.items():
+        uv = [np.array([found[k][n] for n in range(count)], np.float32) for k in whole]
+        _, matrix, lens, turns, shifts = cv2.calibrateCamera([points] * len(uv), uv, size, None, None)
+        residual = [
+            one - cv2.projectPoints(points, turn, shift, matrix, lens)[0].reshape(-1, 2)
+            for one, turn, shift in zip(uv, turns, shifts, strict=True)
+        ]
+        changes, claims = [], []
+        for k in range(1, len(whole)):
+            first, second = seen[whole[k - 1]], seen[whole[k]]
+            moved_px = float(np.linalg.norm((second.uv_px - first.uv_px).mean(0)))
+            if whole[k] == whole[k - 1] + 1 and moved_px < second.marker_px:
+                changes.append(residual[k] - residual[k - 1])
+                claims += [first.sd_px, second.sd_px]
+        freedom = 2 * count / (2 * count - POSE)
+        repeats = float(np.sqrt(freedom * np.mean(np.square(changes)) / 2))
+        claimed = float(np.sqrt(np.mean(np.square(claims))))
+        against = f"; claimed {claimed:.4f} px, {claimed / repeats:.2f} of it" if what == "ours" else ""
+        print(f"  {what:22s} {len(changes)} pairs of frames: repeats {repeats:.4f} px{against}", flush=True)
+
+
+def pairs(name: str, board: Board, both: tuple[dict[str, list[Found]], ...], size: tuple[int, ...]) -> None:
+    """Per method: every second pair triangulated with the cameras of the others, against the rigid board as stated."""
+    points, sensor = board.points_m().astype(np.float32), (int(size[0]), int(size[1]))
+    instants = range(len(next(iter(both[0].values()))))
+    shared = [sorted(set.intersection(*(set(one[k]) for camera in both for one in camera.values()))) for k in instants]
+    kept = [k for k in instants if len(shared[k]) >= FEWEST]
+    print(f"\n{name}: {len(kept)} pairs with {sum(len(shared[k]) for k in kept)} shared points")
+    for what in both[0]:
+        off, lengths = [], []
+        for part in (0, 1):
+            learn, world = [k for i, k in enumerate(kept) if i % 2 != part], []
+            uv: list[list[NDArray[Any]]] = [[], []]
+            for k in learn:
+                world.append(points[shared[k]])
+                for camera in (0, 1):
+                    uv[camera].append(np.array([both[camera][what][k][n] for n in shared[k]], np.float32))
+            lenses = [cv2.calibrateCamera(world, one, sensor, None, None)[1:3] for one in uv]
+            _, k1, d1, k2, d2, turn, shift, _, _ = cv2.stereoCalibrate(
+                world, *uv, *lenses[0], *lenses[1], sensor, flags=cv2.CALIB_USE_INTRINSIC_GUESS
+            )
+            for k in kept[part::2]:
+                rays = [
+                    cv2.undistortPoints(
+                        np.array([both[camera][what][k][n] for n in shared[k]])[:, None], matrix, lens
+                    ).reshape(-1, 2)
+                    for camera, (matrix, lens) in enumerate(((k1, d1), (k2, d2)))
+                ]
+                seen = cv2.triangulatePoints(np.eye(3, 4), np.hstack([turn, shift]), rays[0].T, rays[1].T)
+                placed, true = (seen[:3] / seen[3]).T, points[shared[k]].astype(float)
+                a, b = true - true.mean(0), placed - placed.mean(0)
+                u, _, vt = np.linalg.svd(b.T @ a)
+                off.append(b @ (u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt) - a)
+                apart = np.linalg.norm(true[:, None] - true[None], axis=-1)
+                i, j = np.unravel_index(apart.argmax(), apart.shape)
+                lengths.append(float(np.linalg.norm(placed[i] - placed[j]) - apart[i, j]))
+        rms = 1e6 * np.sqrt(np.mean(np.square(np.concatenate(off)), axis=0))
+        print(
+            f"  {what:22s} target {np.hypot(rms[0], rms[1]) / np.sqrt(2):.1f}, {rms[2]:.1f} um; "
+            f"length {1e6 * np.sqrt(np.mean(np.square(lengths))):.1f} um",
+            flush=True,
+        )
 
 
 def held_out(board: Board, found: list[Found], numbers: list[list[int]], size: tuple[int, ...]) -> float:
@@ -248,26 +312,24 @@ if __name__ == "__main__":
     real = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT.parent / "shared" / "real"
     chess = Board("chessboard", (10, 7), 0.025, kind="chessboard")
     usual_flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+    corners = {"OpenCV cornerSubPix": chessboard(chess, usual_flags), "OpenCV SB": chessboard(chess, None)}
+    found = []
     for side in ("left", "right"):
-        compare(
-            f"chessboard, {side}",
-            chess,
-            read(ROOT / "sample_data" / "real_chessboard", f"{side}*.jpg"),
-            {"OpenCV cornerSubPix": chessboard(chess, usual_flags), "OpenCV SB": chessboard(chess, None)},
-        )
+        pictures = read(ROOT / "sample_data" / "real_chessboard", f"{side}*.jpg")
+        found.append(compare(f"chessboard, {side}", chess, pictures, dict(corners)))
+    pairs("chessboard, pairs", chess, tuple(found), pictures[0].shape[::-1])
     grid = Board("dots", (14, 10), 0.007, kind="dots", rings=((2, 7), (11, 7), (2, 2)))
     plain = {"SimpleBlobDetector": blobs, "ellipse of the outline": ellipses, "grey centroid": centroids}
+    if find_spec("trackpy"):
+        plain["trackpy"] = tracked_features
+    found = []
     for camera in "01":
-        compare(
-            f"dot grid, camera {camera}",
-            grid,
-            read(real / "stereo_dots", f"*_{camera}.jpeg"),
-            dict(plain),
-            printed=False,
-        )
+        pictures = read(real / "stereo_dots", f"*_{camera}.jpeg")
+        found.append(compare(f"dot grid, camera {camera}", grid, pictures, dict(plain), printed=False))
+    pairs("dot grid, pairs", grid, tuple(found), pictures[0].shape[::-1])
     webcams = Board("webcams", (4, 5), 0.054, 0.75 * 0.054, "DICT_4X4_1000", inverted=True)
     for camera in "01":
         film = real / "charuco_two_webcams" / "calibration" / "extrinsic" / f"cam_{camera}.mp4"
         frames = [image for _, image in video_frames(film, FRAMES)]
-        compare(f"ChArUco film, camera {camera}", webcams, frames, {"OpenCV ChArUco": charuco(webcams)})
-        film_repeats(webcams, frames)
+        methods = compare(f"ChArUco film, camera {camera}", webcams, frames, {"OpenCV ChArUco": charuco(webcams)})
+        film_repeats(webcams, frames, methods)

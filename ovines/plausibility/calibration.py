@@ -27,7 +27,9 @@ def calibrated(path: Path, recording: Recording) -> list[Camera]:
                 "the same sensor",
                 "correct sensor_size_px, or calibrate with full-sensor images",
             )
-    _refuse_one_place([by_name[camera.name] for camera in recording.cameras], path)
+    used = [by_name[camera.name] for camera in recording.cameras]
+    _refuse_one_place(used, path)
+    _refuse_edge_on(used, path)
     return cameras
 
 
@@ -47,7 +49,7 @@ def refuse_camera_count(recording: Recording) -> None:
 
 
 def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
-    """Two cameras at one place see no depth, and neither may lie in the plane that it looks at."""
+    """Two cameras at one place see no depth."""
     for i, first in enumerate(cameras):
         for second in cameras[i + 1 :]:
             apart_m = float(((first.centre_m - second.centre_m) ** 2).sum() ** 0.5)
@@ -61,4 +63,16 @@ def _refuse_one_place(cameras: list[Camera], path: Path) -> None:
                 )
 
 
-CLOSEST = 1e-3  # of their distance: nearer ones see depth a thousand times worse than the picture's directions
+def _refuse_edge_on(cameras: list[Camera], path: Path) -> None:
+    """A camera in the plane that the bodies slide in sees it as a line, and at the world's origin nothing at all."""
+    for camera in cameras:
+        x, y, z = (float(one) for one in camera.centre_m)
+        if abs(z) <= CLOSEST * (x * x + y * y + z * z) ** 0.5:
+            raise InputError(
+                f"{path}: camera {camera.name} stands at ({x:.3g}, {y:.3g}, {z:.3g}) m, in the sliding plane z = 0",
+                "a camera above the plane that it looks at",
+                "correct its rotation and translation_m, or calibrate with the board lying on the plane",
+            )
+
+
+CLOSEST = 1e-3  # of their distance: nearer ones, or lower, see depth a thousand times worse than directions

@@ -1,12 +1,16 @@
 """Farkas' functions against mpmath's elliptic integrals, and the floor's friction in its limits."""
 
 import math
+from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
 import pytest
 
+from analysis.simulations.run_figures import ratio_change
+from ovines.core import simulate
 from ovines.core.system.friction import farkas, floor_friction
+from ovines.core.system.named import named_scenario
 
 
 def reference(ratio):
@@ -86,3 +90,20 @@ def test_between_coulomb_and_farkas_is_the_linear_mixture(speed):
     assert coulomb[0] == pytest.approx(-2.0 * math.tanh(speed / 1e-3), rel=1e-12)
     for part in (0, 2):
         assert mixed[part] == pytest.approx(0.7 * coulomb[part] + 0.3 * farkas_law[part], rel=1e-12, abs=1e-15)
+
+
+def test_how_the_ratio_changes_is_that_of_a_disk_that_slides_and_spins():
+    """Fig. 18: against a simulated disk's own ratio of speeds; it falls through zero at 0.653 (Farkas et al. 2003)."""
+    ratio = np.linspace(0.6, 0.7, 1001)
+    change = ratio_change(ratio, *np.array([farkas(one) for one in ratio]).T, 0.5)
+    crossing = ratio[np.flatnonzero((change[:-1] > 0) & (change[1:] <= 0))]
+    assert crossing == pytest.approx([0.653], abs=1e-3)
+    scenario = replace(named_scenario("farkas-stop", sample_rate_hz=20_000.0), tolerance=1e-12)
+    run, floor, nes = simulate(scenario), scenario.friction, scenario.nes
+    moving = run.motion["nes_vx_m_per_s"] > 0.3
+    time_s, speed = run.time_s[moving], run.motion["nes_vx_m_per_s"][moving]
+    rim = nes.radius_m * run.motion["nes_spin_rad_per_s"][moving]
+    by_time = np.gradient(speed / rim, time_s) * rim / (floor.coefficient * floor.load_m_per_s2)
+    own = ratio_change(speed / rim, *np.array([farkas(one) for one in speed / rim]).T, nes.inertia_factor)
+    assert moving.sum() > 1000 and own.max() > 0.04
+    np.testing.assert_allclose(by_time[1:-1], own[1:-1], atol=1e-6)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from ovines.__main__ import main
 from ovines.core import MeasuredMotion, simulate
 from ovines.core.system.named import named_scenario
+from ovines.tables import TABLES, write_table
 
 
 def as_table(drive, rate_hz, duration_s):
@@ -45,3 +48,56 @@ def test_a_measured_path_moves_the_disk_as_its_harmonics_do(name):
     # it does move: without its drive the disk meets the wall elsewhere
     still = replace(harmonic, host=replace(harmonic.host, drive=(), motion="fixed"))
     assert np.abs(simulate(still).motion["nes_x_m"] - by_drive.motion["nes_x_m"]).max() > 1e-4
+
+
+FILE = """
+format = 1
+name = "as measured"
+[nes]
+radius_m = 0.01
+mass_kg = 0.0246
+[host]
+radius_m = 0.05
+motion = "driven"
+[host.drive]
+table = "motion.parquet"
+[impact]
+restitution = 0.72
+wall_friction = 0.13
+tangential_restitution = 0.49
+[run]
+duration_s = 0.1
+"""
+
+
+@pytest.mark.parametrize(
+    ("first_s", "last_s", "do"),
+    [
+        (0.0, 0.1, None),
+        (0.0, 0.0995, None),  # n frames last n steps
+        (-1.0, 1.0, None),
+        (0.0, 0.099, "set run.duration_s = 0.099 or less"),
+        (0.0, 0.03, "set run.duration_s = 0.03 or less"),
+        (0.05, 0.2, "count the table's time_s from the start of the run"),
+    ],
+)
+def test_a_table_that_does_not_cover_the_run_is_refused(first_s, last_s, do, tmp_path, capsys):
+    """It went on by its last cubic without a word: from 0.03 s to 57 mm at 0.1 s, of a Host that moves by 16 mm."""
+    time_s = np.arange(round(2000 * first_s), round(2000 * last_s) + 1) / 2000
+    shaken_m = 0.0164 * np.sin(2 * np.pi * 11.0 * time_s)
+    motion = empty_motion(len(time_s)).assign(time_s=time_s, host_x_m=shaken_m, host_y_m=0.0)
+    write_table(motion, "motion", tmp_path / "motion.parquet", {})
+    (tmp_path / "scenario.toml").write_text(FILE)
+    status = main(["simulate", str(tmp_path / "scenario.toml"), "--out", str(tmp_path / "out")])
+    if do is None:
+        assert status == 0
+        return
+    said = " ".join("".join(capsys.readouterr()).split())
+    assert status == 2 and not (tmp_path / "out").exists()
+    assert f"a Host table from {first_s:g} to {last_s:g} s for a run of 0.1 s from 0" in said and do in said
+
+
+def empty_motion(rows):
+    """Table motion of nothing seen."""
+    columns = {column.name: column for column in TABLES["motion"].columns}
+    return pd.DataFrame({name: np.full(rows, np.nan) for name in columns}).assign(frame=np.arange(rows))

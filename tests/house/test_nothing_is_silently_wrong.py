@@ -389,3 +389,17 @@ def test_two_cameras_at_one_place(where, tmp_path, capsys):
         assert main([command, str(folder), "--out", str(tmp_path / "out")]) == 2
         said = capsys.readouterr()
         assert "two places" in said.out + said.err
+
+
+def test_a_camera_in_the_sliding_plane(tmp_path, capsys):
+    """One at the world's origin: an index error before, from the lens that the run itself shows."""
+    import json
+
+    folder = write_small_recording(tmp_path / "run", frames=20).folder
+    content = json.loads((tmp_path / "calibration.json").read_text())
+    content["cameras"][0]["translation_m"] = [0.0, 0.0, 0.0]
+    (tmp_path / "calibration.json").write_text(json.dumps(content))
+    for command in ("check", "run"):
+        assert main([command, str(folder), "--out", str(tmp_path / "out")]) == 2
+        said = capsys.readouterr()
+        assert "camera VW1 stands at (" in said.out + said.err and "in the sliding plane z = 0" in said.out + said.err

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from ovines.errors import InputError
 from vision.calibration.boards import DICTIONARIES, Board
-from vision.calibration.chessboard import refuse_other_size
 from vision.calibration.detection import detect, marker_parameters
 
 Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
 FEWEST_MARKERS = 4
 EXAMINED = 3  # images in which markers of other boards are looked for: each takes every dictionary
-COUNTED = 6  # images in which the squares of a chessboard are counted: some may show a part of it
 MOST_COLUMNS = 30
 # Corners of markers laid out as the board says fit a flat board's perspective to this share of a marker's edge, lens
 # and all.
@@ -30,12 +28,11 @@ def alternatives(images: Sequence[Image], board: Board) -> tuple[Board, str]:
     """The board as it really is, when ``board`` was found in none of the images.
 
     Tries, in this order: inverted print, legacy pattern, both; then mirrored images, another number of squares, other
-    dictionaries.  The first three give the altered board and a sentence that says so; the others are refused by name,
+    dictionaries; a chessboard's squares were counted before (:func:`vision.calibration.chessboard.refuse_other_size`).
+    The first three give the altered board and a sentence that says so; the others are refused by name,
     because the board's TOML or the images have to be changed.  `InputError` when nothing fits.
     """
     if board.kind != "charuco":
-        if board.kind == "chessboard":
-            refuse_other_size(images[:COUNTED], board)
         changed = board.altered(inverted=not board.inverted)
         if any(len(detect(image, changed).points) for image in images):
             return changed, (

@@ -97,12 +97,11 @@ def refuse_other_size(images: Sequence[Image], board: Board) -> None:
         if found:
             sizes.append(tuple(sorted(np.shape(meta)[:2], reverse=True)))
     # A board partly covered counts smaller, and its frame may count as one row more: right is what is then found whole
-    # most often.
-    best, whole = (0, 0), 0
-    for size in sorted(set(sizes), key=lambda one: -sizes.count(one))[:LIKELY]:
-        seen = sum(_search(image, size, False) is not None for image in images)
-        if seen > whole:
-            best, whole = (size[0] + 1, size[1] + 1), seen
+    # most often, and of two found alike the larger: OpenCV finds a board of one row less in nearly all pictures of it.
+    stated = (board.squares[0] - 1, board.squares[1] - 1)
+    likely = sorted(set(sizes), key=lambda one: -sizes.count(one))[:LIKELY]
+    seen = {one: sum(_search(image, one, False) is not None for image in images) for one in {*likely, stated}}
+    whole, _, best = max((seen[one], one[0] * one[1], (one[0] + 1, one[1] + 1)) for one in seen)
     if whole and set(best) != set(board.squares):
         raise InputError(
             f"a chessboard of {best[0]} x {best[1]} squares in {whole} of {len(images)} images",

@@ -16,11 +16,13 @@ from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
 from vision.calibration.board_diagnosis import alternatives, refuse_mirrored
 from vision.calibration.boards import Board, find_board
+from vision.calibration.chessboard import refuse_other_size
 from vision.calibration.detection import MINIMUM_POINTS, View, detect
 from vision.markers.row import U, V
 from vision.video import open_video
 
 TRIED = 4  # images of each camera in which another print of the board is looked for
+COUNTED = 6  # images in which the squares of a chessboard are counted: some may show a part of it
 VIDEO_VIEWS, VIDEO_TRIED = 40, 6  # frames of a film that are views, and in which another print is looked for
 FRAME = "frame_"  # and its number: a view of a film
 ALIKE = 0.9  # share of the longest film's frames that the shortest has where both began together
@@ -147,6 +149,8 @@ def _board_that_fits(board: Board, images: list[tuple[Path, CameraSettings]]) ->
         raise InputError(
             "none of the board images can be read", "PNG, TIFF, BMP or JPEG images, or a video", "check the files"
         )
+    if board.kind == "chessboard":
+        refuse_other_size(every[:: max(1, len(every) // COUNTED)][:COUNTED], board)
     blind = [name for name, own in seen.items() if own and not any(len(detect(image, board).points) for image in own)]
     if len(blind) == len([own for own in seen.values() if own]):
         changed, note = alternatives(every, board)

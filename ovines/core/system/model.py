@@ -25,6 +25,9 @@ class Nes:
             require_range(f"nes.{name}", getattr(self, name), 0.0, math.inf, above=True)
 
 
+_ROUNDING = 1e-6  # of a step, which a table of times in seconds may be off
+
+
 @dataclass(frozen=True)
 class Harmonic:
     """``amplitude sin(2 pi frequency t + phase)`` along an axis: "x", "y", "z" (m) or "rotation" (rad).
@@ -64,6 +67,22 @@ class MeasuredMotion:
             require(fine, f"{name} of the Host table with gaps or another length", f"{n} finite numbers", "fill gaps")
         rising = bool(np.all(np.diff(self.time_s) > 0))
         require(rising, "times of the Host table that do not increase", "increasing time_s", "sort, drop repeats")
+
+    def require_covers(self, duration_s: float) -> None:
+        """Refuse a run that begins before the table or ends after it; by one step of its own it may: n frames last n
+        steps, and the last of them stands n - 1 steps after the first.
+        """
+        first, second, before, last = (float(self.time_s[k]) for k in (0, 1, -2, -1))
+        early = first > (1 + _ROUNDING) * (second - first)
+        late = duration_s > last + (1 + _ROUNDING) * (last - before)
+        require(
+            not early and not late,
+            f"a Host table from {first:g} to {last:g} s for a run of {duration_s:g} s from 0",
+            "a table that covers the run: beyond it nothing was measured",
+            "count the table's time_s from the start of the run"
+            if early
+            else f"set run.duration_s = {last:g} or less, or give a longer table",
+        )
 
 
 @dataclass(frozen=True)
@@ -213,3 +232,5 @@ class Scenario:
             values = getattr(self, name)
             fine = len(values) == size and all(math.isfinite(value) for value in values)
             require(fine, f"{name} = {values}", f"{size} finite numbers", f"correct {name}")
+        if self.host.motion == "driven" and self.host.table is not None:
+            self.host.table.require_covers(self.duration_s)
