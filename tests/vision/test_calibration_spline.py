@@ -13,6 +13,7 @@ from ovines.camera import Camera, read_calibration, triangulate_points, write_ca
 from ovines.errors import InputError
 from ovines.exporters.calibrations import FORMATS, export
 from ovines.lens_field import LensField
+from ovines.tables import checked
 from vision.calibrate import calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle_adjustment import N_CAMERA, n_parameters, spline_places
@@ -183,6 +184,18 @@ def test_points_seen_through_both_splines_lie_where_they_are(pair):
     assert shape_m(found.cameras) < 0.5 * shape_m(bare)
     again = triangulate_points(found.cameras, [camera.project(points) for camera in found.cameras], sd)
     assert np.allclose(again.points_m, points, atol=1e-9)
+
+
+def test_the_table_of_nodes_is_the_spline_with_its_sd(pair):
+    found = pair[2]
+    table = checked(found.tables["calibration_spline"], "calibration_spline")
+    for c, camera in enumerate(found.cameras):
+        own = table[table["camera"] == camera.name]
+        assert np.allclose(camera.spline.at(own[["u_px", "v_px"]]), own[["du_px", "dv_px"]], atol=1e-9)
+        variance = np.diag(found.covariance)[spline_places([one.spline for one in found.cameras], c)]
+        assert np.allclose(own[["du_sd_px", "dv_sd_px"]].to_numpy().T.ravel() ** 2, variance)
+    told = [line for line in found.advice if "a spline of" in line]
+    assert [line.split(":")[0] for line in told] == ["left", "right"]
 
 
 def test_its_covariance_moves_points_as_differences_do(pair):

@@ -215,7 +215,8 @@ def test_tables_are_whole_and_the_plane_is_as_uncertain_as_its_points():
 
     setup, found = rig()
     for name, table in found.tables.items():
-        assert len(checked(table, name)) == len(table) > 0
+        assert len(checked(table, name)) == len(table)
+        assert (len(table) > 0) is (name != "calibration_spline")  # of cameras with an ordinary lens
     plane = found.tables["calibration_plane"]
     points = plane[["x_m", "y_m"]].assign(z_m=0.0)
     again = with_calibration_sd(points, found.cameras, covariance_table(found.covariance, found.labels))
