@@ -18,7 +18,7 @@ from vision.calibrate import calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle_adjustment import N_CAMERA, n_parameters, spline_places
 from vision.calibration.detection import View
-from vision.calibration.single_camera import Single, board_pose, solve_camera
+from vision.calibration.single_camera import Single, board_pose, solve_camera, spline_prior
 from vision.calibration.uncertainty import covariance_of, covariance_table, shifts
 from vision.rendering.board import render_board
 from vision.rendering.images import Look
@@ -135,6 +135,17 @@ def test_the_splines_sd_covers_what_it_misses(bent):
 def test_an_ordinary_lens_and_few_views_have_none(count, field):
     single, tried = chosen(views(count, 2, field))
     assert single.adjusted.state.splines == (None,) and not any(one.chosen for one in tried if one.lens == "spline")
+
+
+def test_a_spline_found_stands_as_prior_with_its_own_covariance(bent):
+    single = bent[1]
+    found, before = spline_prior(single, found=True), spline_prior(single, found=False)
+    state = single.adjusted.state
+    own = spline_places(state.splines, 0)
+    covariance = single.adjusted.covariance[np.ix_(own, own)]
+    assert np.allclose(found.mean_px, state.splines[0].values_px) and not before.mean_px.any()
+    assert np.allclose(found.precision @ covariance, np.eye(len(own)), atol=1e-6)
+    assert (np.diag(covariance) < np.diag(np.linalg.inv(before.precision)) * 1.001).all()  # views only narrow it
 
 
 def test_what_is_seen_and_where_it_lies_are_each_others_inverse(bent):
