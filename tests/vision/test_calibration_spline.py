@@ -13,11 +13,12 @@ from ovines.camera import Camera, read_calibration, triangulate_points, write_ca
 from ovines.errors import InputError
 from ovines.exporters.calibrations import FORMATS, export
 from ovines.lens_field import LensField
+from ovines.tables import checked
 from vision.calibrate import calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle_adjustment import N_CAMERA, n_parameters, spline_places
 from vision.calibration.detection import View
-from vision.calibration.single_camera import Single, board_pose, solve_camera
+from vision.calibration.single_camera import Single, board_pose, solve_camera, spline_prior
 from vision.calibration.uncertainty import covariance_of, covariance_table, shifts
 from vision.rendering.board import render_board
 from vision.rendering.images import Look
@@ -136,6 +137,17 @@ def test_an_ordinary_lens_and_few_views_have_none(count, field):
     assert single.adjusted.state.splines == (None,) and not any(one.chosen for one in tried if one.lens == "spline")
 
 
+def test_a_spline_found_stands_as_prior_with_its_own_covariance(bent):
+    single = bent[1]
+    found, before = spline_prior(single, found=True), spline_prior(single, found=False)
+    state = single.adjusted.state
+    own = spline_places(state.splines, 0)
+    covariance = single.adjusted.covariance[np.ix_(own, own)]
+    assert np.allclose(found.mean_px, state.splines[0].values_px) and not before.mean_px.any()
+    assert np.allclose(found.precision @ covariance, np.eye(len(own)), atol=1e-6)
+    assert (np.diag(covariance) < np.diag(np.linalg.inv(before.precision)) * 1.001).all()  # views only narrow it
+
+
 def test_what_is_seen_and_where_it_lies_are_each_others_inverse(bent):
     camera = bent[1].adjusted.state.lens(0)
     uv = np.random.default_rng(0).uniform(0, 1, (200, 2)) * (np.array(SIZE) - 1)
@@ -183,6 +195,18 @@ def test_points_seen_through_both_splines_lie_where_they_are(pair):
     assert shape_m(found.cameras) < 0.5 * shape_m(bare)
     again = triangulate_points(found.cameras, [camera.project(points) for camera in found.cameras], sd)
     assert np.allclose(again.points_m, points, atol=1e-9)
+
+
+def test_the_table_of_nodes_is_the_spline_with_its_sd(pair):
+    found = pair[2]
+    table = checked(found.tables["calibration_spline"], "calibration_spline")
+    for c, camera in enumerate(found.cameras):
+        own = table[table["camera"] == camera.name]
+        assert np.allclose(camera.spline.at(own[["u_px", "v_px"]]), own[["du_px", "dv_px"]], atol=1e-9)
+        variance = np.diag(found.covariance)[spline_places([one.spline for one in found.cameras], c)]
+        assert np.allclose(own[["du_sd_px", "dv_sd_px"]].to_numpy().T.ravel() ** 2, variance)
+    told = [line for line in found.advice if "a spline of" in line]
+    assert [line.split(":")[0] for line in told] == ["left", "right"]
 
 
 def test_its_covariance_moves_points_as_differences_do(pair):

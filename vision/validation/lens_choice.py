@@ -81,6 +81,8 @@ def choose_lens(
     if bent is None:
         fitted = _rms(single.adjusted.residuals_px)
         return single, [*tried, Tried(SPLINE, terms, fitted, np.nan, np.nan, False, "residuals show no smooth field")]
+    if single is not usual:  # views may have come back
+        errors = _held_out(single, board)
     one, _ = _compared(SPLINE, terms, bent, single, errors, board)
     if one.chosen:
         single, tried = bent, [replace(other, chosen=False) for other in tried]
@@ -90,7 +92,7 @@ def choose_lens(
 def _compared(
     lens: str, terms: int, trial: Single, before: Single, errors: Sequence[Array], board: Board
 ) -> tuple[Tried, list[Array]]:
-    """A lens against the best one before it, whose held-out residuals are ``errors``; and its own."""
+    """A lens against the best one before it, whose held-out residuals of the same views are ``errors``; and its own."""
     fitted = _rms(trial.adjusted.residuals_px)
     closer = 1 - fitted / _rms(before.adjusted.residuals_px)
     if closer < WORTH:  # nothing that held-out views could show
