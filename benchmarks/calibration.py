@@ -3,6 +3,9 @@
 python benchmarks/calibration.py flags [CASES] [BOARD] [FIRST]  model errors of 0.05 px flagged, and false flags
 python benchmarks/calibration.py band [CASES] [VIEWS] [FIRST]  true errors inside 1.645 sd: lens over the image, plane;
                                                      FIRST: seed of the first case
+python benchmarks/calibration.py spline [CASES] [FIRST]   the lens chosen for cameras with smooth residuals of 0.25 and
+                                                     0.05 px and for one without; what is left, and whether the
+                                                     sd covers that
 python benchmarks/calibration.py rendered-flags [CASES] [FIRST]          both with images rendered and corners found in
 python benchmarks/calibration.py rendered-band [CASES] [VIEWS] [FIRST]   them
 python benchmarks/calibration.py real FOLDER         real chessboard pairs, and FOLDER/stereo_dots
@@ -29,19 +32,23 @@ from scipy.interpolate import RectBivariateSpline
 from ovines.camera import Camera
 from vision.calibrate import Calibration, calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
-from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS, intrinsics_of
+from vision.calibration.bundle_adjustment import N_CAMERA
 from vision.calibration.detection import View, detect
-from vision.calibration.single_camera import solve_camera
+from vision.calibration.single_camera import Single, solve_camera
 from vision.calibration.uncertainty import shifts
+from vision.pinhole import N_INTRINSICS, intrinsics_of
 from vision.rendering.board import render_board
 from vision.rendering.images import SPLINE_PX, Look
 from vision.rendering.images import View as Shown
 from vision.rendering.recording import Setup, board_poses, half_setup
 from vision.validation.halves import compare_halves, flagged, residual_field
 from vision.validation.image_map import image_map
+from vision.validation.lens_choice import choose_lens
 
 Array = NDArray[np.float64]
 NOISE_PX, ERROR_PX, LENGTH = 0.05, 0.05, 500 / 4096  # a field's structure, of the sensor's longer side
+RESIDUAL_PX = 0.25  # of a lens that needs a spline
+TURN_RAD = 1e-5  # of a camera, for differences of pictures
 BAND = 1.645  # sd: 90 %
 REPORT_EVERY = 20  # calibrations
 UNBENDING_STEPS = 4  # a field of 0.05 px over 100 px is undone to 1e-12 px
@@ -145,6 +152,69 @@ def flags(cases: int, board: str = "charuco_9x13_20mm", first: int = 0, rendered
         )
 
 
+def spline(cases: int, first: int = 0) -> None:
+    """How often a spline is chosen with a residual and without, and what it leaves where boards were seen."""
+    for residual_px in (RESIDUAL_PX, ERROR_PX, 0.0):
+        chosen, told, falls, left, without, inside = 0, 0, [], [], [], []
+        for seed in range(first, first + cases):
+            setup, rng = setup_of(seed)
+            camera = setup.cameras[0]
+            bend = smooth_field(residual_px, camera.sensor_size_px[0], 1000 + seed) if residual_px else None
+            views = views_of(setup, 0, 16, rng, False, bend)
+            usual = solve_camera(views, setup.board, camera.sensor_size_px)
+            if usual is None:
+                continue
+            single, tried = choose_lens(usual, views, setup.board, camera.sensor_size_px)
+            taken = single.adjusted.state.splines[0] is not None
+            chosen += taken
+            at = image_map(
+                single.adjusted.state.intrinsics[0],
+                camera.sensor_size_px,
+                single.views,
+                single.adjusted.state.splines[0],
+            )
+            flags_now = flagged(compare_halves(single, setup.board, at), residual_field(single, setup.board))
+            told += taken or any(flags_now)
+            if not taken or bend is None:
+                continue
+            held_out = [one.held_out_px for one in tried if np.isfinite(one.held_out_px)]
+            falls.append(1 - held_out[-1] / min(held_out[:-1]))
+            without.append(np.sqrt(np.mean(wrong_px(usual, camera, bend)[0] ** 2)))
+            off, sd = wrong_px(single, camera, bend)
+            left.append(np.sqrt(np.mean(off**2)))
+            inside.append(np.mean(np.abs(off) < BAND * sd[:, None]))
+        print(
+            f"residual of {residual_px} px RMS: a spline chosen in {chosen} of {cases}, chosen or flagged in {told}",
+            end="",
+        )
+        if left:
+            print(
+                f"; held-out RMS falls by {np.median(falls):.0%} (median) below the best of the others; wrong where "
+                f"boards were seen (RMS of a coordinate): {np.median(without):.3f} px with the usual lens, "
+                f"{np.median(left):.3f} px (at most {max(left):.3f}) with it; {np.mean(inside):.1%} inside the 90 % "
+                "band",
+                end="",
+            )
+        print(flush=True)
+
+
+def wrong_px(single: Single, camera: Camera, bend: Bend) -> tuple[Array, Array]:
+    """What is wrong of a lens where boards were seen, a turn of the camera taken off, (n, 2), and its sd (n,)."""
+    state = single.adjusted.state
+    at = image_map(state.intrinsics[0], camera.sensor_size_px, single.views, state.splines[0])
+    uv = at.uv_px[at.visited]
+    rays = np.column_stack([state.lens(0).normalise(uv), np.ones(len(uv))])
+    still = replace(camera, rotation=np.eye(3), translation_m=np.zeros(3))
+    off, moved = uv - bend(still.project(rays)), []
+    for axis in np.eye(3):  # by differences of pictures
+        turn = np.asarray(cv2.Rodrigues(TURN_RAD * axis)[0], float)
+        moved.append((still.project(rays @ turn.T) - still.project(rays)).ravel() / TURN_RAD)
+    turns = np.stack(moved, -1)
+    off = off.ravel() - turns @ np.linalg.lstsq(turns, off.ravel(), rcond=None)[0]
+    sd = at.sd_px(np.nan_to_num(single.adjusted.lens_covariance(0)))[at.visited]
+    return off.reshape(-1, 2), sd
+
+
 def band(cases: int, views: int, rendered: bool = False, first: int = 0) -> None:
     """Share of true errors within the 90 % band."""
     lens, plane = [], []
@@ -238,6 +308,8 @@ if __name__ == "__main__":
         real(Path(given[0]))
     elif what == "flags":
         flags(int(given[0]) if given else 20, *given[1:2], *map(int, given[2:]))
+    elif what == "spline":
+        spline(int(given[0]) if given else 20, int(given[1]) if len(given) > 1 else 0)
     elif what == "rendered-flags":
         flags(int(given[0]) if given else 20, first=int(given[1]) if len(given) > 1 else 0, rendered=True)
     else:

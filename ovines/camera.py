@@ -1,4 +1,4 @@
-"""A calibrated camera: OpenCV's pinhole with five, eight or twelve distortion terms, in numpy.
+"""A calibrated camera: OpenCV's pinhole with five, eight or twelve distortion terms, a spline where needed, in numpy.
 
 ``X_camera = R X_world + t``; pixels are of the full sensor, the centre of the
 top-left one is (0, 0).  The file format ``calibration.json`` is read and
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
-from ovines.lens_field import LensField
+from ovines.lens_field import LensField, field_from_json, field_json
 
 Array = NDArray[np.float64]
 MOST_SIDE_PX = 1_000_000  # as recording.toml allows
@@ -39,6 +39,7 @@ class Camera:
     rotation : (3, 3), translation_m : (3,)   ``X_camera = rotation @ X_world + translation_m``
     rms_px : float, reprojection RMS of the calibration (NaN where unknown)
     field : what the lens model leaves over, where recordings have taught it; no part of calibration.json
+    spline : the lens model's part that the distortion terms cannot say, where the calibration has one
     """
 
     name: str
@@ -49,6 +50,7 @@ class Camera:
     translation_m: Array
     rms_px: float = float("nan")
     field: LensField | None = None
+    spline: LensField | None = None
 
     @property
     def centre_m(self) -> Array:
@@ -67,8 +69,9 @@ class Camera:
         xd, yd, jd = _distort(x, y, self.distortion)
         focal = self.matrix[:2, :2]
         uv = np.stack([xd, yd], -1) @ focal.T + self.matrix[:2, 2]
-        if self.field is not None:  # a thousandth from pixel to pixel: no part of the derivative
-            uv = uv + self.field.at(uv + self.field.at(uv))
+        for bend in (self.spline, self.field):
+            if bend is not None:  # a thousandth from pixel to pixel: no part of the derivative
+                uv = bend.seen(uv)
         inverse, zero = 1.0 / z, np.zeros_like(z)
         jn = np.stack([np.stack([inverse, zero, -x * inverse], -1), np.stack([zero, inverse, -y * inverse], -1)], -2)
         return uv, focal @ jd @ jn @ self.rotation
@@ -79,7 +82,7 @@ class Camera:
         Newton's iteration on the distortion polynomial; NaN where it does not converge
         (a pixel outside the range in which the polynomial can be inverted).
         """
-        uv = self.without_field(uv_px)
+        uv = self.by_terms(uv_px)
         target = (uv - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T
         guess = target.copy()
         for _ in range(12):
@@ -101,10 +104,13 @@ class Camera:
         missed = np.hypot(xd - target[..., 0], yd - target[..., 1]) > 1e-9
         return np.where(missed[..., None], np.nan, guess)
 
-    def without_field(self, uv_px: ArrayLike) -> Array:
-        """Full-sensor pixels (..., 2) where the lens model alone would have seen the same points."""
+    def by_terms(self, uv_px: ArrayLike) -> Array:
+        """Full-sensor pixels (..., 2) where matrix and distortion terms alone would have seen the same points."""
         uv = np.asarray(uv_px, float)
-        return uv if self.field is None else uv - self.field.at(uv)
+        for bend in (self.field, self.spline):
+            if bend is not None:
+                uv = uv - bend.at(uv)
+        return uv
 
     def rays(self, uv_px: ArrayLike) -> Array:
         """Unit directions in the world (..., 3) in which full-sensor pixels (..., 2) look."""
@@ -182,8 +188,8 @@ def triangulate_points(
         raise InputError(
             f"{len(cameras)} camera to triangulate with", "two or more", "give two [[cameras]] in recording.toml"
         )
-    pixels = [camera.without_field(uv) for camera, uv in zip(cameras, uv_px, strict=True)]
-    cameras = [replace(camera, field=None) for camera in cameras]
+    pixels = [camera.by_terms(uv) for camera, uv in zip(cameras, uv_px, strict=True)]
+    cameras = [replace(camera, field=None, spline=None) for camera in cameras]
     weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
     if len(cameras) > 2:
         return _triangulate_many(cameras, pixels, weights)
@@ -384,6 +390,7 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
         rotation,
         numbers("translation_m", (3,)),
         rms_px,
+        spline=field_from_json(entry.get("spline"), f"{where} ({entry['name']})"),
     )
 
 
@@ -415,6 +422,7 @@ def calibration_json(cameras: Sequence[Camera], world: str = "board") -> dict[st
             "rotation": c.rotation.tolist(),
             "translation_m": c.translation_m.tolist(),
             "rms_px": c.rms_px if np.isfinite(c.rms_px) else None,
+            **({} if c.spline is None else {"spline": field_json(c.spline)}),
         }
         for c in cameras
     ]

@@ -19,19 +19,7 @@ from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
-from vision.calibration.bundle_adjustment import (
-    FIXED,
-    INTRINSICS,
-    K1,
-    N_CAMERA,
-    N_INTRINSICS,
-    Adjusted,
-    Sighting,
-    State,
-    adjust,
-    lens_of,
-    project,
-)
+from vision.calibration.bundle_adjustment import FIXED, N_CAMERA, Adjusted, Sighting, State, adjust, project
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once
@@ -41,8 +29,10 @@ from vision.calibration.single_camera import (
     make_setting,
     sightings_of,
     solve_camera,
+    spline_prior,
     unbiased,
 )
+from vision.pinhole import INTRINSICS, K1, N_INTRINSICS, lens_of
 from vision.validation.lens_choice import choose_lens, refuse_fisheye
 from vision.validation.result_tables import validation_tables
 
@@ -63,7 +53,7 @@ class Calibration:
 
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
     OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (p, p)
-    over ``labels`` (camera, parameter): the intrinsics (:data:`vision.calibration.bundle_adjustment.INTRINSICS`), then
+    over ``labels`` (camera, parameter): the intrinsics (:data:`vision.pinhole.INTRINSICS`), then
     rotation (a left-multiplied rotation vector) and translation; NaN for what was held.  ``simultaneous``: whether the
     cameras' views were tied.
     """
@@ -237,8 +227,8 @@ def _joint(
     pose_of: dict[str, int] = {}
     for c, name in enumerate(names):
         single, world = singles[name], extrinsic[name]
-        values = single.adjusted.state.intrinsics[0]
-        placed = board_pose(board.points_m()[world.points], world.uv_px, values)
+        lens = single.adjusted.state.lens(0)
+        placed = board_pose(board.points_m()[world.points], world.uv_px, lens)
         if placed is None:
             raise InputError(
                 f"{name}: no pose fits its extrinsic view",
@@ -246,7 +236,7 @@ def _joint(
                 "take that view again",
             )
         turn, shift = placed
-        uv = world.uv_px if world.discs is None else unbiased(world.discs, values, turn, shift)
+        uv = world.uv_px if world.discs is None else unbiased(world.discs, lens, turn, shift)
         sightings.append(Sighting(c, FIXED, True, board.points_m()[world.points], uv))
         camera_turns.append(turn @ WORLD_FROM_BOARD)
         camera_shifts.append(shift)
@@ -274,10 +264,12 @@ def _joint(
         np.array(camera_shifts),
         np.array(turns).reshape(-1, 3, 3),
         np.array(shifts).reshape(-1, 3),
+        tuple(singles[name].adjusted.state.splines[0] for name in names),
     )
     setting = make_setting(sizes, state, WORLD_FROM_BOARD)
     setting.free = np.concatenate([singles[name].setting.free for name in names])
     setting.one_sigma = lenses_known
+    setting.spline_priors = tuple(spline_prior(singles[name], lenses_known) for name in names)
     if lenses_known:
         setting.prior = intrinsics.copy()
         setting.prior_sd = np.stack(
@@ -295,12 +287,14 @@ def _refuse_swapped(
         return
 
     def error(camera: str, seen: str) -> float:
-        view, values = extrinsic[seen], singles[camera].adjusted.state.intrinsics[0]
-        pose = board_pose(board.points_m()[view.points], view.uv_px, values)
+        view, solved = extrinsic[seen], singles[camera].adjusted.state
+        pose = board_pose(board.points_m()[view.points], view.uv_px, solved.lens(0))
         if pose is None:
             return np.inf
         sighting = Sighting(0, 0, False, board.points_m()[view.points], view.uv_px)
-        state = State(values[None], np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None])
+        state = State(
+            solved.intrinsics, np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None], solved.splines
+        )
         return float(np.mean((view.uv_px - project(sighting, state, singles[camera].setting)[0]) ** 2))
 
     a, b = names
@@ -323,6 +317,7 @@ def _camera(name: str, size_px: tuple[int, int], found: Adjusted, c: int) -> Cam
         found.state.camera_rotation[c],
         found.state.camera_translation[c],
         _rms(found, c),
+        spline=found.state.splines[c],
     )
 
 

@@ -98,7 +98,7 @@ def _flights_ahead(fits: FlightFits, noise: FlightNoise) -> Row:
 def ahead_over_noise(fits: FlightFits, noise: FlightNoise) -> tuple[float, int]:
     """RMS error of the second halves of flights, predicted from fits to their first halves, over what noise makes of
     it, and the number of flights; NaN without long ones."""
-    plain = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    plain = noise.without_force()
     squares: list[Array] = []
     for k, flight in enumerate(fits.flights):
         index = seen_frames(fits.run, flight)

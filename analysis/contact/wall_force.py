@@ -118,12 +118,7 @@ def _untold(fit: FlightFits, k: int, wall: Wall, width_m: Array, at_s: float) ->
     displaced[:, :2] = moved[:, :, 0]
     rows = fit.flown(k, times)[1][:, :3]
     place, angle = fit.noise.whitening(index, times, run.xy_sd_m[index], run.angle_sd_rad[index])
-    roots = (place, place, angle)
-    right = np.sum([(root @ rows[:, m]).T @ (root @ displaced[:, m]) for m, root in enumerate(roots)], 0)
-    state = fit.covariances[k] @ right
     now = fit.flown(k, np.array([at_s]))[1]
-    told = (now @ state)[:, :STATES]
-    if fit.noise.forced:
-        path = ForcePath(fit.noise, times, (place, angle), displaced - rows @ state, rows, fit.covariances[k])
-        told, _ = path.at(np.array([at_s]), told, now)
+    path = ForcePath(fit.noise, times, (place, angle), displaced, rows)
+    told = path.states_at(np.array([at_s]), np.zeros((1, STATES)), now)
     return np.asarray(speed[:, 0] - told[0, 3:5], float)

@@ -191,7 +191,9 @@ def usable_flights(fits: FlightFits, median_misfit: float | None = None) -> NDAr
         if median_misfit is not None
         else (float(np.median(ratio[fits.freedom > 0])) if np.any(fits.freedom > 0) else 1.0)
     )
-    return np.asarray((ratio < OUTLYING_FLIGHT * max(usual, LEAST_USUAL_MISFIT)) & (fits.freedom >= 3) & moving, bool)
+    good = np.asarray((ratio < OUTLYING_FLIGHT * max(usual, LEAST_USUAL_MISFIT)) & (fits.freedom >= 3) & moving, bool)
+    good[list(fits.gross)] = False
+    return good
 
 
 def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:

@@ -359,10 +359,11 @@ def fit_flights(
     """Each flight alone (no continuity): states, covariances and misfits, robust against single wrong frames.
 
     ``noise``: how the frames' errors go together.  ``start``: an earlier fit of the same flights to begin from (other
-    parameters, say); the minimum is the same, found sooner."""
+    parameters, say); the minimum is the same, found sooner.  Under an unknown force (``noise.forced``) the path near
+    the frames is fitted as if there were none; what the force changes is linear about it (:class:`ForcePath`)."""
     states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
     reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
-    rig = run.flight_rig
+    rig, frames_alone = run.flight_rig, noise.without_force()
     for k, f in enumerate(flights):
         index = seen_frames(run, f)
         # From the first frame on: friction forgets what it has stopped, so that from behind a rest no path leads back.
@@ -374,12 +375,20 @@ def fit_flights(
             )
         else:
             states[k] = start.states[k]
-        white = noise.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
+        white = frames_alone.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
         frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
         own = with_impact_before(parameters, run, flights, k)
         misfit[k] = fit_single(states[k], reference[k], frames, own, shared[:2], rig, covariances[k])
         freedom[k] = 3 * len(index) - STATES
-    return FlightFits(run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared, noise)
+    gross = start.gross if start is not None else frozenset[int]()
+    fits = FlightFits(
+        run, tuple(flights), reference, states, covariances, misfit, freedom, parameters, shared, noise, gross
+    )
+    if noise.forced:
+        for k in range(len(flights)):
+            path = fits.force_path(k)
+            covariances[k], misfit[k] = path.covariance, path.misfit
+    return fits
 
 
 def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
@@ -419,10 +428,10 @@ def seen_frames(run: RunData, flight: Flight) -> NDArray[np.int64]:
 @dataclass(frozen=True, eq=False)
 class FlightFits:
     """Flights fitted one by one: ``states`` (F, 6) at ``reference_s``, ``covariances`` (F, 6, 6), ``misfit`` against
-    ``freedom``.
+    ``freedom``; ``gross``: those that hold something else than flight, and speak for nothing shared.
 
-    Under an unknown force (``noise.forced``) a state is that of a path without it; :meth:`propagate` adds what the
-    frames say of the force."""
+    Under an unknown force (``noise.forced``) a state is that of the path without it which lies nearest to the frames;
+    :meth:`propagate` adds what the force changes, and covariances and misfits are those under it."""
 
     run: RunData
     flights: tuple[Flight, ...]
@@ -434,6 +443,7 @@ class FlightFits:
     parameters: Array
     shared: Array
     noise: FlightNoise = PLAIN
+    gross: frozenset[int] = frozenset()
     _force_paths: dict[int, ForcePath] = field(default_factory=dict)
     _resting: dict[int, bool] = field(default_factory=dict)
 
@@ -443,7 +453,7 @@ class FlightFits:
         out, derivative = self.flown(k, times)
         if not self.noise.forced:
             return out, derivative @ self.covariances[k] @ derivative.transpose(0, 2, 1)
-        return self._force_path(k).at(times, out, derivative)
+        return self.force_path(k).at(times, out, derivative)
 
     def residuals(self, k: int, index: NDArray[np.int64]) -> Array:
         """What frames ``index`` miss flight k by, (N, 3): x, y (m), angle (rad)."""
@@ -461,9 +471,9 @@ class FlightFits:
     def _rests(self, k: int) -> bool:
         flight, run = self.flights[k], self.run
         looked = [(flight.first + flight.last) // 2, flight.last]
-        states, _ = self.flown(k, run.time_s[looked])
+        states, derivative = self.flown(k, run.time_s[looked])
         if self.noise.forced:
-            states = self._force_path(k).states_at(run.time_s[looked], states)
+            states = self.force_path(k).states_at(run.time_s[looked], states, derivative)
         host, rate = (motion[looked] for motion in run.host_at_frames)
         arm = states[:, :2] - host[:, :2]
         slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
@@ -512,7 +522,8 @@ class FlightFits:
         )
         return out, derivative
 
-    def _force_path(self, k: int) -> ForcePath:
+    def force_path(self, k: int) -> ForcePath:
+        """What the frames of flight k say of the unknown force."""
         if k not in self._force_paths:
             self._force_paths[k] = self._made_force_path(k)
         return self._force_paths[k]
@@ -528,5 +539,4 @@ class FlightFits:
             white,
             self.measured(index) - self.markers_at(states),
             derivative[:, :3],
-            self.covariances[k],
         )

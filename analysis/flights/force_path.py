@@ -10,37 +10,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.model import STATES
-from analysis.flights.noise import CLIP_SD, FlightNoise, alike, cells, response
+from analysis.flights.noise import FlightNoise, alike, cells, response
 
 Array = NDArray[np.float64]
 
+# Ridges, absolute and relative, that keep an angle which nobody measured from a singular matrix: rounding's size.
+RIDGE, RELATIVE_RIDGE = 1e-12, 1e-11
+
 
 class ForcePath:
-    """Best linear prediction of a flight under an unknown force.
+    """Best linear prediction of a flight under an unknown force, about a path without it that lies near the frames.
 
-    ``white``: whitening of places and of angles; ``residual`` (N, 3) of the frames against the path without the force,
-    ``rows`` (N, 3, 6) their derivatives with respect to its start state, ``covariance`` (6, 6) of that."""
+    ``white``: whitening of places and of angles; ``residual`` (N, 3) of the frames against that path, ``rows`` (N, 3,
+    6) their derivatives with respect to its start state.  Under the force the state is another, ``step`` (6,) from that
+    path's, ``covariance`` (6, 6); friction turns with the velocity, and the path from that state alone would lie where
+    no derivative of it holds."""
 
     def __init__(
-        self,
-        noise: FlightNoise,
-        times_s: Array,
-        white: tuple[Array, Array],
-        residual: Array,
-        rows: Array,
-        covariance: Array,
+        self, noise: FlightNoise, times_s: Array, white: tuple[Array, Array], residual: Array, rows: Array
     ) -> None:
-        self.noise, self.zero_s, self.times_s, self.covariance = noise, float(times_s[0]), times_s, covariance
+        self.noise, self.zero_s, self.times_s = noise, float(times_s[0]), times_s
         self.roots = (white[0], white[0], white[1])
         self.sizes = (noise.acceleration_m_per_s2, noise.acceleration_m_per_s2, noise.spin_rad_per_s2)
-        # Gross errors count as the fit of the flight counts them.
-        self.residual = [np.clip(root @ residual[:, m], -CLIP_SD, CLIP_SD) for m, root in enumerate(self.roots)]
         self.rows = [root @ rows[:, m] for m, root in enumerate(self.roots)]
+        missed = [root @ residual[:, m] for m, root in enumerate(self.roots)]
+        information = np.sum([one.T @ one for one in self.rows], 0)
+        # Unit diagonal first: an angle that nobody saw has twenty orders of magnitude less information than a place.
+        size = np.sqrt(np.diag(information) + RIDGE)
+        unit = information / np.outer(size, size) + RELATIVE_RIDGE * np.eye(STATES)
+        self.covariance = np.linalg.inv(unit) / np.outer(size, size)
+        self.step = self.covariance @ np.sum([a.T @ b for a, b in zip(self.rows, missed, strict=True)], 0)
+        self.residual = [b - a @ self.step for a, b in zip(self.rows, missed, strict=True)]
 
-    def states_at(self, times_s: Array, out: Array) -> Array:
-        """States (n, 6) at ``times_s`` from those of the path without the force (``out``)."""
+    @property
+    def misfit(self) -> float:
+        """Sum of squares of the residuals turned into independent ones."""
+        return float(np.sum([one @ one for one in self.residual]))
+
+    def states_at(self, times_s: Array, out: Array, derivative: Array) -> Array:
+        """States (n, 6) at ``times_s`` from those of the path without the force (``out``, ``derivative``)."""
         cross, _, _ = self._responses(times_s)
-        states = out.copy()
+        states = out + derivative @ self.step
         for at, white, m in self._whitened(cross):
             states[:, at] += white @ self.residual[m]
         return states
@@ -49,7 +59,7 @@ class ForcePath:
         """States and covariances at ``times_s`` from those of the path without the force (``out``, ``derivative``)."""
         cross, together, moved = self._responses(times_s)
         prior = moved @ together @ moved.transpose(0, 2, 1)
-        states, open_rows = out.copy(), derivative.copy()
+        states, open_rows = out + derivative @ self.step, derivative.copy()
         spread = np.zeros((len(times_s), STATES, STATES))
         for at, white, m in self._whitened(cross):
             states[:, at] += white @ self.residual[m]

@@ -33,8 +33,8 @@ CORRELATED = 3.84
 # How far the sds given may be off before the data say more (logarithm): noise that stays alike for a piece or longer
 # shows its changes only, and larger noise that stays alike for longer would do as well.
 LOG_SCALE_SD = 0.3
-# Whitened residuals beyond this count linearly (Huber) where a flight's state is fitted, and where a force is read off
-# what that fit misses: of 600 frames x 3 none by chance, even where the noise is larger than stated by a third.
+# Whitened residuals beyond this count linearly (Huber) where a flight's state is fitted: of 600 frames x 3 none by
+# chance, even where the noise is larger than stated by a third.
 CLIP_SD = 5.0
 # ... and beyond this as if they were this large where flights speak of what all share: clipped whole, rows and all, so
 # later, where no fitted frame gets by chance.
@@ -69,6 +69,10 @@ class FlightNoise:
     def forced(self) -> bool:
         """Whether there is an unknown force."""
         return self.acceleration_m_per_s2 > 0 or self.spin_rad_per_s2 > 0
+
+    def without_force(self) -> FlightNoise:
+        """The noise of the frames alone."""
+        return replace(self, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0, sure=0.0)
 
     def force_in_words(self, radius_m: float) -> str:
         """The unknown force's size for a reader, of a disk of ``radius_m``."""

@@ -38,18 +38,22 @@ MEMORIES = (0.1, 0.4, 1.6)
 THERE, NONE = 6.0, 2.0
 # A frame is held against the median of so many.
 NEIGHBOURS = 5
+# A flight counts as gross (an impact or a contact within it) where a force as large as the others' leaves every frame
+# this much (-2 log L) worse than a force of its own would, a third of a gross frame.
+GROSS_PER_FRAME = GROSS_SD**2 / 3
 
 
 @dataclass(frozen=True, eq=False)
 class ForceEvidence:
     """For every error model tried (A,): -2 log L ``cost`` (A,) without what the shared unknowns explain, and their
     normal equations
-    ``information`` (A, P, P), ``score`` (A, P)."""
+    ``information`` (A, P, P), ``score`` (A, P); ``each`` flight's part of the cost (F, A)."""
 
     noises: tuple[FlightNoise, ...]
     cost: Array
     information: Array
     score: Array
+    each: Array
 
     def costs(self, prior: Prior) -> Array:
         """-2 log L (A,) with the columns of ``prior`` unknown: fitted, those that it has integrated out - terms that it
@@ -103,7 +107,7 @@ def tried_forces(runs: Sequence[RunRows], noise: FlightNoise, radius_m: float) -
 
 def tried_nearby(noise: FlightNoise) -> list[list[FlightNoise]]:
     """Error models about ``noise``: finer amplitudes of its force."""
-    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    none = noise.without_force()
     return [
         [
             none,
@@ -121,7 +125,7 @@ def tried_nearby(noise: FlightNoise) -> list[list[FlightNoise]]:
 
 def tried_spins(noise: FlightNoise) -> list[list[FlightNoise]]:
     """Error models with the force of ``noise`` and amplitudes of the spin's own, down to none."""
-    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    none = noise.without_force()
     return [
         [
             none,
@@ -133,7 +137,7 @@ def tried_spins(noise: FlightNoise) -> list[list[FlightNoise]]:
 def tried_pushes(noise: FlightNoise) -> list[list[FlightNoise]]:
     """Error models with the spin's amplitude of ``noise`` and smaller ones of its force, down to none: what brakes the
     spin alone need not push the disk."""
-    none = replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0)
+    none = noise.without_force()
     return [
         [
             none,
@@ -154,16 +158,13 @@ def refined(runs: Sequence[RunRows], best: FlightNoise, cost: float, prior: Prio
 def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise]]) -> list[ForceEvidence]:
     """One :class:`ForceEvidence` per list of ``tried`` models, which share noise and memory."""
     p = len(runs[0].columns)
-    sums = [(np.zeros(len(one)), np.zeros((len(one), p, p)), np.zeros((len(one), p))) for one in tried]
-    for flight in (flight for run in runs for flight in run.flights):
+    flights = [flight for run in runs for flight in run.flights]
+    sums = [(np.zeros((len(flights), len(one))), np.zeros((len(one), p, p)), np.zeros((len(one), p))) for one in tried]
+    for number, flight in enumerate(flights):
         scales = tried[0][0].scale, tried[0][0].scale, tried[0][0].angle_scale
         residual = flight.residual / (flight.sd * scales)
-        # A gross error weighs less in its own frame, before frames are turned into one another: a smooth error is not
-        # gross, however large.
-        weight = np.minimum(
-            1.0,
-            GROSS_SD / np.maximum(np.abs(residual - median_filter(residual, (NEIGHBOURS, 1), mode="nearest")), 1e-12),
-        )
+        # A gross error weighs less in its own frame, before frames are turned into one another.
+        weight = np.minimum(1.0, GROSS_SD / np.maximum(beside_neighbours(residual), 1e-12))
         rows = flight.rows * (weight / (flight.sd * scales))[:, :, None]
         residual = residual * weight
         # In units of the noise of the flight's usual frame: a frame with fewer markers is less exact, hardly elsewhere.
@@ -181,10 +182,34 @@ def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise
                 np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models]) * flight.period_s**2 / unit
             )
             variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
-            cost += log_noise
+            cost[number] += log_noise
             turned = np.tensordot(turn, rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)
-            _add(variance.reshape(len(models), -1), turned, (turn @ residual).T.ravel(), cost, information, score)
-    return [ForceEvidence(tuple(models), *one) for models, one in zip(tried, sums, strict=True)]
+            _add(
+                variance.reshape(len(models), -1), turned, (turn @ residual).T.ravel(), cost[number], information, score
+            )
+    return [
+        ForceEvidence(tuple(models), cost.sum(0), information, score, cost)
+        for models, (cost, information, score) in zip(tried, sums, strict=True)
+    ]
+
+
+def beside_neighbours(residual: Array) -> Array:
+    """How far each of a flight's residuals (N, ...) stands out of its neighbours' median, (N, ...): a smooth error is
+    not gross, however large."""
+    size = (NEIGHBOURS, *(1 for _ in residual.shape[1:]))
+    return np.asarray(np.abs(residual - median_filter(residual, size, mode="nearest")), float)
+
+
+def gross_flights(evidence: Sequence[ForceEvidence], frames: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which flights (F,) of ``frames`` (F,) each hold something else than a force as large as the others'.
+
+    One with an impact within asks for any force: each counts as no worse than its own best force and
+    :data:`GROSS_PER_FRAME` while the amplitude of all is sought."""
+    each = np.stack([one.each for one in evidence], 1)
+    most = each.min((1, 2)) + GROSS_PER_FRAME * frames
+    capped = np.minimum(each, most[:, None, None]).sum(0)
+    memory, amplitude = np.unravel_index(int(np.argmin(capped)), capped.shape)
+    return np.asarray(each[:, memory, amplitude] > most, bool)
 
 
 def _steps(index: NDArray[np.int64]) -> tuple[int, ...]:

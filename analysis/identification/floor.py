@@ -13,19 +13,22 @@ from analysis.flights.evidence import (
     RunRows,
     columns_of,
     linearised,
+    usable_flights,
     weighed,
     without_own,
 )
-from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, fit_flights
+from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, RunData, fit_flights
 from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.noise import PLAIN, FlightNoise, at_least, frame_noise
+from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import FINEST_SD_M, Run
 from analysis.flights.unit_accelerations import unit_accelerations
 from analysis.flights.unknown_force import (
     Prior,
+    beside_neighbours,
     best_model,
     force_evidence,
+    gross_flights,
     refined,
     tried_forces,
 )
@@ -102,10 +105,11 @@ def fit_floor(
     fits: list[FlightFits] = []
     if start is not None:
         parameters, shared, fits = start.fits[0].parameters.copy(), start.fits[0].shared.copy(), list(start.fits)
+        fits = [replace(fit, run=run.data, gross=frozenset()) for run, fit in zip(runs, fits, strict=True)]
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
     offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
-    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (without_force(start.noise), LENS_SD_M)
+    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (start.noise.without_force(), LENS_SD_M)
     for stage in range(1 + MOST_STAGES):
         for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
             fits = [
@@ -125,8 +129,12 @@ def fit_floor(
             shared = shared + step[offsets]
         if stage == 0 or (noise.forced and stage < MOST_STAGES):
             # Noise is estimated on fits without a force, which would follow it.
-            frames = noise_of(fits) if stage == 0 else without_force(noise)
+            frames = noise_of(fits) if stage == 0 else noise.without_force()
             before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
+            if stage == 0 and noise.forced:
+                fits = _without_gross(fits, frames)
+                runs = [replace(run, data=fit.run) for run, fit in zip(runs, fits, strict=True)]
+                noise, lens_sd = _errors(fits, [linearised(fit, columns) for fit in fits], frames)
             if (
                 stage > 0
                 and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
@@ -206,11 +214,6 @@ def lift_sd(host: HostMotion, with_z: bool) -> float:
     return host.omega_rad_per_s**2 * float(np.sqrt(square)) / GRAVITY_M_PER_S2
 
 
-def without_force(noise: FlightNoise) -> FlightNoise:
-    """``noise`` of the frames alone."""
-    return replace(noise, acceleration_m_per_s2=0.0, spin_rad_per_s2=0.0, sure=0.0)
-
-
 def noise_of(fits: Sequence[FlightFits]) -> FlightNoise:
     """Noise of the frames from what no law of flight can touch; the stated one without a flight."""
     if not any(fit.flights for fit in fits):
@@ -228,6 +231,37 @@ def noise_of(fits: Sequence[FlightFits]) -> FlightNoise:
     )
 
 
+def _without_gross(fits: Sequence[FlightFits], noise: FlightNoise) -> list[FlightFits]:
+    """``fits`` (without a force) in which a gross frame has a wider sd and gross flights are marked: before a force is
+    sought that bends every flight, which would follow a single wrong frame, or an impact within a flight."""
+    fits = [replace(fit, run=_wider_at_gross_frames(fit, noise), _force_paths={}) for fit in fits]
+    rows = [linearised(fit, ()) for fit in fits]
+    frames = np.array([len(flight.index) for row in rows for flight in row.flights])
+    gross = gross_flights(force_evidence(rows, tried_forces(rows, noise, fits[0].run.radius_m)), frames)
+    ends = np.cumsum([len(row.flights) for row in rows])[:-1]
+    marked = []
+    for fit, out in zip(fits, np.split(gross, ends), strict=True):
+        good = usable_flights(fit)
+        good[np.flatnonzero(good)[out]] = False
+        # Those too that misfit far more than the others: any path fits under a force that is strong enough.
+        marked.append(replace(fit, gross=frozenset(np.flatnonzero(~good).tolist())))
+    return marked
+
+
+def _wider_at_gross_frames(fits: FlightFits, noise: FlightNoise) -> RunData:
+    """The run with sds of its frames that grow with the square of what a frame stands out of its neighbours by."""
+    run, scales = fits.run, np.array([noise.scale, noise.scale, noise.angle_scale])
+    wider = np.ones((len(run.time_s), 3))
+    for k in range(len(fits.flights)):
+        standard = fits.standard_residuals(k)
+        wider[standard.index] = np.maximum(1.0, (beside_neighbours(standard.residual / scales) / GROSS_SD) ** 2)
+    return replace(
+        run,
+        xy_sd_m=run.xy_sd_m * np.max(wider[:, :2], axis=1),
+        angle_sd_rad=run.angle_sd_rad * wider[:, 2],
+    )
+
+
 def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNoise) -> tuple[FlightNoise, float]:
     """``noise`` with what the flights leave beyond it as an unknown force, and the size of the lens residual's terms:
     found together, for either may pass for the other."""
@@ -235,9 +269,7 @@ def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNo
     if not any(row.flights for row in rows):
         return noise, HELD_M
     columns = rows[0].columns
-    # Without the cost of standing where a fit under a wider prior has moved the terms: a lens that leaves nothing is
-    # tried first, and the terms begin at zero in the next stage.
-    priors = [replace(prior_in(columns, columns, fits[0].shared, lens_sd), cost=0.0) for lens_sd in LENS_SDS_M]
+    priors = lens_priors(columns, columns, fits[0].shared)
     best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
     return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
 
@@ -261,6 +293,11 @@ def _prior(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Arr
             k = list(columns).index(SHARED.index(name))
             pull[k] = -prior[k] * shared[offset]
     return prior, pull
+
+
+def lens_priors(columns: Sequence[int], chosen: Sequence[int], shared: Array) -> list[Prior]:
+    """:func:`prior_in` with each size that the lens residual's terms may have."""
+    return [prior_in(columns, chosen, shared, lens_sd) for lens_sd in LENS_SDS_M]
 
 
 def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:

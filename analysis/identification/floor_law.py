@@ -12,7 +12,7 @@ from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import FloorFit, fit_floor, prior_in, without_force
+from analysis.identification.floor import FloorFit, fit_floor, lens_priors
 
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
 TERMS_OF = {
@@ -42,6 +42,14 @@ CANDIDATES: dict[str, tuple[str, ...]] = {
     "air_drag": ("air",),
     "friction_drift": ("drift",),
     "a force towards the Host's centre": ("centre_host",),
+}
+# The same where an unknown force is certain: known forms of it, which the diagnosis would look into.
+FORMS: dict[str, tuple[str, ...]] = {
+    "a force across the path that grows with speed and spin": ("magnus",),
+    "a force across the path": ("gyro",),
+    "drag against the Host": ("host_drag",),
+    "a spin that decays by itself": ("spin_decay",),
+    "a torque": ("spin_drive",),
 }
 
 
@@ -86,14 +94,17 @@ def choose_floor(
 def _with_terms(
     runs: Sequence[Run], floor: FloorFit, effects: Sequence[str], held: Mapping[str, float]
 ) -> tuple[FloorFit, list[str]]:
-    """``floor`` with those of :data:`CANDIDATES` that its flights need beyond doubt, and a note on each."""
+    """``floor`` with those of :data:`CANDIDATES` (and :data:`FORMS`) that its flights need beyond doubt, and a note on
+    each.
+    """
     notes = []
     for _ in range(MOST_ADDED):
         added = _needed_term(floor)
         if added is None:
             break
-        richer = fit_floor(runs, [*floor.names, *CANDIDATES[added]], held, floor)
-        if not _confirmed(richer, CANDIDATES[added]):
+        terms = (CANDIDATES | FORMS)[added]
+        richer = fit_floor(runs, [*floor.names, *terms], held, floor)
+        if not _confirmed(richer, terms):
             break
         floor = richer
         other = f"another size of {added} than [model] states" if added in effects else None
@@ -104,21 +115,24 @@ def _with_terms(
 
 
 def _cost(floor: FloorFit, judge: FloorFit) -> float:
-    """-2 log L of a fit with the unknown force that it leaves, on the flights and with the noise of ``judge``: two fits
-    are held against each other on the same frames."""
+    """-2 log L of a fit with the unknown force and the lens residual that it leaves, on the flights and with the noise
+    of ``judge``: two fits are held against each other on the same frames."""
     columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
     rows = [linearised(fit, columns, usable_flights(other)) for fit, other in zip(floor.fits, judge.fits, strict=True)]
-    noise = without_force(judge.noise)
-    prior = prior_in(columns, columns, floor.fits[0].shared, judge.lens_sd_m)
-    best, _, cost = best_model(force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m)), [prior])
-    return refined(rows, best, cost, prior)[1]
+    noise = judge.noise.without_force()
+    priors = lens_priors(columns, columns, floor.fits[0].shared)
+    evidence = force_evidence(rows, tried_forces(rows, noise, floor.fits[0].run.radius_m))
+    best, number, cost = best_model(evidence, priors)
+    return refined(rows, best, cost, priors[number])[1]
 
 
 def _needed_term(floor: FloorFit) -> str | None:
     """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
 
-    Each candidate is held against the model without it, both with the unknown force that they leave."""
-    candidates = {name: terms for name, terms in CANDIDATES.items() if not set(terms) & set(floor.names)}
+    Each candidate is held against the model without it, both with the unknown force and the lens residual that they
+    leave: the terms of a lens residual make as good a tilt of a short run."""
+    sought = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
+    candidates = {name: terms for name, terms in sought.items() if not set(terms) & set(floor.names)}
     if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
         del candidates["vertical_motion"]
     if not candidates:
@@ -129,7 +143,7 @@ def _needed_term(floor: FloorFit) -> str | None:
     costs = {}
     for name, terms in {"": (), **candidates}.items():
         chosen = columns_of([*floor.names, *ORIGIN, *LENS_TERMS, *terms])
-        costs[name] = best_model(evidence, [prior_in(columns, chosen, floor.fits[0].shared, floor.lens_sd_m)])[2]
+        costs[name] = best_model(evidence, lens_priors(columns, chosen, floor.fits[0].shared))[2]
     best = min(candidates, key=lambda name: costs[name])
     return best if costs[""] - costs[best] > ANOTHER_TERM else None
 

@@ -68,6 +68,11 @@ FLOOR_NAMES = {
     "drift": "friction_drift_per_s",
     "load": "vertical_motion_share",
     "centre_host": "centre_force_per_s2",
+    "magnus": "spin_lift",
+    "gyro": "crosswise_force_per_s",
+    "host_drag": "host_drag_per_s",
+    "spin_decay": "spin_decay_per_s",
+    "spin_drive": "spin_drive_rad_per_s2",
 }
 
 

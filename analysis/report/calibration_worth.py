@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from analysis.figures.calibration import lens_field
 from analysis.figures.calibration_maps import (
     Window,
     coverage_and_residuals,
@@ -43,7 +44,7 @@ def add_worth(page: Page, results: Results) -> None:
     _add_uncertainty(page, results, cameras, sizes, windows)
     _add_plane(page, results)
     _add_cross_validation(page, results.get("calibration_parameters"))
-    _add_lens(page, lens)
+    _add_lens(page, lens, results.get("calibration_spline"))
     _add_views(page, results, cameras, sizes, windows)
 
 
@@ -211,7 +212,7 @@ def _chance(p: float | None) -> str:
     return MISSING if p is None else "below 0.001" if p < 1e-3 else f"{p:.3f}"
 
 
-def _add_lens(page: Page, lens: pd.DataFrame) -> None:
+def _add_lens(page: Page, lens: pd.DataFrame, spline: pd.DataFrame | None) -> None:
     section = page.add_section("Which lens", "lens")
     rows = [
         (
@@ -227,8 +228,18 @@ def _add_lens(page: Page, lens: pd.DataFrame) -> None:
     section.add_table(
         ("camera", "lens", "terms", "RMS of the fit", "RMS of held-out views", ""),
         rows,
-        "A richer lens always fits its own views better; it is taken only where it foresees views not seen by the fit.",
+        "A richer lens always fits its own views better; it is taken only where it foresees views not seen by the fit. "
+        "Terms: of distortion, and numbers of the spline, which its own smoothness holds.",
     )
+    if spline is not None:
+        section.add_figure(
+            "calibration_spline",
+            lens_field(spline, None, {}),
+            "The spline beside the distortion terms (arrows: where a point is seen, less where the terms put it; RMS "
+            f"over the nodes {with_unit(float(np.sqrt((spline[['du_px', 'dv_px']] ** 2).sum(axis=1).mean())), 'px', 2)}"
+            "). Colour: its sd (px), large where no board was seen.",
+            "Arrows of the spline of each camera over its standard deviation.",
+        )
 
 
 def _add_views(

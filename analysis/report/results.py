@@ -44,6 +44,7 @@ TABLES = (
     "lens_terms",
     "calibration_parameters",
     "calibration_lens",
+    "calibration_spline",
     "calibration_corners",
     "calibration_boards",
     "calibration_image",

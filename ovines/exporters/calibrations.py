@@ -43,6 +43,14 @@ def export(cameras: Sequence[Camera], name: str) -> dict[str, str]:
                 "a camera matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
                 "calibrate with `ovines calibrate`, which holds it at 0",
             )
+        if camera.spline is not None:
+            raise InputError(
+                f"{camera.name}: a spline beside the distortion terms, up to "
+                f"{np.abs(camera.spline.shift_px).max():.2g} px, which {chosen.program} does not hold",
+                "a lens of distortion terms alone",
+                'read calibration.json itself ("spline", docs/reference/files.md), or undistort with ovines: without '
+                "the spline the terms are not the lens",
+            )
         needed = _terms_in_use(camera.distortion)
         if needed > max(chosen.terms):
             raise InputError(

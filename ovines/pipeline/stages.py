@@ -63,6 +63,7 @@ STAGES: tuple[Stage, ...] = (
             "calibration_parameters.parquet",
             "calibration_covariance.parquet",
             "calibration_lens.parquet",
+            "calibration_spline.parquet",
             "calibration_corners.parquet",
             "calibration_boards.parquet",
             "calibration_image.parquet",

@@ -622,7 +622,10 @@ TABLES: dict[str, Table] = {
             "pair of parameters of the cameras",
             (
                 text("camera", "name of the camera"),
-                text("parameter", "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz"),
+                text(
+                    "parameter",
+                    "fx, ..., k3; rx, ry, rz: turn after its rotation; tx, ty, tz; spline_u_0_0, ...: nodes",
+                ),
                 text("other_camera", "name of the other's camera"),
                 text("other_parameter", "the same of the other"),
                 number("covariance", "covariance of the two; the mirrored pair has no row"),
@@ -634,8 +637,8 @@ TABLES: dict[str, Table] = {
             "camera, lens that was tried",
             (
                 text("camera", "name of the camera"),
-                text("lens", "four terms, five terms, rational or thin prism"),
-                integer("terms", "distortion terms that are free"),
+                text("lens", "four terms, five terms, rational, thin prism or spline"),
+                integer("terms", "distortion terms that are free, and numbers of the spline"),
                 number("fitted_px", "RMS over the points of all views, which the fit has seen"),
                 maybe("held_out_px", "RMS over the points of views that the fit has not seen"),
                 maybe("p", "probability that views are foreseen so much better than by the lens before by chance"),
@@ -643,6 +646,20 @@ TABLES: dict[str, Table] = {
                 text("reason", "why, or why not"),
             ),
             key=("camera", "lens"),
+        ),
+        Table(
+            "calibration_spline",
+            "camera whose lens has a spline, node of it on the sensor",
+            (
+                text("camera", "name of the camera"),
+                number("u_px", "to the right, on the whole sensor"),
+                number("v_px", "downwards, on the whole sensor"),
+                number("du_px", "where the camera sees a point less where its distortion terms put it, to the right"),
+                number("dv_px", "the same, downwards"),
+                number("du_sd_px", "standard deviation of du_px"),
+                number("dv_sd_px", "standard deviation of dv_px"),
+            ),
+            key=("camera", "u_px", "v_px"),
         ),
         Table(
             "calibration_corners",

@@ -121,15 +121,11 @@ def test_a_force_shows_in_the_frames_of_a_flight_and_its_sd_holds():
     far[0] = np.eye(6)
     far[0, range(3), range(3, 6)] = ahead[0]
     white = model.whitening(np.arange(count), times, np.full(count, sd), np.full(count, 1e-3))
-    normal = sum((white[m > 1] @ rows[:, m]).T @ (white[m > 1] @ rows[:, m]) for m in range(3))
-    covariance = np.linalg.inv(normal)
     errors = []
     for _ in range(400):
         pushes = force * root @ rng.standard_normal((len(edges) - 1, 2))
         seen = np.column_stack([own @ pushes + sd * rng.standard_normal((count, 2)), 1e-3 * rng.standard_normal(count)])
-        state = covariance @ sum((white[m > 1] @ rows[:, m]).T @ (white[m > 1] @ seen[:, m]) for m in range(3))
-        residual = seen - np.einsum("nmj,j->nm", rows, state)
-        found, spread = ForcePath(model, times, white, residual, rows, covariance).at(ahead, far @ state, far)
+        found, spread = ForcePath(model, times, white, seen, rows).at(ahead, np.zeros((1, 6)), far)
         true = np.concatenate([place @ pushes, speed @ pushes], 1)[0]
         errors.append((found[0, [0, 1, 3, 4]] - true) / np.sqrt(np.diag(spread[0])[[0, 1, 3, 4]]))
     assert np.std(errors) == pytest.approx(1.0, abs=0.06)  # 1,600 numbers, correlated in pairs: sd 0.025

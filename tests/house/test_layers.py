@@ -13,13 +13,14 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.lens_field ovines.core.compiled ovines.core.refusal analysis.gap.thresholds \
+ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal analysis.gap.thresholds \
     analysis.gap.cause analysis.gap.tests_by_hand
-ovines.io ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
+ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
+    vision.smooth_field \
     analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding
 ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
-ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video \
+ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video vision.pinhole \
     analysis.blind.recording
 vision.one_view
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \

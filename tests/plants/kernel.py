@@ -56,6 +56,7 @@ class Physics(NamedTuple):
     spin_decay_per_s: float
     viscous_per_s: float
     air_per_m: float
+    lift: float  # force across the velocity: this times the spin times it
     tilt_x_m_per_s2: float
     tilt_y_m_per_s2: float
     pull_m_per_s2: float  # towards the wall, at the wall ...
@@ -194,7 +195,9 @@ def free_rate(time, state, p, harmonics, gust, table):
     out = np.zeros(8)
     out[0], out[1], out[2] = vx, vy, spin
     drag = p.viscous_per_s + p.air_per_m * math.hypot(vx, vy)
-    out[3], out[4] = fx - drag * vx + p.tilt_x_m_per_s2, fy - drag * vy + p.tilt_y_m_per_s2
+    lift = p.lift * spin
+    out[3] = fx - drag * vx - lift * vy + p.tilt_x_m_per_s2
+    out[4] = fy - drag * vy + lift * vx + p.tilt_y_m_per_s2
     out[5] = (torque + arm_x * fy - arm_y * fx) / inertia - p.spin_decay_per_s * (spin - speed[2])
     if p.pull_m_per_s2 != 0.0:
         far = math.hypot(x, y) + 1e-300

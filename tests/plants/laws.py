@@ -115,6 +115,11 @@ def _soft_wall(rng, speed, weight, reach):
     return {"restitution_fall_s_per_m": rng.uniform(0.03, 0.12) / speed}
 
 
+def _whirl(rng, speed, weight, reach):
+    return {"lift": rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 0.8) * weight * reach / (2.0 * speed) ** 2}
+
+
+# Seeds of tests and benchmarks hold a law's place in the alphabet: a new one goes behind the others there.
 LAWS: dict[str, Law] = {
     "ours": Law(_ours),
     "coulomb": Law(_coulomb),  # plain sliding; the spin decays by itself
@@ -134,4 +139,5 @@ LAWS: dict[str, Law] = {
     "tilt_and_air": Law(_tilt_and_air),
     "rough_wall": Law(_rough_wall),
     "soft_wall": Law(_soft_wall, restitution_known=False),
+    "whirl": Law(_whirl),
 }

@@ -138,6 +138,15 @@ def test_speed_and_acceleration_of_a_line_are_its_derivatives(line):
     assert line[5] < 0 or not np.any(host_at(line[5] - 1e-3, lines))
 
 
+def test_a_spinning_disk_under_lift_goes_in_a_circle():
+    """Without a floor's friction: a force across the velocity turns it by lift times spin per second."""
+    p = physics(lift=0.02)
+    nodes, impacts, _ = gone(p, [0.0, 0.0, 0.0, 0.3, 0.0, 1000.0], 0.08)
+    assert len(impacts) == 0
+    turned = 0.02 * 1000.0 * nodes[-1, 0]
+    assert np.allclose(nodes[-1, 4:6], [0.3 * np.cos(turned), 0.3 * np.sin(turned)], rtol=0, atol=1e-9)
+
+
 def test_a_host_that_recoils_takes_the_momentum():
     """A disk of a thousandth of the Host's mass: the Host gets a thousandth of the disk's change of speed."""
     p = physics(recoil_share=1e-3, recoil_rad_per_s=60.0, recoil_decay_per_s=20.0)

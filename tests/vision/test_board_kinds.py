@@ -8,7 +8,6 @@ import pytest
 from ovines.errors import InputError
 from vision.calibrate import calibrate
 from vision.calibration.boards import FOLDER, WORLD_FROM_BOARD, Board, find_board
-from vision.calibration.bundle_adjustment import intrinsics_of
 from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import unbiased
 from vision.rendering.board import render_board
@@ -59,7 +58,7 @@ def test_each_kind_is_found_where_it_is(name, inverted):
         assert len(seen.points) > 0.85 * len(truth)
         uv = seen.uv_px
         if seen.discs is not None:
-            uv = unbiased(seen.discs, intrinsics_of(camera), *pose_of(camera, board))
+            uv = unbiased(seen.discs, camera, *pose_of(camera, board))
         error = uv - truth[seen.points]
         if board.ends_alike:  # numbered from either end
             other = uv - truth[::-1][seen.points]

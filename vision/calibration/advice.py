@@ -9,10 +9,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import pinhole
 from vision.calibration.detection import View
 from vision.calibration.images import FRAME
 from vision.calibration.single_camera import VIEW_FACTOR, Single
+from vision.pinhole import pinhole
 
 Array = NDArray[np.float64]
 CELLS = 8, 6  # of the sensor, for the share that board points have visited

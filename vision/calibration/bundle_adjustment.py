@@ -1,29 +1,30 @@
 """Bundle adjustment of cameras and board poses, with the full least-squares covariance.
 
-Unknowns: per camera sixteen intrinsics (fx, fy, cx, cy and OpenCV's twelve distortion terms; some held, at zero) and
-its pose in the world; per board view a pose, either in the one camera's frame or, when both cameras saw the board at
-once, in the world.  Gauss-Newton with Levenberg's damping on the normal equations, Huber weights, weak
-priors.  Rotations are updated by a rotation vector from the left, so none is ever near a singularity.
-OpenCV 5's own standard deviations of cx, cy come out far too small for a small board; these do not.
+Unknowns: per camera sixteen intrinsics (fx, fy, cx, cy and OpenCV's twelve distortion terms; some held, at zero), a
+spline over its image where it has one, and its pose in the world; per board view a pose, either in the one camera's
+frame or, when both cameras saw the board at once, in the world.  Gauss-Newton with Levenberg's damping on the normal
+equations, Huber weights, weak priors.  Rotations are updated by a rotation vector from the left, so none is ever near a
+singularity.  OpenCV 5's own standard deviations of cx, cy come out far too small for a small board; these do not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.camera import LENS_TERMS, Camera
+from ovines.camera import Camera
+from ovines.lens_field import LensField
 from ovines.robust import residual_sd
+from vision.pinhole import FX, FY, INTRINSICS, N_INTRINSICS, lens_of, pinhole
 
 Array = NDArray[np.float64]
-INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4")
-FX, FY, CX, CY, K1, K2, P1, P2, K3, K4, K5, K6, S1, S2, S3, S4 = range(16)  # their places
+Places = NDArray[np.intp]
 POSE = ("rx", "ry", "rz", "tx", "ty", "tz")  # r: a rotation vector applied after the camera's own rotation
-N_INTRINSICS, N_POSE = len(INTRINSICS), len(POSE)
+N_POSE = len(POSE)
 N_ROTATION = 3  # of a pose's unknowns, then the translation
 N_CAMERA = N_INTRINSICS + N_POSE  # unknowns of a camera
 HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weight falls
@@ -52,22 +53,44 @@ class Sighting:
 
 @dataclass
 class State:
-    """``intrinsics`` (C, N_INTRINSICS); camera poses and board poses as rotation matrices and translations."""
+    """``intrinsics`` (C, N_INTRINSICS); camera poses and board poses as rotation matrices and translations; each
+    camera's spline, or none of any.
+    """
 
     intrinsics: Array
     camera_rotation: Array
     camera_translation: Array
     rotation: Array
     translation: Array
+    splines: tuple[LensField | None, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.splines:
+            self.splines = (None,) * len(self.intrinsics)
 
     def copy(self) -> State:
         """A state with arrays of its own."""
-        return State(*(np.array(value) for value in vars(self).values()))
+        own = {name: np.array(value) for name, value in vars(self).items() if name != "splines"}
+        return State(**own, splines=self.splines)
+
+    def lens(self, c: int) -> Camera:
+        """Camera ``c``, by itself: its pose is the world's."""
+        return Camera("", (0, 0), *lens_of(self.intrinsics[c]), np.eye(3), np.zeros(3), spline=self.splines[c])
+
+
+@dataclass(frozen=True, eq=False)
+class SplinePrior:
+    """What is believed of a spline's numbers beforehand: ``mean_px`` (F,) and ``precision`` (F, F) [1/px^2]."""
+
+    mean_px: Array
+    precision: Array
 
 
 @dataclass
 class Setting:
-    """What is free (C, N_INTRINSICS), priors (as many) means and sd, sd of fy/fx - 1, the defining board's pose."""
+    """What is free (C, N_INTRINSICS), priors (as many) means and sd, sd of fy/fx - 1, the defining board's pose; priors
+    of the cameras' splines (one for each camera that has a spline, or none of any).
+    """
 
     free: NDArray[np.bool_]
     prior: Array
@@ -78,6 +101,11 @@ class Setting:
     # the misfit of tied views is neither camera's: without this one takes all the weight and the other all the misfit
     one_sigma: bool = False
     sigma_px: Array = field(default_factory=lambda: np.ones(0))
+    spline_priors: tuple[SplinePrior | None, ...] = ()
+
+    def lens_free(self, state: State, c: int) -> NDArray[np.bool_]:
+        """Which of a lens' numbers are free: the intrinsics, then the spline (N_INTRINSICS + F,)."""
+        return np.concatenate([self.free[c], np.ones(len(spline_places(state.splines, c)), bool)])
 
 
 @dataclass
@@ -85,7 +113,8 @@ class Adjusted:
     """The state found, sd of a pixel coordinate per camera, residuals (measured - projected) per sighting, and the
     covariance.
 
-    ``covariance`` is over ``labels``: (camera, parameter) for intrinsics and camera poses, in that order.
+    ``covariance`` is over ``labels``: (camera, parameter) for intrinsics and camera poses, in that order, then for the
+    cameras' splines.
     """
 
     state: State
@@ -95,6 +124,28 @@ class Adjusted:
     covariance: Array
     chi2: float
     labels: list[tuple[int, str]]
+
+    def lens_covariance(self, c: int) -> Array:
+        """Of camera ``c``'s intrinsics and spline, (N_INTRINSICS + F,) squared; NaN for what was held."""
+        own = lens_places(self.state.splines, c)
+        return self.covariance[np.ix_(own, own)]
+
+
+def n_parameters(splines: Sequence[LensField | None]) -> int:
+    """Of all cameras with these splines: N_CAMERA for each, then the splines' numbers."""
+    return N_CAMERA * len(splines) + sum(0 if one is None else one.size for one in splines)
+
+
+def spline_places(splines: Sequence[LensField | None], c: int) -> Places:
+    """Where the numbers of camera ``c``'s spline stand among all cameras' parameters; empty where it has none."""
+    first = N_CAMERA * len(splines) + n_parameters(splines[:c]) - N_CAMERA * c
+    own = splines[c]
+    return np.arange(first, first + (0 if own is None else own.size))
+
+
+def lens_places(splines: Sequence[LensField | None], c: int) -> Places:
+    """Where camera ``c``'s intrinsics and the numbers of its spline stand among all cameras' parameters."""
+    return np.concatenate([np.arange(N_CAMERA * c, N_CAMERA * c + N_INTRINSICS), spline_places(splines, c)])
 
 
 def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterations: int = 40) -> Adjusted:
@@ -106,12 +157,12 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     for _ in range(_ROUNDS):
         setting.sigma_px = sigma
         state = _descend(sightings, state, setting, iterations)
-        sigma = _spread(sightings, state, setting)
+        sigma = _spread(sightings, state, setting, _spline_freedom(sightings, state, setting))
         if np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
             break
     setting.sigma_px = sigma
     cost, normal, _ = _normal(sightings, state, setting)
-    kept = cameras * N_CAMERA
+    kept = n_parameters(state.splines)
     used = np.flatnonzero(np.diag(normal)[:kept] > 0)
     covariance = np.full((kept, kept), np.nan)
     complement = _eliminated(normal, kept)[0][np.ix_(used, used)]
@@ -120,6 +171,7 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
         scale, scale
     )
     labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, *POSE)]
+    labels += [(c, name) for c, spline in enumerate(state.splines) if spline is not None for name in spline.labels]
     return Adjusted(
         state,
         sigma,
@@ -134,7 +186,7 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
 def project(
     sighting: Sighting, state: State, setting: Setting, derivatives: bool = False
 ) -> tuple[Array, Array, Array, Array]:
-    """Pixels (n, 2) and, when wanted, derivatives by intrinsics (n, 2, N_INTRINSICS), camera pose
+    """Pixels (n, 2) and, when wanted, derivatives by intrinsics and spline (n, 2, N_INTRINSICS + F), camera pose
     and board pose (n, 2, 6)."""
     c = sighting.camera
     if sighting.pose == FIXED:
@@ -146,9 +198,14 @@ def project(
     through = sighting.pose == FIXED or sighting.in_world
     rotated = in_world @ state.camera_rotation[c].T if through else in_world
     x_camera = rotated + state.camera_translation[c] if through else in_world
-    uv, by_intrinsics, by_point = pinhole(x_camera, state.intrinsics[c])
+    uv, by_lens, by_point = pinhole(x_camera, state.intrinsics[c])
+    spline = state.splines[c]
+    if spline is not None:
+        uv = spline.seen(uv)
     if not derivatives:
-        return uv, by_intrinsics, by_point, by_point
+        return uv, by_lens, by_point, by_point
+    if spline is not None:
+        by_lens = np.concatenate([by_lens, spline.slopes(uv)], -1)
     by_camera, by_pose = np.zeros((len(uv), 2, N_POSE)), np.zeros((len(uv), 2, N_POSE))
     if through:
         by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = by_point @ -_cross(rotated), by_point
@@ -157,59 +214,7 @@ def project(
             by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = chained @ -_cross(turned), chained
     else:
         by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = by_point @ -_cross(turned), by_point
-    return uv, by_intrinsics, by_camera, by_pose
-
-
-def lens_of(intrinsics: Array) -> tuple[Array, Array]:
-    """Camera matrix (3, 3) and the distortion in OpenCV's order, as short as its terms allow (5, 8 or 12)."""
-    fx, fy, cx, cy = intrinsics[:K1]
-    terms = next(n for n in LENS_TERMS if not intrinsics[K1 + n :].any())
-    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array(intrinsics[K1 : K1 + terms])
-
-
-def intrinsics_of(camera: Camera) -> Array:
-    """The camera's lens as ``State`` has it (N_INTRINSICS,)."""
-    k, missing = camera.matrix, N_INTRINSICS - K1 - len(camera.distortion)
-    return np.concatenate([[k[0, 0], k[1, 1], k[0, 2], k[1, 2]], camera.distortion, np.zeros(missing)])
-
-
-def pinhole(x_camera: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
-    """OpenCV's lens of up to twelve terms: pixels (n, 2), derivatives by the intrinsics (n, 2, N_INTRINSICS) and by the
-    point (n, 2, 3).
-    """
-    fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = intrinsics
-    inverse = 1 / x_camera[:, 2]
-    x, y = x_camera[:, 0] * inverse, x_camera[:, 1] * inverse
-    r2 = x * x + y * y
-    below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
-    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / below
-    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3) - radial * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
-    xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2)
-    yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4)
-    across, down = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
-    mixed = x * y * slope + 2 * p1 * x + 2 * p2 * y
-    by_x = fx * np.stack([radial + x * x * slope + 2 * p1 * y + 6 * p2 * x + across * x, mixed + across * y], -1)
-    by_y = fy * np.stack([mixed + down * x, radial + y * y * slope + 6 * p1 * y + 2 * p2 * x + down * y], -1)
-    by_point = np.stack(
-        [
-            np.stack([by[:, 0] * inverse, by[:, 1] * inverse, -(by[:, 0] * x + by[:, 1] * y) * inverse], -1)
-            for by in (by_x, by_y)
-        ],
-        -2,
-    )
-    by_intrinsics = np.zeros((len(x), 2, N_INTRINSICS))
-    by_intrinsics[:, 0, FX], by_intrinsics[:, 1, FY] = xd, yd
-    by_intrinsics[:, 0, CX] = by_intrinsics[:, 1, CY] = 1
-    for axis, (focal, along) in enumerate(((fx, x), (fy, y))):
-        power = focal * along * r2 / below
-        for above, under in ((K1, K4), (K2, K5), (K3, K6)):
-            by_intrinsics[:, axis, above], by_intrinsics[:, axis, under] = power, -radial * power
-            power = power * r2
-    by_intrinsics[:, 0, P1], by_intrinsics[:, 0, P2] = 2 * fx * x * y, fx * (r2 + 2 * x * x)
-    by_intrinsics[:, 1, P1], by_intrinsics[:, 1, P2] = fy * (r2 + 2 * y * y), 2 * fy * x * y
-    by_intrinsics[:, 0, S1], by_intrinsics[:, 0, S2] = fx * r2, fx * r2 * r2
-    by_intrinsics[:, 1, S3], by_intrinsics[:, 1, S4] = fy * r2, fy * r2 * r2
-    return np.stack([fx * xd + cx, fy * yd + cy], -1), by_intrinsics, by_point
+    return uv, by_lens, by_camera, by_pose
 
 
 def _cross(v: Array) -> Array:
@@ -225,24 +230,23 @@ def _cross(v: Array) -> Array:
 
 
 def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
-    """Robust cost, normal matrix and right-hand side.  Unknown order: N_CAMERA per camera, then N_POSE per pose; held
-    ones are zero.
+    """Robust cost, normal matrix and right-hand side.  Unknown order: N_CAMERA per camera, the splines, then N_POSE per
+    pose; held ones are zero.
     """
-    cameras, poses = len(state.intrinsics), len(state.rotation)
-    size = N_CAMERA * cameras + N_POSE * poses
+    kept = n_parameters(state.splines)
+    size = kept + N_POSE * len(state.rotation)
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
     for sighting in sightings:
         c, sigma = sighting.camera, setting.sigma_px[sighting.camera]
-        uv, by_intrinsics, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
+        uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
         residual = (sighting.uv_px - uv) / sigma
         length = np.linalg.norm(residual, axis=-1)
         weight = np.minimum(1.0, HUBER / np.maximum(length, 1e-12))
         cost += float(np.sum(np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2)))
-        by_intrinsics = by_intrinsics * setting.free[c]
-        where = [*range(N_CAMERA * c, N_CAMERA * (c + 1))]
-        blocks = [by_intrinsics, by_camera * setting.camera_poses_free]
+        where = [*lens_places(state.splines, c), *range(N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1))]
+        blocks = [by_lens * setting.lens_free(state, c), by_camera * setting.camera_poses_free]
         if sighting.pose != FIXED:
-            first = N_CAMERA * cameras + N_POSE * sighting.pose
+            first = kept + N_POSE * sighting.pose
             where += range(first, first + N_POSE)
             blocks.append(by_pose)
         jacobian = np.concatenate(blocks, -1) / sigma
@@ -266,6 +270,13 @@ def _add_priors(state: State, setting: Setting, normal: Array, right: Array) -> 
             normal[np.ix_(where, where)] += np.array([[1, -1], [-1, 1]]) / sd**2
             right[where] += np.array([-pull, pull]) / sd
             cost += pull**2
+    for c, prior in enumerate(setting.spline_priors):
+        spline, own = state.splines[c], spline_places(state.splines, c)
+        if prior is not None and spline is not None:
+            off = prior.mean_px - spline.values_px
+            normal[np.ix_(own, own)] += prior.precision
+            right[own] += prior.precision @ off
+            cost += float(off @ prior.precision @ off)
     return cost
 
 
@@ -302,7 +313,7 @@ def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iter
     damping = _DAMPING
     cost, normal, right = _normal(sightings, state, setting)
     for _ in range(iterations):
-        step = _step(normal, right, damping, N_CAMERA * len(state.intrinsics))
+        step = _step(normal, right, damping, n_parameters(state.splines))
         trial = _moved(state, step)
         new = _normal(sightings, trial, setting)
         if new[0] <= cost:
@@ -320,19 +331,54 @@ def _descend(sightings: Sequence[Sighting], state: State, setting: Setting, iter
 
 def _moved(state: State, step: Array) -> State:
     trial, cameras = state.copy(), len(state.intrinsics)
+    trial.splines = tuple(
+        None if one is None else one.with_values(one.values_px + step[spline_places(state.splines, c)])
+        for c, one in enumerate(state.splines)
+    )
     for c in range(cameras):
         own = step[N_CAMERA * c : N_CAMERA * (c + 1)]
         turn, shift = np.split(own[N_INTRINSICS:], [N_ROTATION])
         trial.intrinsics[c] += own[:N_INTRINSICS]
         trial.camera_rotation[c] = cv2.Rodrigues(turn)[0] @ state.camera_rotation[c]
         trial.camera_translation[c] += shift
-    for p, own in enumerate(step[N_CAMERA * cameras :].reshape(-1, N_POSE)):
+    for p, own in enumerate(step[n_parameters(state.splines) :].reshape(-1, N_POSE)):
         trial.rotation[p] = cv2.Rodrigues(own[:N_ROTATION])[0] @ state.rotation[p]
         trial.translation[p] += own[N_ROTATION:]
     return trial
 
 
-def _spread(sightings: Sequence[Sighting], state: State, setting: Setting) -> Array:
+def information(sightings: Sequence[Sighting], state: State, setting: Setting, c: int = 0) -> tuple[Array, Array]:
+    """What sightings alone say of camera ``c``'s spline: information (F, F) and right side (F,) of its numbers,
+    everything else integrated out.
+    """
+    bare = replace(setting, spline_priors=())
+    _, normal, right = _normal(sightings, state, bare)
+    kept, own = n_parameters(state.splines), spline_places(state.splines, c)
+    complement, inverses, coupling = _eliminated(normal, kept)
+    left = right[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, right[kept:].reshape(-1, N_POSE))
+    others = np.setdiff1d(np.flatnonzero(np.diag(normal)[:kept] > 0), own)
+    scale = 1 / np.sqrt(np.diag(complement)[others])
+    scaled = complement[np.ix_(others, others)] * np.outer(scale, scale)
+    beside = complement[np.ix_(own, others)] * scale
+    solved = np.linalg.solve(scaled, np.column_stack([beside.T, left[others] * scale]))
+    of_spline = complement[np.ix_(own, own)] - beside @ solved[:, :-1]
+    spline = state.splines[c]
+    assert spline is not None  # the caller asks for a camera that has one
+    told = left[own] - beside @ solved[:, -1] + of_spline @ spline.values_px
+    return 0.5 * (of_spline + of_spline.T), np.asarray(told, float)
+
+
+def _spline_freedom(sightings: Sequence[Sighting], state: State, setting: Setting) -> Array:
+    """How many numbers each camera's spline (C,) takes from its residuals: fewer than it has, by its prior."""
+    taken = np.zeros(len(state.splines))
+    for c, prior in enumerate(setting.spline_priors):
+        if prior is not None and state.splines[c] is not None:
+            told = information(sightings, state, setting, c)[0]
+            taken[c] = np.trace(np.linalg.solve(told + prior.precision, told))
+    return taken
+
+
+def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:
     """Robust sd of a pixel coordinate per camera, corrected for the fitted parameters."""
     cameras, sigma = len(state.intrinsics), []
     for c in range(cameras):
@@ -341,7 +387,7 @@ def _spread(sightings: Sequence[Sighting], state: State, setting: Setting) -> Ar
             sigma.append(1.0)
             continue
         residual = np.concatenate([(s.uv_px - project(s, state, setting)[0]).ravel() for s in own])
-        taken = setting.free[c].sum() + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
+        taken = setting.free[c].sum() + by_splines[c] + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
         freedom = max(_LEAST_FREEDOM, 1 - taken / residual.size)
         sigma.append(max(_LEAST_SIGMA_PX, residual_sd(residual)) / np.sqrt(freedom))
     return np.full(cameras, np.sqrt(np.mean(np.square(sigma)))) if setting.one_sigma else np.array(sigma)

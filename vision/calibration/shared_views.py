@@ -12,10 +12,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.camera import Camera
 from ovines.errors import InputError
 from vision.calibration.boards import Board
 from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose
+from vision.pinhole import FX
 
 Array = NDArray[np.float64]
 Pose = tuple[Array, Array]  # X_camera = R X_board + t
@@ -53,8 +55,8 @@ def taken_at_once(
             for one in (names[0], name)
         )
         world = None if own is None or other is None else (own, other)
-        lens = _lens(singles[name])[0]
-        agree = _agreeing(pairs if world is None else [*pairs, world], lens, board)
+        focal_px = float(singles[name].adjusted.state.intrinsics[0, FX])
+        agree = _agreeing(pairs if world is None else [*pairs, world], focal_px, board)
         near = agree[: len(pairs)]
         if agree.sum() < 2 or near.sum() < AGREE_SHARE * len(pairs):
             return set()
@@ -79,8 +81,8 @@ def _other_world(
     )
 
 
-def _lens(single: Single) -> Array:
-    return single.adjusted.state.intrinsics[0]
+def _lens(single: Single) -> Camera:
+    return single.adjusted.state.lens(0)
 
 
 def _pose(single: Single, k: int) -> Pose:

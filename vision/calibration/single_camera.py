@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -12,32 +12,17 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from vision.calibration.boards import Board
 from vision.calibration.bundle_adjustment import (
-    CX,
-    CY,
-    FX,
-    FY,
-    K1,
-    K2,
-    K3,
-    K4,
-    K5,
-    K6,
-    N_INTRINSICS,
-    P1,
-    P2,
-    S1,
-    S2,
-    S3,
-    S4,
     Adjusted,
     Setting,
     Sighting,
+    SplinePrior,
     State,
     adjust,
-    lens_of,
+    spline_places,
 )
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.markers.perspective import circle_centres
+from vision.pinhole import CX, CY, FX, FY, K1, K2, K3, K4, K5, K6, N_INTRINSICS, P1, P2, S1, S2, S3, S4
 
 Array = NDArray[np.float64]
 # k3 is freed when it lowers chi^2 by more than this (3 sigma).
@@ -109,22 +94,37 @@ def sightings_of(views: Sequence[View], board: Board, state: State | None = None
             if view.discs is not None:
                 sighting.uv_px = unbiased(
                     view.discs,
-                    state.intrinsics[camera],
+                    state.lens(camera),
                     state.rotation[sighting.pose],
                     state.translation[sighting.pose],
                 )
     return sightings
 
 
-def unbiased(discs: Array, intrinsics: Array, rotation: Array, translation_m: Array) -> Array:
+def unbiased(discs: Array, lens: Camera, rotation: Array, translation_m: Array) -> Array:
     """Images of the dots' centres: an image ellipse's own centre lies beside them, by what the pose says."""
-    return circle_centres(discs, Camera("", (0, 0), *lens_of(intrinsics), rotation, translation_m), 0.0)[0]
+    return circle_centres(discs, replace(lens, rotation=rotation, translation_m=translation_m), 0.0)[0]
+
+
+def spline_prior(single: Single, found: bool) -> SplinePrior | None:
+    """What is believed of the camera's spline beforehand or, once it is ``found``, afterwards; None without one."""
+    spline = single.adjusted.state.splines[0]
+    if spline is None or not found:
+        return single.setting.spline_priors[0] if single.setting.spline_priors else None
+    own = spline_places(single.adjusted.state.splines, 0)
+    precision = np.linalg.inv(single.adjusted.covariance[np.ix_(own, own)])
+    return SplinePrior(spline.values_px, np.asarray(0.5 * (precision + precision.T), float))
 
 
 def only_poses(state: State, stay: Sequence[int]) -> State:
     """The state with the board poses of the views that stay."""
     return State(
-        state.intrinsics, state.camera_rotation, state.camera_translation, state.rotation[stay], state.translation[stay]
+        state.intrinsics,
+        state.camera_rotation,
+        state.camera_translation,
+        state.rotation[stay],
+        state.translation[stay],
+        state.splines,
     )
 
 
@@ -213,17 +213,17 @@ def repose(sightings: Sequence[Sighting], state: State) -> State:
     """Each board pose anew from its own points: a flat board has two poses that fit, the better one is kept."""
     state = state.copy()
     for sighting in sightings:
-        found = board_pose(sighting.points_m, sighting.uv_px, state.intrinsics[sighting.camera])
+        found = board_pose(sighting.points_m, sighting.uv_px, state.lens(sighting.camera))
         if found is not None:
             state.rotation[sighting.pose], state.translation[sighting.pose] = found
     return state
 
 
-def board_pose(points_m: Array, uv_px: Array, intrinsics: Array) -> tuple[Array, Array] | None:
-    """``X_camera = R X_board + t`` of a flat board by known intrinsics; None when OpenCV finds none in front of the
-    camera.
+def board_pose(points_m: Array, uv_px: Array, lens: Camera) -> tuple[Array, Array] | None:
+    """``X_camera = R X_board + t`` of a flat board by a known lens (the camera's own pose is not used); None when
+    OpenCV finds none in front of the camera.
     """
-    matrix, distortion = lens_of(intrinsics)
+    matrix, distortion, uv_px = lens.matrix, lens.distortion, lens.by_terms(uv_px)
     try:
         _, turns, shifts, _errors = cv2.solvePnPGeneric(points_m, uv_px, matrix, distortion, flags=cv2.SOLVEPNP_IPPE)
     except cv2.error:

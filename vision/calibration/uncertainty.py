@@ -11,12 +11,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.bundle_adjustment import INTRINSICS, N_CAMERA, POSE, intrinsics_of, pinhole
+from vision.calibration.bundle_adjustment import N_CAMERA, POSE, n_parameters, spline_places
+from vision.pinhole import INTRINSICS, intrinsics_of, pinhole
 
 Array = NDArray[np.float64]
 
 PARAMETERS = (*INTRINSICS, *POSE)
-_AT_ONCE = 10_000  # points: each takes 2 kB of derivatives
+_AT_ONCE = 400_000  # derivatives by parameters, of as many points as have them
 
 
 def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd.DataFrame:
@@ -33,33 +34,47 @@ def covariance_table(covariance: Array, labels: Sequence[tuple[str, str]]) -> pd
 
 
 def covariance_of(table: pd.DataFrame, cameras: Sequence[Camera]) -> Array:
-    """The matrix (p, p), p = N_CAMERA C, over ``PARAMETERS`` of each camera; 0 for what was held."""
+    """The matrix (p, p) over ``PARAMETERS`` of each camera, then the splines of those that have one; 0 for what was
+    held.
+    """
+    splines = [camera.spline for camera in cameras]
     place = {
         (camera.name, name): N_CAMERA * c + k for c, camera in enumerate(cameras) for k, name in enumerate(PARAMETERS)
     }
-    matrix = np.zeros((N_CAMERA * len(cameras), N_CAMERA * len(cameras)))
-    for camera, name, other, other_name, value in table.itertuples(index=False):
-        if (camera, name) in place and (other, other_name) in place:
-            i, j = place[camera, name], place[other, other_name]
-            matrix[i, j] = matrix[j, i] = value
+    for c, (camera, spline) in enumerate(zip(cameras, splines, strict=True)):
+        if spline is not None:
+            place.update(zip([(camera.name, name) for name in spline.labels], spline_places(splines, c), strict=True))
+    matrix = np.zeros((n_parameters(splines),) * 2)
+    named = [table[["camera", "parameter"]], table[["other_camera", "other_parameter"]]]
+    at, other = (np.array([place.get(pair, -1) for pair in one.itertuples(False, None)], int) for one in named)
+    known = (at >= 0) & (other >= 0)
+    at, other = at[known], other[known]
+    matrix[at, other] = matrix[other, at] = table["covariance"].to_numpy(float)[known]
     return matrix
 
 
-def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
-    """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras: (n, 3, N_CAMERA
-    C).  Of one camera they move in their planes: their heights are given.
+def by_parameters(points_m: Array, cameras: Sequence[Camera], c: int) -> tuple[Array, Array]:
+    """How pixels of points (n, 3) in camera ``c`` move with each parameter of all cameras (n, 2, p), as
+    `covariance_of` orders them, and with the points (n, 2, 3).
     """
-    by_point, by_parameter = [], []
-    for c, camera in enumerate(cameras):
-        rotated = points_m @ camera.rotation.T
-        _, by_intrinsics, by_place = pinhole(rotated + camera.translation_m, intrinsics_of(camera))
-        x, y, z = rotated.T
-        zero = 0 * x
-        turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
-        own = np.zeros((len(points_m), 2, N_CAMERA * len(cameras)))
-        own[..., N_CAMERA * c : N_CAMERA * (c + 1)] = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)
-        by_parameter.append(own)
-        by_point.append(by_place @ camera.rotation)
+    camera, splines = cameras[c], [one.spline for one in cameras]
+    rotated = points_m @ camera.rotation.T
+    _, by_intrinsics, by_place = pinhole(rotated + camera.translation_m, intrinsics_of(camera))
+    x, y, z = rotated.T
+    zero = 0 * x
+    turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+    own = np.zeros((len(points_m), 2, n_parameters(splines)))
+    own[..., N_CAMERA * c : N_CAMERA * (c + 1)] = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)
+    if camera.spline is not None:
+        own[..., spline_places(splines, c)] = camera.spline.slopes(camera.project(points_m))
+    return own, by_place @ camera.rotation
+
+
+def shifts(points_m: Array, cameras: Sequence[Camera]) -> Array:
+    """How points (n, 3), triangulated from fixed pixels, move with each parameter of the cameras, as `covariance_of`
+    orders them: (n, 3, p).  Of one camera they move in their planes: their heights are given.
+    """
+    by_parameter, by_point = zip(*(by_parameters(points_m, cameras, c) for c in range(len(cameras))), strict=True)
     jacobian, moved = np.concatenate(by_point, 1), np.concatenate(by_parameter, 1)
     if len(cameras) == 1:
         in_plane = -np.linalg.solve(jacobian[..., :2], moved)
@@ -83,9 +98,10 @@ def with_calibration_sd(
     if heights is not None:
         places[:, 2] = [heights[marker] for marker in points["marker"]]
     sd = np.empty(places.shape)
-    for first in range(0, len(places), _AT_ONCE):
-        moved = shifts(places[first : first + _AT_ONCE], cameras)
-        sd[first : first + _AT_ONCE] = np.sqrt(np.sum((moved @ matrix) * moved, axis=-1))
+    at_once = max(1, _AT_ONCE // len(matrix))
+    for first in range(0, len(places), at_once):
+        moved = shifts(places[first : first + at_once], cameras)
+        sd[first : first + at_once] = np.sqrt(np.sum((moved @ matrix) * moved, axis=-1))
     names = [f"{axis}_calibration_sd_m" for axis in "xyz"]
     if heights is not None:
         sd[:, :2] = np.hypot(sd[:, :2], points[names[:2]].to_numpy(float))

@@ -16,8 +16,9 @@ from ovines.camera import Camera
 from ovines.recording import Recording
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import OPEN_TERMS, open_terms
-from vision.lens.prior import AMPLITUDES_PX, FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_covariance
+from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
 from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, sightings_of
+from vision.smooth_field import AMPLITUDES_PX, likeliest, solve_with_prior
 
 Array = NDArray[np.float64]
 
@@ -153,7 +154,7 @@ def _noise_variance(parts: Sequence[NormalEquations], lattices: Sequence[Lattice
     numbers the variance that is looked for.
     """
     whole = reduce(add, parts)
-    smooth = smooth_covariance(lattices, _NOISE_LENGTH_PX)
+    smooth = smooth_prior(lattices, _NOISE_LENGTH_PX)
     prior = block_diag(np.linalg.inv(_NOISE_AMPLITUDE_PX**2 * smooth), np.diag(whole.prior))
     joint = np.linalg.solve(whole.matrix + prior, whole.right)
     n_ways = min(_NOISE_WAYS, whole.n_field)
@@ -186,42 +187,20 @@ def _fields_only(part: NormalEquations, noise: float) -> tuple[Array, Array]:
 
 def _posterior(data: tuple[Array, Array], lattices: Sequence[Lattice], calibration: Array) -> Posterior:
     information, right = data
-    smooth = cache(lambda length: smooth_covariance(lattices, length))
-    tried: dict[tuple[int, int], tuple[float, Array]] = {}
+    smooth = cache(lambda length: smooth_prior(lattices, length))
 
-    def look(at: tuple[int, int]) -> float:
-        if not (0 <= at[0] < len(AMPLITUDES_PX) and 0 <= at[1] < len(LENGTHS_PX)):
-            return -np.inf
-        if at not in tried:
-            tried[at] = _solve(information, right, AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTHS_PX[at[1]]) + calibration)
-        return tried[at][0]
+    def prior_of(at: tuple[int, int]) -> Array:
+        return np.asarray(AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTHS_PX[at[1]]) + calibration)
 
-    best = FIRST_GUESS  # uphill from there, to the likeliest amplitude and length and all beside it
-    while True:
-        around = [(best[0] + i, best[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        higher = max(around, key=look)
-        if higher == best:
-            break
-        best = higher
+    found = likeliest(information, right, prior_of, (len(AMPLITUDES_PX), len(LENGTHS_PX)), FIRST_GUESS)
+    best, tried = found.best, found.tried
     weights = {at: np.exp(evidence - tried[best][0]) for at, (evidence, _) in tried.items()}
     likely = [(w / sum(weights.values()), tried[at][1]) for at, w in weights.items() if w > _LEAST_WEIGHT]
     means = [covariance @ right for _, covariance in likely]
     mean = np.sum([w * m for (w, _), m in zip(likely, means, strict=True)], 0)
     spread = [w * (c + np.outer(m - mean, m - mean)) for (w, c), m in zip(likely, means, strict=True)]
     amplitude, length = AMPLITUDES_PX[best[0]], LENGTHS_PX[best[1]]
-    prior = amplitude**2 * smooth(length) + calibration
-    return Posterior(mean, np.sum(spread, 0), amplitude, length, prior)
-
-
-def _solve(information: Array, right: Array, prior: Array) -> tuple[float, Array]:
-    """Log evidence, but for a constant, and the posterior covariance."""
-    root = np.linalg.cholesky(prior)
-    system = np.eye(len(prior)) + root.T @ information @ root
-    factor = np.linalg.cholesky(system)
-    half = np.linalg.solve(factor, root.T)
-    covariance = half.T @ half
-    along = half @ right
-    return float(0.5 * along @ along - np.log(np.diag(factor)).sum()), covariance
+    return Posterior(mean, np.sum(spread, 0), amplitude, length, prior_of(best))
 
 
 def _held_out(blocks: Sequence[tuple[Array, Array]], prior: Array) -> tuple[float, float]:
@@ -230,7 +209,7 @@ def _held_out(blocks: Sequence[tuple[Array, Array]], prior: Array) -> tuple[floa
     """
     along = square = 0.0
     for (information, right), other in ((blocks[0], blocks[1]), (blocks[1], blocks[0])):
-        learnt = _solve(*other, prior)[1] @ other[1]
+        learnt = solve_with_prior(*other, prior)[1] @ other[1]
         along += float(right @ learnt)
         square += float(learnt @ information @ learnt)
     return along / float(np.sqrt(max(square, 1e-12))), 2 * along - square

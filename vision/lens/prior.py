@@ -7,32 +7,21 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from ovines.camera import Camera
-from vision.calibration.bundle_adjustment import N_CAMERA, intrinsics_of, pinhole
-from vision.calibration.uncertainty import covariance_of
+from vision.calibration.uncertainty import by_parameters, covariance_of
 from vision.lens.lattice import Lattice
+from vision.smooth_field import of_all, smooth_covariance
 
 Array = NDArray[np.float64]
 
-# A field's sd [px] and correlation length [px]: what recordings choose from.
-AMPLITUDES_PX = (0.01, 0.02, 0.04, 0.07, 0.1, 0.14, 0.2, 0.3, 0.45, 0.7)
-LENGTHS_PX = (150.0, 200.0, 270.0, 360.0, 480.0, 700.0)
-FIRST_GUESS = 4, 2  # of them, by number
-ROUGH_SHARE = 0.01  # of the amplitude, free from site to site: no lens is as smooth as the kernel
+LENGTHS_PX = (150.0, 200.0, 270.0, 360.0, 480.0, 700.0)  # correlation lengths that recordings choose from
+FIRST_GUESS = 4, 2  # of the amplitudes and lengths, by number
 
 
-def smooth_covariance(lattices: Sequence[Lattice], length_px: float) -> Array:
-    """Covariance (P, P) of the splines of u and v of each camera, of amplitude 1 px: a Gaussian process, each
-    coordinate by itself.
-    """
-    blocks = []
-    for lattice in lattices:
-        sites = lattice.sites_px
-        apart = np.linalg.norm(sites[:, None] - sites[None], axis=-1) / length_px
-        blocks += 2 * [np.exp(-0.5 * apart**2) + ROUGH_SHARE**2 * np.eye(len(sites))]
-    return np.asarray(block_diag(*blocks), float)
+def smooth_prior(lattices: Sequence[Lattice], length_px: float) -> Array:
+    """Covariance (P, P) of the splines of u and v of each camera, of amplitude 1 px: each coordinate by itself."""
+    return of_all([smooth_covariance(lattice.sites_px, length_px) for lattice in lattices])
 
 
 def calibration_part(
@@ -45,22 +34,13 @@ def calibration_part(
     sizes = [2 * lattice.size for lattice in lattices]
     if covariance is None:
         return np.zeros((sum(sizes), sum(sizes)))
-    moved = []
-    for lattice, camera in zip(lattices, cameras, strict=True):
+    whole = []
+    for c, lattice in enumerate(lattices):
         sites = lattice.sites_px
-        ray = camera.rays(sites)
-        centre = camera.centre_m
+        ray = cameras[c].rays(sites)
+        centre = cameras[c].centre_m
         points = centre + ((height_m - centre[2]) / ray[:, 2])[:, None] * ray
-        rotated = points @ camera.rotation.T
-        _, by_intrinsics, by_place = pinhole(rotated + camera.translation_m, intrinsics_of(camera))
-        x, y, z = rotated.T
-        zero = 0 * x
-        turned = -np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
-        own = np.concatenate([by_intrinsics, by_place @ turned, by_place], -1)  # (sites, 2, N_CAMERA)
-        moved.append(np.nan_to_num(np.concatenate([own[:, 0], own[:, 1]])))
-    whole = np.zeros((sum(sizes), N_CAMERA * len(cameras)))
-    at = 0
-    for c, block in enumerate(moved):
-        whole[at : at + len(block), N_CAMERA * c : N_CAMERA * (c + 1)] = block
-        at += len(block)
-    return np.asarray(whole @ covariance_of(covariance, cameras) @ whole.T, float)
+        own = np.nan_to_num(by_parameters(points, cameras, c)[0])
+        whole += [own[:, 0], own[:, 1]]
+    moved = np.concatenate(whole)
+    return np.asarray(moved @ covariance_of(covariance, cameras) @ moved.T, float)

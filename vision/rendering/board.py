@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,14 +53,7 @@ def render_board(
     image : (height, width) uint8
     corners_px : (N, 2) true window pixels of ``board.points_m()``
     """
-    camera = type(view.camera)(
-        view.camera.name,
-        view.camera.sensor_size_px,
-        view.camera.matrix,
-        view.camera.distortion,
-        np.asarray(rotation, float),
-        np.asarray(translation_m, float),
-    )
+    camera = replace(view.camera, rotation=np.asarray(rotation, float), translation_m=np.asarray(translation_m, float))
     width, height = view.size_px
     image = np.full((height, width), paper.background_grey)
     (w, h), margin_m = board.size_m, paper.margin_m

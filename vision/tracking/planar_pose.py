@@ -33,7 +33,10 @@ _NOWHERE = 1e30  # more than any sum of squares
 
 
 def packed(camera: Camera, window_offset_px: tuple[int, int]) -> np.ndarray:
-    """The camera as numbers (N_CAMERA,) for compiled code."""
+    """The camera as numbers (N_CAMERA,) for compiled code.
+
+    Without its spline: predictions only say where a marker is looked for, and what is found there counts.
+    """
     k = camera.matrix
     return np.concatenate(
         [

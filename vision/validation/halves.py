@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, f
 
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_INTRINSICS, Sighting, adjust, pinhole, project
+from vision.calibration.bundle_adjustment import Sighting, adjust, project
 from vision.calibration.single_camera import Single, only_poses, sightings_of
+from vision.pinhole import pinhole
 from vision.validation.image_map import ImageMap
 
 Array = NDArray[np.float64]
@@ -59,8 +60,9 @@ def compare_halves(single: Single, board: Board, at: ImageMap) -> Halves | None:
         start = only_poses(single.adjusted.state, stay)
         views = [single.views[k] for k in stay]
         found = adjust(sightings_of(views, board, start), start, copy(single.setting))
-        lenses.append(found.state.intrinsics[0])
-        covariances.append(np.nan_to_num(found.covariance[:N_INTRINSICS, :N_INTRINSICS]))
+        spline = found.state.splines[0]
+        lenses.append(np.concatenate([found.state.intrinsics[0], [] if spline is None else spline.values_px]))
+        covariances.append(np.nan_to_num(found.lens_covariance(0)))
     covariance = covariances[0] + covariances[1]
     change = lenses[1] - lenses[0]
     free = np.flatnonzero(np.diag(covariance) > 0)
@@ -86,7 +88,7 @@ def residual_field(single: Single, board: Board) -> Field:
     tested = [_Sums(degree, 2 * len(points_m) * several) for degree in DEGREES]
     for sighting, residual in zip(sightings_of(single.views, board, found.state), found.residuals_px, strict=True):
         seen, by_lens, _, by_pose = project(sighting, found.state, single.setting, derivatives=True)
-        fixed = [by_lens[..., single.setting.free[0]].reshape(2 * len(residual), -1)]
+        fixed = [by_lens[..., single.setting.lens_free(found.state, 0)].reshape(2 * len(residual), -1)]
         if several:
             fixed.append(_board_slopes(sighting, single, len(points_m)))
         posed = np.linalg.qr(by_pose.reshape(-1, by_pose.shape[-1]))[0]

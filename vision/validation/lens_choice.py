@@ -1,7 +1,8 @@
-"""Which of OpenCV's lenses the views support, chosen by views that no fit has seen.
+"""Which lens the views support, OpenCV's or one with a spline, chosen by views that no fit has seen.
 
 The usual lens (four or five terms) stays unless a richer one foresees the points of held-out views better, beyond
-chance and by more than a trifle.  A richer lens fits its own views better in any case; that proves nothing.
+chance and by more than a trifle.  A richer lens fits its own views better in any case; that proves nothing.  A spline
+over the image is tried last, beside the terms of the best lens before it.
 """
 
 from __future__ import annotations
@@ -15,14 +16,18 @@ from numpy.typing import NDArray
 from scipy.stats import wilcoxon
 
 from ovines.errors import InputError
+from ovines.lens_field import LensField
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import K1, K3, N_INTRINSICS, S1, Adjusted, State, adjust, lens_of, pinhole
+from vision.calibration.bundle_adjustment import Adjusted, Setting, Sighting, State, adjust
 from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose, only_poses, sightings_of, solve_camera, unbiased
+from vision.pinhole import K1, K3, N_INTRINSICS, S1, lens_of
+from vision.validation.spline import adjust_with_spline, flat_spline
 
 Array = NDArray[np.float64]
 USUAL = ("four terms", "five terms")
 RICHER = {"rational": S1, "thin prism": N_INTRINSICS}  # and the place of the first intrinsic that stays held
+SPLINE = "spline"
 FOLDS = 5  # parts of the views, each held out once
 FEWEST_VIEWS = 8  # fewer give nothing to choose by
 CHANCE = 0.005  # probability that so many views are foreseen so much better by chance (Wilcoxon's signed ranks)
@@ -35,8 +40,9 @@ FISHEYE_RATIO, FISHEYE_NOISE = 0.75, 10.0  # image radius over a pinhole's, besi
 
 @dataclass(frozen=True)
 class Tried:
-    """A lens: its number of distortion terms, RMS [px] over points of all views in the fit and of held-out views, the
-    probability ``p`` that chance makes it foresee them so much better than the lens before (NaN: not asked).
+    """A lens: how many distortion terms and numbers of its spline it has, RMS [px] over points of all views in the fit
+    and of held-out views, the probability ``p`` that chance makes it foresee them so much better than the lens before
+    (NaN: not asked).
     """
 
     lens: str
@@ -64,25 +70,41 @@ def choose_lens(
     tried = [Tried(USUAL[k3], 4 + k3, _rms(single.adjusted.residuals_px), _rms(errors), np.nan, True, "the usual one")]
     for lens, held in RICHER.items():
         trial = _with_terms(usual, board, held)
-        fitted = _rms(trial.adjusted.residuals_px)
-        closer = 1 - fitted / _rms(single.adjusted.residuals_px)
-        if closer < WORTH:  # nothing that held-out views could show
-            reason = f"even its own views lie only {max(closer, 0):.1%} closer"
-            tried.append(Tried(lens, held - K1, fitted, np.nan, np.nan, False, reason))
-            continue
-        own = _held_out(trial, board)
-        p = float(wilcoxon(_squares(errors), _squares(own), alternative="greater").pvalue)
-        share = 1 - _rms(own) / _rms(errors)
-        chosen = p < CHANCE and share > WORTH
-        fall = f"held-out residuals fall by {share:.1%}"
-        reason = fall if chosen else "held-out residuals do not fall" if share <= 0 else f"{fall} only"
-        if not chosen and share > WORTH:
-            reason = f"{fall}, which may be chance (p = {p:.2g})"
-        if chosen:
-            errors, tried = own, [replace(one, chosen=False) for one in tried]
+        one, own = _compared(lens, held - K1, trial, single, errors, board)
+        if one.chosen:
+            errors, tried = own, [replace(other, chosen=False) for other in tried]
             single = solve_camera(views, board, size_px, held) or trial
-        tried.append(Tried(lens, held - K1, fitted, _rms(own), p, chosen, reason))
-    return single, tried
+        tried.append(one)
+    flat = flat_spline(size_px)
+    terms = int(np.flatnonzero(single.setting.free[0]).max()) + 1 - K1 + flat.size
+    bent = _with_spline(single, board, flat)
+    if bent is None:
+        fitted = _rms(single.adjusted.residuals_px)
+        return single, [*tried, Tried(SPLINE, terms, fitted, np.nan, np.nan, False, "residuals show no smooth field")]
+    one, _ = _compared(SPLINE, terms, bent, single, errors, board)
+    if one.chosen:
+        single, tried = bent, [replace(other, chosen=False) for other in tried]
+    return single, [*tried, one]
+
+
+def _compared(
+    lens: str, terms: int, trial: Single, before: Single, errors: Sequence[Array], board: Board
+) -> tuple[Tried, list[Array]]:
+    """A lens against the best one before it, whose held-out residuals are ``errors``; and its own."""
+    fitted = _rms(trial.adjusted.residuals_px)
+    closer = 1 - fitted / _rms(before.adjusted.residuals_px)
+    if closer < WORTH:  # nothing that held-out views could show
+        reason = f"even its own views lie only {max(closer, 0):.1%} closer"
+        return Tried(lens, terms, fitted, np.nan, np.nan, False, reason), []
+    own = _held_out(trial, board)
+    p = float(wilcoxon(_squares(errors), _squares(own), alternative="greater").pvalue)
+    share = 1 - _rms(own) / _rms(errors)
+    chosen = p < CHANCE and share > WORTH
+    fall = f"held-out residuals fall by {share:.1%}"
+    reason = fall if chosen else "held-out residuals do not fall" if share <= 0 else f"{fall} only"
+    if not chosen and share > WORTH:
+        reason = f"{fall}, which may be chance (p = {p:.2g})"
+    return Tried(lens, terms, fitted, _rms(own), p, chosen, reason), own
 
 
 def refuse_fisheye(name: str, single: Single, board: Board) -> None:
@@ -124,6 +146,13 @@ def _with_terms(single: Single, board: Board, held: int) -> Single:
     return Single(adjusted, setting, single.views, dict(single.dropped))
 
 
+def _with_spline(single: Single, board: Board, spline: LensField) -> Single | None:
+    """The camera solved again with a spline beside its terms; None where its residuals show no smooth field."""
+    setting, state = copy(single.setting), replace(single.adjusted.state, splines=(spline,))
+    adjusted = adjust_with_spline(sightings_of(single.views, board, state), state, setting, ITERATIONS)
+    return None if adjusted is None else Single(adjusted, setting, single.views, dict(single.dropped))
+
+
 def _held_out(single: Single, board: Board) -> list[Array]:
     """Residuals (n, 2) of each view by the lens of the views outside its part; the view's own pose is fitted."""
     residuals: list[Array] = [np.empty((0, 2))] * len(single.views)
@@ -132,20 +161,31 @@ def _held_out(single: Single, board: Board) -> list[Array]:
         stay = np.flatnonzero(parts != part)
         start = only_poses(single.adjusted.state, [int(k) for k in stay])
         views = [single.views[k] for k in stay]
-        found = adjust(sightings_of(views, board, start), start, copy(single.setting), ITERATIONS)
+        found = _again(sightings_of(views, board, start), start, copy(single.setting))
         for k in np.flatnonzero(parts == part):
             residuals[k] = _by_lens(single.views[k], board, found, single.adjusted.state, int(k))
     return residuals
 
 
+def _again(sightings: list[Sighting], start: State, setting: Setting) -> Adjusted:
+    """The lens from some of the views, a spline as large and as smooth as they alone say."""
+    spline = start.splines[0]
+    if spline is None:
+        return adjust(sightings, start, setting, ITERATIONS)
+    flat = replace(start, splines=(spline.with_values(np.zeros(spline.size)),))
+    return adjust_with_spline(sightings, flat, setting, ITERATIONS) or adjust(
+        sightings, replace(start, splines=()), replace(setting, spline_priors=()), ITERATIONS
+    )
+
+
 def _by_lens(view: View, board: Board, found: Adjusted, state: State, k: int) -> Array:
-    intrinsics, points = found.state.intrinsics[0], board.points_m()[view.points]
+    lens, points = found.state.lens(0), board.points_m()[view.points]
     turn, shift = state.rotation[k], state.translation[k]
-    uv = view.uv_px if view.discs is None else unbiased(view.discs, intrinsics, turn, shift)
-    pose = board_pose(points, uv, intrinsics)
+    uv = view.uv_px if view.discs is None else unbiased(view.discs, lens, turn, shift)
+    pose = board_pose(points, uv, lens)
     if pose is None:
         pose = turn, shift
-    return np.asarray(uv - pinhole(points @ pose[0].T + pose[1], intrinsics)[0], float)
+    return np.asarray(uv - lens.project(points @ pose[0].T + pose[1]), float)
 
 
 def _squares(residuals: Sequence[Array]) -> Array:

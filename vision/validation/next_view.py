@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_INTRINSICS, Sighting, State, lens_of, project
+from vision.calibration.bundle_adjustment import Sighting, State, project
 from vision.calibration.detection import MINIMUM_POINTS
 from vision.calibration.single_camera import Single
+from vision.pinhole import lens_of
 from vision.validation.image_map import ImageMap
 
 Array = NDArray[np.float64]
@@ -42,8 +43,8 @@ class NextView:
 
 def next_views(single: Single, board: Board, size_px: tuple[int, int], at: ImageMap, count: int = 3) -> list[NextView]:
     """The views that would help most, one after the other, each in addition to those before."""
-    free = single.setting.free[0]
-    covariance = single.adjusted.covariance[:N_INTRINSICS, :N_INTRINSICS][np.ix_(free, free)]
+    free = single.setting.lens_free(single.adjusted.state, 0)
+    covariance = single.adjusted.lens_covariance(0)[np.ix_(free, free)]
     scale = np.sqrt(np.diag(covariance))
     known = np.linalg.inv(covariance / np.outer(scale, scale))
     candidates = [
@@ -51,19 +52,20 @@ def next_views(single: Single, board: Board, size_px: tuple[int, int], at: Image
     ]
     candidates = [(pose, says) for pose, says in candidates if says is not None]
     views: list[NextView] = []
-    now = _spread(known, scale, free, at)
+    slopes = at.slopes[..., free].reshape(-1, len(scale)) * scale
+    squares = slopes.T @ slopes / len(slopes)  # the mean variance is the trace of these times the covariance
+    now = _spread(known, squares)
     while candidates and len(views) < count:
-        after = [_spread(known + says, scale, free, at) for _, says in candidates]
+        after = [_spread(known + says, squares) for _, says in candidates]
         best = int(np.argmin(after))
         views.append(NextView(candidates[best][0], now, after[best]))
         now, known = after[best], known + candidates[best][1]
     return views
 
 
-def _spread(known: Array, scale: Array, free: NDArray[np.bool_], at: ImageMap) -> float:
-    covariance = np.zeros((N_INTRINSICS, N_INTRINSICS))
-    covariance[np.ix_(free, free)] = np.linalg.inv(known) * np.outer(scale, scale)
-    return float(np.sqrt(np.mean(at.sd_px(covariance) ** 2)))
+def _spread(known: Array, squares: Array) -> float:
+    """RMS over the image of the lens' sd [px], by the information ``known`` on its scaled numbers."""
+    return float(np.sqrt(max(np.sum(np.linalg.inv(known) * squares), 0.0)))
 
 
 def _poses(single: Single, board: Board, size_px: tuple[int, int]) -> Iterator[tuple[str, tuple[Array, Array]]]:
@@ -88,17 +90,17 @@ def _poses(single: Single, board: Board, size_px: tuple[int, int]) -> Iterator[t
 def _says(
     pose: tuple[Array, Array], single: Single, board: Board, size_px: tuple[int, int], scale: Array
 ) -> Array | None:
-    """Information of a view on the free intrinsics; None where too little of the board would be seen."""
+    """Information of a view on the lens' free numbers; None where too little of the board would be seen."""
     points_m = board.points_m()
-    lens = single.adjusted.state.intrinsics
-    state = State(lens, np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None])
+    solved = single.adjusted.state
+    state = State(solved.intrinsics, np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None], solved.splines)
     if ((points_m @ pose[0].T + pose[1])[:, 2] <= 0).any():
         return None
     uv, by_lens, _, by_pose = project(Sighting(0, 0, False, points_m, points_m), state, single.setting, True)
     seen = ((uv > 0) & (uv < np.array(size_px) - 1)).all(1)
     if seen.sum() < max(MINIMUM_POINTS, len(points_m) / 2):
         return None
-    lenses = by_lens[seen][..., single.setting.free[0]].reshape(2 * seen.sum(), -1) * scale
+    lenses = by_lens[seen][..., single.setting.lens_free(solved, 0)].reshape(2 * seen.sum(), -1) * scale
     posed = np.linalg.qr(by_pose[seen].reshape(2 * seen.sum(), -1))[0]
     lenses = lenses - posed @ (posed.T @ lenses)
     return np.asarray(lenses.T @ lenses / single.adjusted.sigma_px[0] ** 2)

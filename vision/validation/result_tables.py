@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_CAMERA, N_INTRINSICS
+from vision.calibration.bundle_adjustment import N_CAMERA, lens_places, spline_places
 from vision.calibration.single_camera import Single
 from vision.calibration.uncertainty import shifts
+from vision.pinhole import N_INTRINSICS
 from vision.validation.halves import Field, Halves, compare_halves, flagged, residual_field
 from vision.validation.image_map import ImageMap, image_map
 from vision.validation.lens_choice import Tried
@@ -32,16 +33,17 @@ def validation_tables(
 ) -> tuple[dict[str, pd.DataFrame], pd.DataFrame, list[str]]:
     """Tables by name, more rows for ``calibration_parameters``, and sentences for what the calibration contradicts.
 
-    ``covariance``: of all cameras' parameters (N_CAMERA each), NaN for what was held.
+    ``covariance``: of all cameras' parameters (N_CAMERA each, then the splines), NaN for what was held.
     """
     covariance = np.nan_to_num(covariance)
     image, following, found, said = [], [], [], []
     for c, camera in enumerate(cameras):
         name, single = camera.name, singles[camera.name]
-        at = image_map(single.adjusted.state.intrinsics[0], camera.sensor_size_px, single.views)
-        lens = slice(N_CAMERA * c, N_CAMERA * c + N_INTRINSICS)
+        solved = single.adjusted.state
+        at = image_map(solved.intrinsics[0], camera.sensor_size_px, single.views, solved.splines[0])
+        lens = lens_places([one.spline for one in cameras], c)
         halves, field = compare_halves(single, board, at), residual_field(single, board)
-        image.append(_image_rows(name, at, at.sd_px(covariance[lens, lens]), halves))
+        image.append(_image_rows(name, at, at.sd_px(covariance[np.ix_(lens, lens)]), halves))
         following += [
             (name, order, one.pose, one.now_px, one.then_px)
             for order, one in enumerate(next_views(single, board, camera.sensor_size_px, at), 1)
@@ -49,8 +51,17 @@ def validation_tables(
         found += [(name, "field_p", field.p), (name, "field_px", field.rms_px)]
         found += [] if halves is None else [(name, "halves_p", halves.p)]
         said += _said(name, at, halves, field)
+        if camera.spline is not None:
+            spline_px = float(np.sqrt(np.mean(np.sum(camera.spline.at(at.uv_px[at.visited]) ** 2, -1))))
+            found.append((name, "spline_px", spline_px))
+            said.append(
+                f"{name}: residuals hang together over the image, and a spline of {spline_px:.2g} px RMS beside the "
+                "distortion terms takes them up: it is a part of this camera now. Programs that know OpenCV's lenses "
+                "only cannot be given it."
+            )
     tables = {
         "calibration_lens": _lens_table(tried),
+        "calibration_spline": _spline_table(cameras, covariance),
         "calibration_corners": _corner_table(singles),
         "calibration_boards": _board_table(cameras, singles, board),
         "calibration_image": pd.concat(image, ignore_index=True),
@@ -90,6 +101,20 @@ def _lens_table(tried: Mapping[str, Sequence[Tried]]) -> pd.DataFrame:
     ]
     columns = ["camera", "lens", "terms", "fitted_px", "held_out_px", "p", "chosen", "reason"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _spline_table(cameras: Sequence[Camera], covariance: Array) -> pd.DataFrame:
+    """The nodes of the splines with their sd; empty where no camera has one."""
+    columns = ["camera", "u_px", "v_px", "du_px", "dv_px", "du_sd_px", "dv_sd_px"]
+    splines, tables = [camera.spline for camera in cameras], []
+    for c, (camera, spline) in enumerate(zip(cameras, splines, strict=True)):
+        if spline is not None:
+            sd = np.sqrt(np.maximum(np.diag(covariance)[spline_places(splines, c)], 0)).reshape(2, -1).T
+            numbers = np.column_stack([spline.nodes_px, spline.shift_px.reshape(-1, 2), sd])
+            tables.append(pd.DataFrame(numbers, columns=columns[1:]).assign(camera=camera.name)[columns])
+    if not tables:
+        return pd.DataFrame(columns=columns).astype({name: float for name in columns[1:]} | {"camera": str})
+    return pd.concat(tables, ignore_index=True)
 
 
 def _corner_table(singles: Mapping[str, Single]) -> pd.DataFrame:

@@ -1,0 +1,65 @@
+"""OpenCV's lens of up to twelve distortion terms with its derivatives, its numbers in one row."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.camera import LENS_TERMS, Camera
+
+Array = NDArray[np.float64]
+INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4")
+FX, FY, CX, CY, K1, K2, P1, P2, K3, K4, K5, K6, S1, S2, S3, S4 = range(16)  # their places
+N_INTRINSICS = len(INTRINSICS)
+
+
+def lens_of(intrinsics: Array) -> tuple[Array, Array]:
+    """Camera matrix (3, 3) and the distortion in OpenCV's order, as short as its terms allow (5, 8 or 12)."""
+    fx, fy, cx, cy = intrinsics[:K1]
+    terms = next(n for n in LENS_TERMS if not intrinsics[K1 + n :].any())
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.array(intrinsics[K1 : K1 + terms])
+
+
+def intrinsics_of(camera: Camera) -> Array:
+    """The camera's lens as ``State`` has it (N_INTRINSICS,)."""
+    k, missing = camera.matrix, N_INTRINSICS - K1 - len(camera.distortion)
+    return np.concatenate([[k[0, 0], k[1, 1], k[0, 2], k[1, 2]], camera.distortion, np.zeros(missing)])
+
+
+def pinhole(x_camera: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
+    """OpenCV's lens of up to twelve terms: pixels (n, 2), derivatives by the intrinsics (n, 2, N_INTRINSICS) and by the
+    point (n, 2, 3).
+    """
+    fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = intrinsics
+    inverse = 1 / x_camera[:, 2]
+    x, y = x_camera[:, 0] * inverse, x_camera[:, 1] * inverse
+    r2 = x * x + y * y
+    below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / below
+    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3) - radial * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
+    xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2)
+    yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4)
+    across, down = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
+    mixed = x * y * slope + 2 * p1 * x + 2 * p2 * y
+    by_x = fx * np.stack([radial + x * x * slope + 2 * p1 * y + 6 * p2 * x + across * x, mixed + across * y], -1)
+    by_y = fy * np.stack([mixed + down * x, radial + y * y * slope + 6 * p1 * y + 2 * p2 * x + down * y], -1)
+    by_point = np.stack(
+        [
+            np.stack([by[:, 0] * inverse, by[:, 1] * inverse, -(by[:, 0] * x + by[:, 1] * y) * inverse], -1)
+            for by in (by_x, by_y)
+        ],
+        -2,
+    )
+    by_intrinsics = np.zeros((len(x), 2, N_INTRINSICS))
+    by_intrinsics[:, 0, FX], by_intrinsics[:, 1, FY] = xd, yd
+    by_intrinsics[:, 0, CX] = by_intrinsics[:, 1, CY] = 1
+    for axis, (focal, along) in enumerate(((fx, x), (fy, y))):
+        power = focal * along * r2 / below
+        for above, under in ((K1, K4), (K2, K5), (K3, K6)):
+            by_intrinsics[:, axis, above], by_intrinsics[:, axis, under] = power, -radial * power
+            power = power * r2
+    by_intrinsics[:, 0, P1], by_intrinsics[:, 0, P2] = 2 * fx * x * y, fx * (r2 + 2 * x * x)
+    by_intrinsics[:, 1, P1], by_intrinsics[:, 1, P2] = fy * (r2 + 2 * y * y), 2 * fy * x * y
+    by_intrinsics[:, 0, S1], by_intrinsics[:, 0, S2] = fx * r2, fx * r2 * r2
+    by_intrinsics[:, 1, S3], by_intrinsics[:, 1, S4] = fy * r2, fy * r2 * r2
+    return np.stack([fx * xd + cx, fy * yd + cy], -1), by_intrinsics, by_point
