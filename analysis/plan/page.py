@@ -87,6 +87,15 @@ def sd_in_words(row: pd.Series) -> str:
     return words if row["determined"] >= LEAST_DAYS else f"{words}, on {percent(row['determined'])} of the days"
 
 
+def further_day_in_words(days: int) -> str:
+    """How often the range from the smallest day to the largest holds one more day's sd: all orders of days are equally
+    likely, and in two of ``days + 1`` places the new one is outside.
+    """
+    if days < 2:
+        return "How far days differ by chance, one day cannot tell."
+    return f"A further day's lies from the smallest to the largest with {percent((days - 1) / (days + 1))}."
+
+
 def plan_page(name: str, settings: Settings, plan: pd.DataFrame, days: int, assumed: Sequence[str]) -> Page:
     """The whole page."""
     page = Page(
@@ -105,7 +114,8 @@ def plan_page(name: str, settings: Settings, plan: pd.DataFrame, days: int, assu
             (quantity(name).title, *_cells(name, row), percent(row["determined"]))
             for name, row in stated.iterrows()
         ],
-        f"Of {days} simulated day{'s'[: days != 1]}; {stated['impacts'].iloc[0]:.0f} impacts each in the median.",
+        f"Of {days} simulated day{'s'[: days != 1]}; {stated['impacts'].iloc[0]:.0f} impacts each in the median. "
+        + further_day_in_words(days),
     )  # fmt: skip
     for words in rolling_in_words(plan[plan["setting"] == AS_STATED]):
         section.add_note(words[0].upper() + words[1:] + ".", "caution")

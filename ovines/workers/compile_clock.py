@@ -32,7 +32,8 @@ class CompileClock(Guard):
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk."""
         self._before.begins(kernel)
-        if not self._told and sys.stderr is not None and sys.stderr.isatty():
+        first = not self._told and type(self._before) is Guard  # another one has its own way of saying it
+        if first and sys.stderr is not None and sys.stderr.isatty():
             print("compiling, once per machine and version: up to some minutes", file=sys.stderr)
         self._told = True
 

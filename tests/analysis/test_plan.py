@@ -7,6 +7,7 @@ import pytest
 from analysis.identify import identify_series
 from analysis.plan.day import Settings, _scenario, as_planned, simulated_run
 from analysis.plan.noise import PoseNoise, noise_of_marker_px, pose_noise
+from analysis.plan.page import further_day_in_words
 from analysis.plan.predict import AS_STATED, MAIN, UNDETERMINED_SD, changes, cost_s, predict, ranked, sds_of
 from ovines.core import simulate
 from ovines.errors import InputError
@@ -142,3 +143,13 @@ def test_another_drive_and_rate_reach_the_identification(recording):
     planned = as_planned(recording, settings(frequency_hz=8.0, level_g=3.0, frame_rate_hz=1600.0))
     assert (planned.excitation.frequency_hz, planned.excitation.acceleration_g) == (8.0, 3.0)
     assert planned.frame_rate_hz == 1600.0 and planned.excitation.axis == "y"
+
+
+@pytest.mark.parametrize(("days", "share"), [(2, "33 %"), (10, "82 %")])
+def test_how_often_the_range_of_days_holds_another(days, share):
+    """Against days drawn from a skew law: the smallest and the largest of them, and one more."""
+    drawn = np.random.default_rng(0).lognormal(0, 0.6, (20_000, days + 1))
+    inside = (drawn[:, :-1].min(1) < drawn[:, -1]) & (drawn[:, -1] < drawn[:, :-1].max(1))
+    assert inside.mean() == pytest.approx((days - 1) / (days + 1), abs=0.012)
+    assert share in further_day_in_words(days)
+    assert "cannot tell" in further_day_in_words(1)

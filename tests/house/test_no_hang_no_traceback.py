@@ -575,3 +575,16 @@ def test_names_for_pictures_without_a_disc(tmp_path, capsys):
     assert main(asked) == 2
     said = capsys.readouterr().err
     assert "Traceback" not in said and "found:" in said
+
+
+def test_a_checkerboard_for_a_film_is_refused_soon(tmp_path, capsys):
+    """Every corner of it was a candidate for a disc: 31 s for pictures of 448 x 344."""
+    folder = with_frames(tmp_path / "run")
+    board = (255 * np.kron(np.indices((8, 10)).sum(0) % 2, np.ones((43, 45))))[:344, :448].astype(np.uint8)
+    for path in folder.glob("VW*/*.png"):
+        cv2.imwrite(str(path), board)
+    path = folder / "recording.toml"
+    path.write_text(path.read_text().replace("40, 30", "448, 344"))
+    began = time.process_time()
+    assert main(["track", str(folder)]) == 2
+    assert "no marker was found" in capsys.readouterr().err and time.process_time() - began < 15
