@@ -14,7 +14,7 @@ from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, FlightFits, RunData, f
 from analysis.flights.noise import FlightNoise
 from analysis.identification.fit import BALANCE_SD, BALANCE_SHARE, RigFit
 from analysis.identification.floor import HELD_M
-from analysis.identification.floor_law import SURE_FORCE
+from analysis.identification.floor_law import FORMS, SURE_FORCE
 from analysis.identification.parameters import LENS_SHARE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.walls.wall import Wall, stated_wall
@@ -67,7 +67,7 @@ def check_fit(rig: RigFit, run: int, recording: Recording, farthest_m: float) ->
     """
     return [
         ahead := _flights_ahead(rig.floor.fits[run], rig.floor.noise),
-        _force(rig.floor.noise, rig.runs[run].data.radius_m, ahead.state == "holds"),
+        _force(rig, ahead.state == "holds"),
         _lens(rig, run),
         _noise(rig),
         _count(rig, recording, farthest_m),
@@ -129,18 +129,23 @@ def _standard(first: FlightFits, later: NDArray[np.int64], run: RunData, noise: 
     return error if angle.all() else error[:, :2]
 
 
-def _force(noise: FlightNoise, radius_m: float, foreseen: bool) -> Row:
-    """Of a disk of ``radius_m``; ``foreseen``: flights are predicted well ahead without it."""
+def _force(rig: RigFit, foreseen: bool) -> Row:
+    """``foreseen``: flights are predicted well ahead without it.  A force of a known form that was fitted along is in
+    no list of effects either: its numbers are right if its form is."""
+    noise, radius_m = rig.floor.noise, rig.runs[0].data.radius_m
     size = max(noise.acceleration_m_per_s2, noise.spin_rad_per_s2 * radius_m)
-    holds = bool(noise.sure <= (SURE_ALONE if foreseen else SURE_FORCE))
+    formed = [name for name, terms in FORMS.items() if set(terms) & set(rig.floor.names)]
+    said = "None is seen."
+    if noise.sure > SURE_FORCE:
+        said = f"Something acts on the disk that nothing listed explains: {noise.force_in_words(radius_m).rstrip(',')}."
+    elif formed:
+        said = f"Something acts on the disk that no listed effect is: {' and '.join(formed)}, fitted along."
     return row(
         "force that no law describes",
         size,
         0.0,
-        holds,
-        "None is seen."
-        if noise.sure <= SURE_FORCE
-        else f"Something acts on the disk that nothing listed explains: {noise.force_in_words(radius_m).rstrip(',')}.",
+        bool(noise.sure <= (SURE_ALONE if foreseen else SURE_FORCE)) and not formed,
+        said,
         FLOWN,
         f"The law of flight misses something. {DIAGNOSE}.",
     )

@@ -212,7 +212,9 @@ CASES = [
         GOOD,
         said="air_drag",
     ),
-    Case("plain Coulomb floor", lambda: plant("coulomb"), DOUBTFUL, ("floor_friction",), "Flights end"),
+    Case(
+        "plain Coulomb floor", lambda: plant("coulomb"), DOUBTFUL, ("floor_friction",), "a spin that decays by itself"
+    ),
     Case("sticky patch", lambda: plant("sticky_patch"), DOUBTFUL, ("floor_friction",), "Flights end"),
     Case("gusts", lambda: plant("gusts"), DOUBTFUL, ("floor_friction",), "Flights end"),
     Case("pull towards the wall", lambda: plant("wall_pull"), DOUBTFUL, ("floor_friction",), "Flights end"),
