@@ -105,13 +105,15 @@ def merge(rig: RigFit, sequences: list[BounceSequence], junctions: NDArray[np.bo
             [all(run != sequence.run or abs(t - other) > SAME_FRAMES * period for run, other in taken) for t in time],
             bool,
         )
-        inside = np.flatnonzero(
+        first_s, last_s = data.time_s[sequence.first], data.time_s[sequence.last]
+        # An impact within a sequence's last frame may come out just after it as a junction: the same one, all the same.
+        beside = np.flatnonzero(
             kept
             & (others.junctions.run == sequence.run)
-            & (others.of("time") > data.time_s[sequence.first])
-            & (others.of("time") < data.time_s[sequence.last])
+            & (others.of("time") > first_s)
+            & (others.of("time") < last_s + SAME_FRAMES * period)
         )
-        for i in inside:
+        for i in beside:
             near = np.abs(time - others.of("time")[i])
             j = int(np.argmin(near)) if len(near) else -1
             if (
@@ -120,7 +122,7 @@ def merge(rig: RigFit, sequences: list[BounceSequence], junctions: NDArray[np.bo
                 and near[j] < SAME_FRAMES * period
             ):
                 show[j] = False
-            elif others.of("time")[i] > data.time_s[sequence.first] + 0.5 * period:
+            elif first_s + 0.5 * period < others.of("time")[i] < last_s:
                 kept[i] = False
         taken += [(sequence.run, float(t)) for t in time[show]]
         found.append(
