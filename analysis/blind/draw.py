@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.blind.causes.further import FURTHER
 from analysis.blind.causes.later import LATER
+from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.named import CAUSES, may_stand_together
 from analysis.blind.causes.unlisted import UNLISTED
@@ -15,7 +16,7 @@ from analysis.blind.series import NOISE_KINDS
 from ovines.errors import InputError
 
 # Of a trial whose kinds are not said: how many causes a series has, and whether some are in nobody's list.
-SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.06, "later": 0.06, "beside": 0.12}
+SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.04, "latest": 0.08, "beside": 0.12}
 MADE_OF = {  # the pool that each of a series' causes is drawn from
     "none": (),
     "listed": ("listed",),
@@ -23,13 +24,15 @@ MADE_OF = {  # the pool that each of a series' causes is drawn from
     "triple": ("listed", "listed", "listed"),
     "unknown": ("unknown",),
     "later": ("later",),
+    "latest": ("latest",),
     "beside": ("listed", "any unknown"),
 }
 POOLS = {
     "listed": tuple(c.name for c in LISTED + FURTHER),
-    "unknown": tuple(c.name for c in UNLISTED),
+    "unknown": tuple(c.name for c in UNLISTED + LATER),
     "later": tuple(c.name for c in LATER),
-    "any unknown": tuple(c.name for c in UNLISTED + LATER),
+    "latest": tuple(c.name for c in LATEST),
+    "any unknown": tuple(c.name for c in UNLISTED + LATER + LATEST),
 }
 SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
 WALL_SHARES = {"round": 0.76, "triangle": 0.06, "square": 0.06, "cylinder": 0.12}

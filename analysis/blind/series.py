@@ -148,7 +148,12 @@ def _one_run(
         int((motion.nodes[-1, 0] - abs(errors.clock_s) - 5 * errors.jitter_s) * rate),
         int(LONGEST_S * place.frame_rate_hz),
     )
-    first = np.maximum(np.arange(frames) / rate + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
+    even = np.arange(frames) / rate
+    first = np.maximum(even + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
+    share = np.arange(frames) / frames
+    first += 4.0 * errors.uneven_s * share * (1.0 - share)
+    if errors.skipped_frame_share > 0.0:
+        first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
     times = [first, first + errors.clock_s]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.blind.causes.further import FURTHER
 from analysis.blind.causes.later import LATER
+from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
@@ -16,7 +17,7 @@ from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER}
+CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST}
 
 
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
@@ -29,7 +30,10 @@ RIVALS = (
         *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
     ),
 )
-ROUND_ONLY = ("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk")
+ROUND_ONLY = (
+    *("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk"),
+    *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
+)
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 
 
@@ -75,6 +79,7 @@ def physics_of_run(draft: Draft, run: int, drive_rad_per_s: float, duration_s: f
         numbers["floor_friction"] *= draft.run_friction[run]
     if draft.run_restitution is not None:
         numbers["restitution"] *= draft.run_restitution[run]
+    numbers |= {name: values[run] for name, values in draft.run_numbers.items()}
     return PlantParameters(**{key: float(value) for key, value in numbers.items()})
 
 

@@ -74,9 +74,39 @@ def _add_later_forces(time: float, x: float, y: float, state: Floats, p: PlantPa
 
 
 @compiled
+def _add_latest_forces(time: float, x: float, y: float, state: Floats, p: PlantParameters, out: Floats) -> None:
+    """Forces and torques of `causes.latest`."""
+    if p.tether_per_s2 != 0.0:
+        away_x, away_y = p.tether_x_m - x, p.tether_y_m - y
+        length = np.sqrt(away_x**2 + away_y**2) + 1e-12
+        taut = p.tether_per_s2 * max(length - p.tether_slack_m, 0.0) / length
+        out[2] += taut * away_x
+        out[3] += taut * away_y
+    if p.bowl_m_per_s2 != 0.0:
+        share = (x * x + y * y) / p.contact_radius_m**2
+        out[2] -= p.bowl_m_per_s2 * share**2.5 * x / p.contact_radius_m
+        out[3] -= p.bowl_m_per_s2 * share**2.5 * y / p.contact_radius_m
+    if p.cubic_s_per_m2 != 0.0:
+        slowed = p.cubic_s_per_m2 * (state[2] ** 2 + state[3] ** 2)
+        out[2] -= slowed * state[2]
+        out[3] -= slowed * state[3]
+    late = time - p.slam_s
+    if p.slam_m_per_s2 != 0.0 and late > 0.0:
+        push = p.slam_m_per_s2 * np.exp(-late / p.slam_decay_s) * np.sin(p.slam_rad_per_s * late)
+        out[2] += push * np.cos(p.slam_rad)
+        out[3] += push * np.sin(p.slam_rad)
+    out[5] -= p.windmill_per_s * (state[5] - p.windmill_rad_per_s)
+    out[5] -= p.bistable_rad_per_s2 * np.sin(2.0 * (state[4] - p.bistable_rad))
+
+
+@compiled
 def _friction_share(x: float, y: float, state: Floats, p: PlantParameters) -> float:
-    """What `causes.later` multiply the floor's friction by; x, y from the Host's centre."""
+    """What `causes.later` and `causes.latest` multiply the floor's friction by; x, y from the Host's centre."""
     share = 1.0
+    if p.seam != 0.0 and np.cos(p.seam_rad) * x + np.sin(p.seam_rad) * y > p.seam_m:
+        share *= 1.0 + p.seam
+    if p.lift != 0.0:
+        share *= 1.0 - p.lift * min((state[2] ** 2 + state[3] ** 2) / p.lift_m_per_s**2, 1.0)
     if p.groove != 0.0:
         along = np.cos(p.groove_rad) * x + np.sin(p.groove_rad) * y
         share *= 1.0 + p.groove * np.cos(2.0 * np.pi * along / p.groove_m + p.groove_phase_rad)
@@ -165,4 +195,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     torque = arm_x * force_y - arm_y * force_x + p.disk_radius_m * turn
     out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
     out[5] -= p.needle_rad_per_s2 * np.sin(state[4] - p.needle_rad)
+    _add_latest_forces(time, x, y, state, p, out)
     return out

@@ -7,9 +7,11 @@ from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.state import PlantParameters
 
+STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
+
 
 @compiled
-def _reach(azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
+def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
     """How far the disk's middle gets along `azimuth`, and its slope (m per rad)."""
     ellipse = 2.0 * (azimuth - p.ellipticity_phase_rad)
     lobe = p.lobe_order * (azimuth - p.lobe_phase_rad)
@@ -18,7 +20,12 @@ def _reach(azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float
     rise = -2.0 * p.ellipticity * np.sin(ellipse) - p.lobe_order * p.lobes * np.sin(lobe) + 2.0 * p.oval * np.sin(oval)
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
-    return p.contact_radius_m * reach - dent, p.contact_radius_m * rise + dent * away / p.dent_width_rad
+    lobe = 3.0 * (azimuth - disk_angle - p.trilobe_rad)
+    reach, rise = reach - p.trilobe * np.cos(lobe), rise + 3.0 * p.trilobe * np.sin(lobe)
+    edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
+    back = 0.5 * p.step_m * edge + p.breathing_m * (2.0 * time / p.duration_s - 1.0)
+    slope = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
+    return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
 @compiled
@@ -45,7 +52,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     if p.wall_sides > 0.0:
         gap, nx, ny = _flat_gap(x, y, position[2], p)
     else:
-        reach, rise = _reach(np.arctan2(y, x), state[4], p)
+        reach, rise = _reach(time, np.arctan2(y, x), state[4], p)
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (reach - radius) / size, nx / size, ny / size
@@ -100,16 +107,19 @@ def restitution_at(
 
 @compiled
 def impact(
-    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: float, bounce: float
+    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: Floats, bounce: float
 ) -> tuple[Floats, float, float]:
     """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
-    best.
+    best; `scatter` (2,): this impact's own chances, of its restitution and of the wall's normal.
 
     Both impulses come from the target velocities through the contact's compliance matrix; beyond the
     Coulomb limit the tangential one is cut and the normal one solved again. The disk is put back onto the
     wall.
     """
     gap, nx, ny = wall_gap(time, state, p, host)
+    if p.rough_rad != 0.0:
+        c, s = np.cos(p.rough_rad * scatter[1]), np.sin(p.rough_rad * scatter[1])
+        nx, ny = c * nx - s * ny, s * nx + c * ny
     tx, ty = -ny, nx
     approach, slip, arm_x, arm_y = _contact_velocity(time, state, p, host, nx, ny)
     new = state.copy()
@@ -118,14 +128,18 @@ def impact(
         new[1] += gap * ny
     if approach <= 0.0:
         return new, 0.0, slip
-    position = host_pose(time, host)[0]
+    position, velocity, _ = host_pose(time, host)
     azimuth = np.arctan2(  # of the contact, seen from the Host's centre
         state[1] + arm_y - position[1],
         state[0] + arm_x - position[0],
     )
-    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter)
+    rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter[0])
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
+    rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
+    rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
+    if p.adhesion_m_per_s != 0.0:
+        rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
     new[9] = max(state[9], approach)
     mu = p.wall_friction * (
@@ -133,6 +147,7 @@ def impact(
     )
     mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
     away = np.arctan2(np.sin(azimuth - p.tacky_rad), np.cos(azimuth - p.tacky_rad))
+    mu *= 1.0 - p.polish * (1.0 - np.exp(-max(time, 0.0) / p.polish_s))
     mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
     back = p.tangential_restitution * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass

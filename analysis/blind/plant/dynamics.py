@@ -99,7 +99,7 @@ def _run(
         gap = wall_gap(time + STEP_S, new, p, host)[0]
         if touching:
             if gap < 0.0 and not soft:
-                new = impact(time + STEP_S, new, p, host, 0.0, 0.0)[0]
+                new = impact(time + STEP_S, new, p, host, np.zeros(2), 0.0)[0]
             elif gap > (0.0 if soft else RELEASE_GAP_M):
                 touching = False
                 new[7] = 0.0
@@ -165,7 +165,8 @@ def run_plant(
     state[1] += position[1]
     state[6], state[7] = -1.0, 0.0
     scatter = rng.normal(size=4000)
-    return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), scatter))
+    chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
+    return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), chances))
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:

@@ -11,10 +11,13 @@ FULL_MODEL = ("floor_friction", "spin_coupling")
 
 @dataclass
 class Draft:
-    """One series before it runs; causes edit it. `run_friction` multiplies the floor's friction run by run;
-    `run_restitution` its restitution; `sway`: a slow line of the Host (amplitude, frequency in Hz, direction),
-    `ringing` (modal mass, frequency in Hz, damping ratio) of what carries its markers; `parameters` holds what each
-    cause set, by the cause's name."""
+    """One series before it runs; causes edit it.
+
+    ``run_friction`` and ``run_restitution`` multiply the floor's friction and the restitution run by run,
+    ``run_numbers`` are numbers of the plant that each run has of its own.  ``sway``: a slow line of the Host
+    (amplitude, frequency in Hz, direction), ``ringing`` (modal mass, frequency in Hz, damping ratio) of what carries
+    its markers; ``parameters`` holds what each cause set, by the cause's name.
+    """
 
     plant: dict[str, float] = field(default_factory=dict)
     view: dict[str, Any] = field(default_factory=dict)
@@ -22,6 +25,7 @@ class Draft:
     vertical_amplitude_m: float = 0.0
     run_friction: np.ndarray | None = None
     run_restitution: np.ndarray | None = None
+    run_numbers: dict[str, np.ndarray] = field(default_factory=dict)
     sway: tuple[float, float, float] | None = None
     ringing: tuple[float, float, float] | None = None
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)

@@ -78,6 +78,8 @@ def tracks_of(
             pixels = pixels + noise.warp_px * np.stack([np.sin(u + q[0]) * np.sin(v + q[1]) for q in phase], axis=-1)
         if index == 0:
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
+            swing = errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * true_time_s[0])
+            pixels = pixels + (pixels - view.centre_px) * swing[:, None, None]
         if index == 1:
             pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
             grown = errors.zoom * np.linspace(0.0, 1.0, frames)

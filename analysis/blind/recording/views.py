@@ -101,5 +101,9 @@ class ViewErrors:
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
     zoom: float = 0.0  # the second camera's picture grows by this share about its centre within a run
+    zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
+    zoom_swing_hz: float = 0.0  # ... so many times a second
+    uneven_s: float = 0.0  # both cameras are late by this much half-way through a run, and on time at its ends
+    skipped_frame_share: float = 0.0  # from here on (share of a run) both cameras' frames are numbered one early
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
