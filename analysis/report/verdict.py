@@ -80,7 +80,7 @@ def _did_it_work(results: Results) -> tuple[Status, str, list[str], list[str]]:
         )
     details.append(
         f"{len(impacts)} impact{'s' if len(impacts) != 1 else ''}, median normal speed "
-        f"{with_unit(float(np.nanmedian(impacts['normal_speed_before_m_per_s'])), 'm/s', 2)}."
+        f"{with_unit(float(impacts['normal_speed_before_m_per_s'].median()), 'm/s', 2)}."
     )
     if identification is None:
         return "caution", "Motion and impacts, no parameters", details, [*actions, "Run `ovines identify`."]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -252,6 +253,18 @@ def test_no_impact_is_a_value(tmp_path):
     page = write_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")
     assert "Motion, no impacts" in page
     assert "record longer or drive harder" in page
+
+
+def test_impacts_whose_speeds_nobody_knows(tmp_path):
+    folder = write(tmp_path / "results", ALL)
+    nameless = tables()["impacts"]
+    speeds = [c for c in nameless.columns if "speed" in c and nameless[c].dtype.kind == "f"]
+    nameless[speeds] = np.nan
+    write_table(nameless, "impacts", folder / "impacts.parquet", provenance("test", {}, {}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        page = write_report(folder, recording(tmp_path / "rec")).read_text(encoding="utf-8")
+    assert "median normal speed –" in page
 
 
 def test_a_bare_motion_is_a_recording_too(tmp_path):
