@@ -16,20 +16,23 @@ def shaker_figure(limits: ShakerLimits, frequency_hz: float, acceleration_g: flo
     shown = (("travel", BLUE), ("velocity", GREEN), ("acceleration", RED))
     curves = limits.accelerations_g(frequency)
     lowest = np.min(list(curves.values()), axis=0)
-    for ax, of in ((axes[0, 0], lambda g: g), (axes[0, 1], lambda g: MM * amplitudes(g, frequency))):
-        ax.set(xscale="log", yscale="log")
+    asked_mm = MM * float(amplitude_of(acceleration_g, frequency_hz))
+    for ax, of, marked in (
+        (axes[0, 0], lambda g: g, (acceleration_g,)),
+        (axes[0, 1], lambda g: MM * amplitudes(g, frequency), (asked_mm, MM * best_m)),
+    ):
+        ax.set(xscale="log", yscale="log", xlim=(frequency[0], frequency[-1]))
+        if np.isfinite(lowest).all():  # before anything is drawn: a travel alone is a line of one amplitude
+            held = np.concatenate([of(lowest), marked])
+            ax.set_ylim(0.3 * held.min(), 5.0 * held.max())
         for name, colour in shown:
             if np.isfinite(curves[name]).all():
                 ax.plot(frequency, of(curves[name]), color=colour, lw=1.2, label=name)
         if np.isfinite(lowest).all():
             ax.fill_between(frequency, of(lowest), 1e-9, color=BLUE, alpha=0.08, lw=0)
     axes[0, 0].plot(frequency_hz, acceleration_g, "o", color=BLACK, ms=5, label="asked for")
-    axes[0, 1].plot(frequency_hz, MM * amplitude_of(acceleration_g, frequency_hz), "o", color=BLACK, ms=5)
+    axes[0, 1].plot(frequency_hz, asked_mm, "o", color=BLACK, ms=5)
     axes[0, 1].axhline(MM * best_m, color=PURPLE, lw=1.0, ls="--", label="clearance/pi")
-    for ax, curve in ((axes[0, 0], lowest), (axes[0, 1], MM * amplitudes(lowest, frequency))):
-        ax.set_xlim(frequency[0], frequency[-1])
-        if np.isfinite(curve).all():
-            ax.set_ylim(0.3 * curve.min(), 5.0 * curve.max())
     label(axes[0, 0], "frequency (Hz)", "peak acceleration (g)")
     label(axes[0, 1], "frequency (Hz)", "amplitude (mm)")
     legend(axes[0, 0], ncols=2, handlelength=1.2)
