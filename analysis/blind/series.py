@@ -1,6 +1,6 @@
 """A sealed series: twelve runs of the plant under the two cameras, with its truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ LONGEST_S = 1.2
 SHORTEST_S = 0.4  # a run cut earlier by sustained contact tells little and is started anew
 COUNTED_SPEED_M_PER_S = 0.2  # impacts faster than this are counted in the truth, as the practice truths do
 NOISE_KINDS = ("white", "ar1", "warp")
+LEVELS_G, LEVEL_SHARES = (6.0, 7.0, 8.0, 9.0), (0.17, 0.18, 0.48, 0.17)
 __all__ = ["Outline", "Place", "Series", "draw_place", "make_series", "outline_series", "run_outline", "write_series"]
 
 
@@ -57,6 +58,29 @@ def draw_host(
     if acceleration_g == 0.0:
         lines[:, 1] = 0.0
     return lines
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How a further run is made: ``level`` and ``frequency`` of the drive against the series' own; or ``launch`` by
+    hand (speed in m/s, spin in rad/s) over a Host at rest."""
+
+    level: float = 1.0
+    frequency: float = 1.0
+    launch: tuple[float, float] | None = None
+
+
+AS_BEFORE = Wish()
+
+
+def _launched(launch: tuple[float, float], plant: dict[str, float], rng: np.random.Generator) -> np.ndarray:
+    """Initial state of a launch in a random direction: from the Host's centre, or beside its cylinder."""
+    speed, spin = launch
+    azimuth = rng.uniform(0.0, 2.0 * np.pi)
+    along = np.array([np.cos(azimuth), np.sin(azimuth)])
+    obstacle = plant.get("obstacle_m", 0.0)
+    radius = 0.5 * (obstacle + PlantParameters().contact_radius_m) if obstacle else 0.0
+    return np.array([*(radius * along), *(speed * along), rng.uniform(0.0, 2.0 * np.pi), spin])
 
 
 def draw_start(rng: np.random.Generator) -> np.ndarray:
@@ -132,15 +156,20 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
 
 
 def _one_run(
-    outline: Outline, run: int, level_g: float, rng: np.random.Generator
+    outline: Outline, run: int, level_g: float, rng: np.random.Generator, wish: Wish = AS_BEFORE
 ) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
     draft, errors, place = outline.draft, view_of(outline.draft), outline.place
+    place = replace(place, drive_hz=wish.frequency * place.drive_hz)
+    launch = None
+    if wish.launch is not None:  # asked for in this rig's units, flown in the plant's
+        launch = (wish.launch[0] / place.slower, wish.launch[1] * place.slower)
     harmonics = draw_host(place, level_g, draft.vertical_amplitude_m, outline.vertical_phase_rad, rng)
     if draft.sway is not None:
         harmonics = _with_sway(harmonics, draft.sway, rng.uniform(0.0, 2.0 * np.pi))
     physics = physics_of_run(draft, run, 2.0 * np.pi * place.drive_hz, LONGEST_S)
     for _ in range(200):
-        motion = run_plant(physics, harmonics, draw_start(rng), LONGEST_S + 2e-3, rng)
+        start = draw_start(rng) if launch is None else _launched(launch, draft.plant, rng)
+        motion = run_plant(physics, harmonics, start, LONGEST_S + 2e-3, rng)
         if motion.nodes[-1, 0] > SHORTEST_S:
             break
     rate = place.frame_rate_hz * errors.rate_ratio
@@ -237,7 +266,7 @@ def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | Non
     states: dict[str, np.ndarray] = {}
     name = outline.truth["case"]
     for run in range(outline.truth["runs"]):
-        level = float(rng.choice([6.0, 7.0, 8.0, 9.0], p=[0.17, 0.18, 0.48, 0.17]))
+        level = float(rng.choice(LEVELS_G, p=LEVEL_SHARES))
         level = level if level_g is None else level_g
         tracks, arrays, seen = _one_run(outline, run, level, rng)
         text = recording_text(f"{name} run {run + 1}", level, outline.views, outline.model, place=outline.place)
@@ -248,6 +277,18 @@ def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | Non
         count += int((arrays[f"imp{run + 1:02d}"][:, 1] > counted).sum())
     truth = dict(outline.truth, n_impacts=count)
     return Series(truth, recordings, outline.place.cameras(calibration_of(outline.views)), states, poses)
+
+
+def further_run(outline: Outline, wish: Wish, rng: np.random.Generator) -> tuple[str, pd.DataFrame]:
+    """recording.toml and tracks of one more run of an outlined series, made as wished."""
+    run = int(rng.integers(outline.truth["runs"]))  # what differs from run to run is as in one of those there are
+    level = 0.0 if wish.launch is not None else wish.level * float(rng.choice(LEVELS_G, p=LEVEL_SHARES))
+    tracks, _, _ = _one_run(outline, run, level, rng, wish)
+    place = replace(outline.place, drive_hz=wish.frequency * outline.place.drive_hz)
+    if wish.launch is not None:
+        place = replace(place, drive="none")
+    name = f"{outline.truth['case']}, a further run"
+    return recording_text(name, level, outline.views, outline.model, place=place), tracks
 
 
 def make_series(

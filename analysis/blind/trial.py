@@ -156,6 +156,13 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return json.loads(path.read_text())
 
 
+def plan_of(manifest: dict[str, Any], seed: int) -> TrialPlan:
+    """What a trial was made of, by its manifest and the seed that it keeps to itself."""
+    filmed = manifest["filmed"]
+    kinds, sizes = tuple(manifest["kinds"]), tuple(manifest["sizes"])
+    return TrialPlan(len(manifest["cases"]) - filmed, seed, kinds, manifest["runs"], filmed, sizes)
+
+
 def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, Any]]:
     """Truths by case, each checked against the hash that was written first. A sealed trial needs its
     `seed`."""
@@ -163,9 +170,7 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, An
     if manifest["sealed"]:
         if seed is None:
             raise InputError("a sealed trial without its seed", "the seed it was made with", "give --seed")
-        filmed = manifest["filmed"]
-        kinds, sizes = tuple(manifest["kinds"]), tuple(manifest["sizes"])
-        made = outlines(TrialPlan(len(manifest["cases"]) - filmed, seed, kinds, manifest["runs"], filmed, sizes))
+        made = outlines(plan_of(manifest, seed))
         truths = {outline.truth["case"]: json.loads(truth_text(outline.truth)) for outline in made}
     else:
         truths = {

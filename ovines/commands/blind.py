@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import shutil
 import sys
 import time
 from collections.abc import Iterator
@@ -15,9 +16,12 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from analysis.blind import trial
+from analysis.blind.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
+from analysis.blind.closed_loop import markdown as loop_markdown
 from analysis.blind.scoring import report, score
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
+from analysis.blind.series import Outline
 from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.commands.stage_command import jobs, whole_number
@@ -30,7 +34,7 @@ HELP = "Make sealed cases with a plant of their own, answer them, and score the 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Sub-commands make, answer, withhold, score."""
+    """Sub-commands make, answer, withhold, loop, score."""
     parser.description = HELP
     steps = parser.add_subparsers(dest="step", required=True)
     make = steps.add_parser("make", help="write cases; the hash of every truth is written first")
@@ -68,6 +72,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     without.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     without.add_argument("--most", type=whole_number, default=None, metavar="N", help="the first N such cases only")
     _add_jobs(without)
+    loop = steps.add_parser(
+        "loop", help="have the plant make the runs that `next_test` asks for, until the cause stands alone: loop.md"
+    )
+    loop.add_argument("folder", type=Path)
+    loop.add_argument("--seed", type=whole_number, required=True, help="the seed that the trial was made with")
+    loop.add_argument("--most", type=whole_number, default=None, metavar="N", help="the first N open cases only")
+    _add_jobs(loop)
     marks = steps.add_parser(
         "score", help="compare answers with truths: score.json, score.md, confusion.png, reliability.png"
     )
@@ -97,7 +108,8 @@ def _processes(args: argparse.Namespace) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Dispatch to the step; 0 when it is done."""
-    return {"make": _make, "answer": _answer, "withhold": _withhold, "score": _score}[args.step](args)
+    steps = {"make": _make, "answer": _answer, "withhold": _withhold, "loop": _loop, "score": _score}
+    return steps[args.step](args)
 
 
 def _say(text: str) -> None:
@@ -206,6 +218,55 @@ def _withhold(args: argparse.Namespace) -> int:
     told = f"Made by `ovines blind withhold {args.folder.name}` on {len(rows)} cases, `ovines {__version__}`."
     text = withheld_markdown(rows, told)
     (args.folder / "withheld.md").write_text(text)
+    print(text)
+    return 0
+
+
+def _answered_again(series: Path, out: Path) -> dict[str, Any]:
+    _diagnose(series, out)
+    answer: dict[str, Any] = json.loads((out / "diagnosis.json").read_text())
+    return answer
+
+
+def _settle_case(folder: Path, outline: Outline, way: str, seed: list[int], parent: int = 0) -> Course:
+    die_with(parent)
+    case = outline.truth["case"]
+    series = folder / "loop" / f"{case}-{way}"
+    shutil.rmtree(series, ignore_errors=True)
+    shutil.copytree(folder / "cases" / case, series)
+    answer = json.loads((folder / "answers" / case / "diagnosis.json").read_text())
+    return settle(outline, series, answer, way, _answered_again, np.random.default_rng(seed))
+
+
+def _loop(args: argparse.Namespace) -> int:
+    with _well_formed(args.folder):
+        truths = trial.read_truths(args.folder, args.seed)
+        answers = {case: args.folder / "answers" / case / "diagnosis.json" for case in truths}
+        given = {case: json.loads(path.read_text()) for case, path in answers.items() if path.exists()}
+        manifest = trial.read_manifest(args.folder)
+        plan = trial.plan_of(manifest, args.seed)
+    open_cases = [case for case, answer in given.items() if is_open(truths[case], answer)][: args.most]
+    if not open_cases:
+        raise InputError(
+            f"no open case in {args.folder}",
+            "answers in which the true cause stands beside others under `equivalent`",
+            "make a trial of few runs and small sizes: --kinds listed --runs 3 --sizes 0.3",
+        )
+    _refuse_costly(f"{len(open_cases)} open cases", 2 * MOST_RUNS * len(open_cases) * ANSWER_S, args)
+    asked = [(i, o, way) for i, o in enumerate(trial.outlines(plan)) if o.truth["case"] in open_cases for way in WAYS]
+    done = Parallel(n_jobs=_processes(args), return_as="generator_unordered")(
+        delayed(_settle_case)(args.folder, outline, way, [args.seed, i, WAYS.index(way)], os.getpid())
+        for i, outline, way in asked
+    )
+    courses: list[Course] = []
+    for course in done:
+        courses.append(course)
+        end = "not settled" if course.settled is None else f"settled after {course.settled}"
+        _say(f"{len(courses)}/{len(asked)} {course.case}, {course.way}: {end}")
+    courses.sort(key=lambda c: (c.case, WAYS.index(c.way)))
+    text = loop_markdown(courses)
+    (args.folder / "loop.md").write_text(text)
+    (args.folder / "loop.json").write_text(json.dumps([asdict(c) for c in courses], indent=1))
     print(text)
     return 0
 

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.ladder import run_ladder
-from analysis.gap.next_test.choice import TERMS, next_tests, rival_of
+from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED
 from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
@@ -89,8 +89,9 @@ def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
     assert rival_of(dragged, causes) == "viscous_drag"
     tests = next_tests(dragged, causes)
     assert tests is not None and tests.effect == "air_drag"
-    separation = dict(tests.separation_sd)
+    separation = {one.setting: one.sd for one in tests.settings}
     assert list(separation.values()) == sorted(separation.values(), reverse=True)
+    assert all(0 < one.error < one.sd for one in tests.settings if one.sd > LEAST_SEPARATION)
     names = [*dragged.flights.fitted.columns, "viscous"]
     _, covariance, _ = solve_named(
         dragged.flights.fitted.evidence, names, dragged.flights.fitted.fits[0].run.contact_radius_m

@@ -144,7 +144,12 @@ def write_series(series: Series, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "calibration.json").write_text(json.dumps(series.calibration, indent=1))
     for index, (text, tracks) in enumerate(series.recordings):
-        run = folder / f"run-{index + 1:02d}"
-        run.mkdir(exist_ok=True)
-        (run / "recording.toml").write_text(text)
-        write_table(tracks, "tracks", run / "tracks.parquet", provenance("blind make", {}, {}))
+        write_run(folder, index + 1, text, tracks)
+
+
+def write_run(folder: Path, number: int, text: str, tracks: pd.DataFrame) -> None:
+    """Write one run of a series: its recording.toml and its tracks."""
+    run = folder / f"run-{number:02d}"
+    run.mkdir(exist_ok=True)
+    (run / "recording.toml").write_text(text)
+    write_table(tracks, "tracks", run / "tracks.parquet", provenance("blind make", {}, {}))

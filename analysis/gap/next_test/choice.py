@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +23,16 @@ from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
-from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, record
+from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, record, starts
 from analysis.gap.selection.flight_candidates import fit, information_of, prior_of
 from analysis.gap.selection.flight_terms import EFFECT_TERMS
 from analysis.gap.selection.impact_candidates import best_speed_scale, restitution_design
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 
 Array = NDArray[np.float64]
-LONGEST_S, RECORDINGS = 0.6, 3
+LONGEST_S = 0.6
+SURELY = 2.0  # standard errors by which a setting must be better than today's to be worth the trouble
+STARTS = 6  # of measured flights: enough for an error bar to half of itself
 # Standard deviations below which one recording tells nothing.
 LEAST_SEPARATION = 2.0
 # Slower impacts are neither found nor used.
@@ -40,34 +43,56 @@ RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_resti
 SIMULATED = frozenset((*TERMS, "friction_drift", "restitution_drift", "wall_lobes", *SHAPES, *RESTITUTION_EFFECTS))
 
 
+class Told(NamedTuple):
+    """What one simulated recording in a setting tells: ``sd``, by how many standard deviations, and the standard error
+    of that over where recordings begin (NaN of a single one).
+    """
+
+    setting: str
+    sd: float
+    error: float
+
+
 @dataclass(frozen=True)
 class NextTests:
-    """``separation_sd``: standard deviations by which one recording of ``duration_s`` tells ``effect`` from ``rival``,
-    per setting, best first.
+    """How well one recording of ``duration_s`` tells ``effect`` from ``rival``, per setting, best first; from
+    ``starts`` beginnings.
     """
 
     effect: str
     rival: str
     duration_s: float
-    separation_sd: tuple[tuple[str, float], ...]
+    starts: int
+    settings: tuple[Told, ...]
+
+    @property
+    def recommended(self) -> str:
+        """The best setting, or the drive as recorded where none is surely better."""
+        best = self.settings[0]
+        today = next((s for s in self.settings if s.setting == AS_RECORDED), None)
+        if today is None or not SURELY * np.hypot(best.error, today.error) > best.sd - today.sd:
+            return best.setting
+        return AS_RECORDED
 
     def words(self) -> str:
-        """The best setting, and how much better it is than today's."""
-        (best, separation), today = self.separation_sd[0], dict(self.separation_sd).get(AS_RECORDED)
+        """The recommended setting, and how much better it is than today's."""
+        best, today = self.settings[0], next((s for s in self.settings if s.setting == AS_RECORDED), None)
+        shown = today if self.recommended == AS_RECORDED and today is not None else best
         told = (
             f"one recording of {self.duration_s:.1f} s tells {_plain(self.effect)} from {_plain(self.rival)}, its "
-            f"nearest rival, by "
-            f"{f'{separation:.2g}' if separation < 100 else f'{separation:.0f}'} standard deviations"
+            f"nearest rival, by {_said(shown)} standard deviations"
         )
-        if separation < LEAST_SEPARATION:
+        if best.sd < LEAST_SEPARATION:
             return (
-                f"No setting of the drive tells {_plain(self.effect)} from {_plain(self.rival)}: {separation:.1g} "
+                f"No setting of the drive tells {_plain(self.effect)} from {_plain(self.rival)}: {best.sd:.1g} "
                 f"standard deviations at most in {self.duration_s:.1f} s."
             )
-        if best == AS_RECORDED:
-            return f"More recordings as these serve best (simulated with the size found): {told}."
-        return f"Record with {best}: simulated with the size found, {told}" + (
-            "." if today is None else f" (as recorded: {today:.2g})."
+        if self.recommended == AS_RECORDED:
+            return (
+                f"More recordings as these serve as well as any other setting (simulated with the size found): {told}."
+            )
+        return f"Record with {best.setting}: simulated with the size found, {told}" + (
+            "." if today is None else f" (as recorded: {_said(today)})."
         )
 
     def entry(self) -> dict[str, object]:
@@ -76,8 +101,24 @@ class NextTests:
             "effect": self.effect,
             "rival": self.rival,
             "duration_s": self.duration_s,
-            "settings": [{"setting": words, "separation_sd": sd} for words, sd in self.separation_sd],
+            "starts": self.starts,
+            "recommended": self.recommended,
+            "settings": [
+                {
+                    "setting": one.setting,
+                    "separation_sd": one.sd,
+                    "standard_error": one.error if np.isfinite(one.error) else None,
+                }
+                for one in self.settings
+            ],
         }
+
+
+def _said(told: Told) -> str:
+    value = f"{told.sd:.2g}" if told.sd < 100 else f"{told.sd:.0f}"
+    if not np.isfinite(told.error):
+        return value
+    return f"{value} ± {told.error:.1g}" if told.error < 9.5 else f"{value} ± {told.error:.0f}"
 
 
 def _plain(effect: str) -> str:
@@ -93,15 +134,43 @@ def next_tests(ladder: Ladder, causes: tuple[Cause, ...]) -> NextTests | None:
         return None
     cause, data = causes[0], _typical(ladder).data
     duration = float(min(data.time_s[-1] - data.time_s[0], LONGEST_S))
-    judge = _flight_separation if cause.stage == "flight" else _impact_separation
-    fits = [f for f in ladder.flights.fitted.fits if len(f.states) and np.isfinite(f.states[0]).all()][:RECORDINGS]
+    judge = _flight_information if cause.stage == "flight" else _impact_information
+    begun = starts(ladder, STARTS)
     found = []
-    for setting in SETTINGS if fits else ():
+    for setting in SETTINGS if begun else ():
         if setting.launch is None and data.host.omega_rad_per_s == 0:
             continue
-        recorded = [record(ladder, causes, f, setting, duration, SIMULATED) for f in fits]
-        found.append((setting.words, judge(ladder, recorded, cause.effect, rival) / float(np.sqrt(len(recorded)))))
-    return NextTests(cause.effect, rival, duration, tuple(sorted(found, key=lambda s: -s[1]))) if found else None
+        recorded = [record(ladder, causes, start, setting, duration, SIMULATED) for start in begun]
+        found.append(Told(setting.words, *_separation(judge(ladder, recorded, cause.effect, rival), len(begun))))
+    ranked = tuple(sorted(found, key=lambda told: -told.sd))
+    return NextTests(cause.effect, rival, duration, len(begun), ranked) if ranked else None
+
+
+class _Information(NamedTuple):
+    """``size`` (K,) of the effect, and what each recording tells of it and of everything unknown beside it: (M, M),
+    the effect's parameters first; ``prior`` (M, M)."""
+
+    size: Array
+    forms: list[Array]
+    prior: Array
+
+    def separation(self, forms: Sequence[Array], recordings: int) -> float:
+        """Size over its sd in one recording of these."""
+        own, told = len(self.size), np.sum(forms, 0) + self.prior
+        if np.any(np.diag(told)[:own] <= 0):
+            return 0.0
+        return _in_sd(self.size, covariance_of(told)[:own, :own]) / float(np.sqrt(recordings))
+
+
+def _separation(told: _Information | None, recordings: int) -> tuple[float, float]:
+    """Standard deviations in one recording, and their standard error by leaving beginnings out in turn."""
+    if told is None or not told.forms:
+        return 0.0, float("nan")
+    value, n = told.separation(told.forms, recordings), len(told.forms)
+    if n < 2 or n < recordings:  # some recordings told nothing at all: how often that is nobody knows from so few
+        return value, float("nan")
+    left_out = [told.separation(told.forms[:i] + told.forms[i + 1 :], n - 1) for i in range(n)]
+    return value, float(np.sqrt((n - 1) / n * np.sum((np.array(left_out) - np.mean(left_out)) ** 2)))
 
 
 def rival_of(ladder: Ladder, causes: tuple[Cause, ...]) -> str | None:
@@ -126,12 +195,12 @@ def _typical(ladder: Ladder) -> Run:
     return runs[len(runs) // 2]
 
 
-def _flight_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str, rival: str) -> float:
-    """Size of the effect over its sd where the rival, the nominal parameters and the lens are unknowns too."""
+def _flight_information(ladder: Ladder, recorded: Sequence[Recorded], effect: str, rival: str) -> _Information | None:
+    """Where the rival, the nominal parameters and the lens are unknowns too."""
     data, model = _typical(ladder).data, ladder.flights.fitted.model
     runs = [run for run in (one.run(ladder, data) for one in recorded) if run.flights]
     if not runs:
-        return 0.0
+        return None
     evidence = fit(runs, replace(model, drift_per_run=0.0), rounds=0, noise=ladder.flights.fitted.noise).evidence
     columns = TERMS[effect].columns
     others = [
@@ -140,28 +209,30 @@ def _flight_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
         if n not in (*columns, "drift_run")
     ]
     forms = [f for f in (information_of(e, [*columns, *others]) for e in evidence) if f is not None]
-    told = np.sum(forms, 0) + np.diag(prior_of([*columns, *others], data.contact_radius_m))
-    own = len(columns)
-    if not forms or np.any(np.diag(told)[:own] <= 0):
-        return 0.0
-    size = model.parameters[[INDEX[c] for c in columns]]
-    return _in_sd(size, covariance_of(told)[:own, :own])
+    prior = np.diag(prior_of([*columns, *others], data.contact_radius_m))
+    return _Information(model.parameters[[INDEX[c] for c in columns]], forms, prior)
 
 
 def _in_sd(size: Array, covariance: Array) -> float:
     return float(np.sqrt(max(float(size @ np.linalg.pinv(covariance, hermitian=True) @ size), 0.0)))
 
 
-def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str, rival: str) -> float:
-    """What the effect does to restitution or contact distance at the simulated impacts and the rival cannot, over its
-    sd.
-    """
+def _impact_information(ladder: Ladder, recorded: Sequence[Recorded], effect: str, rival: str) -> _Information | None:
+    """What the effect does to restitution or contact distance at the simulated impacts, the rival unknown."""
     assert ladder.impacts.fitted is not None
-    impacts = np.concatenate([one.result.impacts for one in recorded])
-    fast = impacts[impacts["normal_speed_before_m_per_s"] > SLOWEST_M_PER_S]
-    if len(fast) < LEAST_IMPACTS:
-        return 0.0
-    speed, azimuth = fast["normal_speed_before_m_per_s"], fast["azimuth_rad"]
+    fast = [one.result.impacts for one in recorded]
+    fast = [one[one["normal_speed_before_m_per_s"] > SLOWEST_M_PER_S] for one in fast]
+    if sum(len(one) for one in fast) < LEAST_IMPACTS:
+        return None
+    rows = [_impact_rows(ladder, one, effect, rival) for one in fast]
+    size = rows[0][0]
+    return _Information(size, [weighted.T @ weighted for _, weighted in rows], np.zeros((rows[0][1].shape[1],) * 2))
+
+
+def _impact_rows(ladder: Ladder, impacts: NDArray[np.void], effect: str, rival: str) -> tuple[Array, Array]:
+    """Size (K,) of the effect and the weighted rows (I, M) of it, of what is unknown in any case, and of the rival."""
+    assert ladder.impacts.fitted is not None
+    speed, azimuth = impacts["normal_speed_before_m_per_s"], impacts["azimuth_rad"]
     data, wall = ladder.impacts.fitted.data, ladder.impacts.fitted.wall
     around, twice = _turning(azimuth), _turning(2 * azimuth)
     if effect in SHAPES:
@@ -171,7 +242,7 @@ def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
         size = (
             np.array([ladder.impacts.fitted.contact_slope_s]) if effect == "finite_contact_time" else wall.wall.ellipse
         )
-        always, sd = np.column_stack([np.ones(len(fast)), around]), np.full(len(fast), wall.scatter_m)
+        always, sd = np.column_stack([np.ones(len(impacts)), around]), np.full(len(impacts), wall.scatter_m)
     else:
         terms = list(ladder.impacts.restitution_terms)
         scale = best_speed_scale(data) if "speed_dependent_restitution" in terms else 1.0
@@ -182,11 +253,9 @@ def _impact_separation(ladder: Ladder, recorded: Sequence[Recorded], effect: str
         fitted = fit_restitution(data, restitution_design(data, terms))
         at = 1 + (effect == "direction_dependent_restitution" and "speed_dependent_restitution" in terms)
         size = fitted[0][at : at + design[effect].shape[1]]
-        always = np.ones((len(fast), 1))
+        always = np.ones((len(impacts), 1))
         sd = np.hypot(max(fitted[2], 1e-3), float(np.median(data.normal_sd)) / speed)
-    own = design[effect].shape[1]
-    weighted = np.column_stack([design[effect], always, design[rival]]) / sd[:, None]
-    return _in_sd(size, np.linalg.pinv(weighted.T @ weighted, hermitian=True)[:own, :own])
+    return np.asarray(size, float), np.column_stack([design[effect], always, design[rival]]) / sd[:, None]
 
 
 def _turning(angle: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,19 +83,40 @@ class Recorded:
         return cut(made, host, np.arange(n), _wall(ladder, like))
 
 
+class Start(NamedTuple):
+    """Where a simulated recording begins: with the flight ``flight`` of a measured run."""
+
+    fits: FlightFits
+    flight: int
+
+
+def starts(ladder: Ladder, most: int) -> list[Start]:
+    """First flights of all runs, then second ones, up to ``most``."""
+    known = [[k for k, s in enumerate(fits.states) if np.isfinite(s).all()] for fits in ladder.flights.fitted.fits]
+    longest = max((len(one) for one in known), default=0)
+    found = [
+        Start(fits, one[turn])
+        for turn in range(longest)
+        for fits, one in zip(ladder.flights.fitted.fits, known, strict=True)
+        if turn < len(one)
+    ]
+    return found[:most]
+
+
 def record(
     ladder: Ladder,
     causes: tuple[Cause, ...],
-    fits: FlightFits,
+    start: Start,
     setting: Setting,
     duration_s: float,
     effects: frozenset[str],
 ) -> Recorded:
-    """Simulated from the first state of a measured run's flights, in the Host's frame; of ``causes`` those named in
+    """Simulated from the first state of a measured flight, in the Host's frame; of ``causes`` those named in
     ``effects``.
     """
+    fits = start.fits
     host, data = _host(fits.run.host, setting), fits.run
-    start_s = float(fits.reference_s[0])
+    start_s = float(fits.reference_s[start.flight])
     friction, coupling = (float(ladder.flights.fitted.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
     values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
     # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
@@ -108,7 +130,7 @@ def record(
         _law(ladder),
         duration_s,
         FloorFriction(friction, "farkas" if coupling > 0.5 else "coulomb") if friction > 0 else None,
-        initial_nes=_start(fits, host, setting, start_s),
+        initial_nes=_start(start, host, setting),
         sample_rate_hz=float(1 / np.median(np.diff(data.time_s))),
         effects=values,
     )
@@ -163,10 +185,11 @@ def _host(host: HostMotion, setting: Setting) -> HostMotion:
     )
 
 
-def _start(fits: FlightFits, host: HostMotion, setting: Setting, start_s: float) -> tuple[float, ...]:
+def _start(start: Start, host: HostMotion, setting: Setting) -> tuple[float, ...]:
     """x, y, vx, vy, angle, spin: the measured state against the Host, well inside the wall; or launched by hand from
     the Host's centre (or beside its cylinder), in the direction in which the disk was seen to fly."""
-    x, y, angle, vx, vy, spin = fits.states[0]
+    fits, start_s = start.fits, float(start.fits.reference_s[start.flight])
+    x, y, angle, vx, vy, spin = fits.states[start.flight]
     place = np.array([x, y]) - fits.run.host.at(np.array([start_s]))[0, :2]
     place *= _share_inside(fits.run.wall, place, float(fits.run.host.at(np.array([start_s]))[0, 3]))
     if setting.launch is not None:

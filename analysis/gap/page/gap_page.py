@@ -28,6 +28,7 @@ from analysis.gap.page.words import plain
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import GAIN, IMPACT_GAIN
+from analysis.report.numbers import value_with_sd
 from analysis.report.page import Page
 
 
@@ -285,15 +286,11 @@ def _next_section(page: Page, diagnosis: Diagnosis) -> None:
         f"How well one recording of {tests['duration_s']:.1f} s tells {plain(tests['effect'])} from its nearest "
         f"rival, {plain(tests['rival'])}: the size found over the "
         "standard deviation it would have with the rival and all nominal parameters unknown. Simulated from the first "
-        "states of three measured runs, "
-        "so another three would give somewhat other figures."
+        f"states of {tests['starts']} measured flights; the ± is how far other beginnings would lead."
     )
     section.add_table(
         ("setting", "standard deviations"),
-        [
-            (s["setting"], f"{s['separation_sd']:.2g}" if s["separation_sd"] < 100 else f"{s['separation_sd']:.0f}")
-            for s in tests["settings"]
-        ],
+        [(one["setting"], value_with_sd(one["separation_sd"], one["standard_error"])) for one in tests["settings"]],
         text_columns=(0,),
     )
 
