@@ -30,6 +30,8 @@ N_CAMERA = N_INTRINSICS + N_POSE  # unknowns of a camera
 HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weight falls
 FIXED = -1  # number of the pose of the board that defines the world
 _ROUNDS, _SAME_SD = 4, 0.05  # of sd and weights, which settle in two; relative change that ends them
+# A rendered board's images differ by 14 % in the sd of their points: as much as 15 points tell of one.
+_SHARED_POINTS, _CUT_SD = 15, 4.0  # sds at which a residual is cut: an outlier is no wide noise
 _LEAST_SIGMA_PX = 1e-4  # of an exact film: weights stay finite
 _LEAST_FREEDOM = 0.1  # share of the residuals that the parameters leave at least
 # Levenberg's damping: at first, after a step down and up, and its bounds.
@@ -42,6 +44,8 @@ class Sighting:
     """A board's points in one image: ``points_m`` (n, 3), ``uv_px`` (n, 2), seen by ``camera``, the board at ``pose``.
 
     ``pose`` FIXED: the board defines the world.  ``in_world``: the pose is board -> world, else board -> camera.
+    ``share``: sd of this image's points over that of all the camera's, found by `adjust`: a tilted board's are less
+    sharp.
     """
 
     camera: int
@@ -49,6 +53,7 @@ class Sighting:
     in_world: bool
     points_m: Array
     uv_px: Array
+    share: float = 1.0
 
 
 @dataclass
@@ -154,11 +159,16 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     sigma = np.ones(cameras)
     if len(setting.sigma_px) == cameras:
         sigma = setting.sigma_px
+    for sighting in sightings:
+        sighting.share = 1.0
     for _ in range(_ROUNDS):
         setting.sigma_px = sigma
         state = _descend(sightings, state, setting, iterations)
         sigma = _spread(sightings, state, setting, _spline_freedom(sightings, state, setting))
-        if np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
+        before = [sighting.share for sighting in sightings]
+        _share_noise(sightings, state, setting, sigma)
+        settled = np.allclose([sighting.share for sighting in sightings], before, rtol=_SAME_SD)
+        if settled and np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
             break
     setting.sigma_px = sigma
     cost, normal, _ = _normal(sightings, state, setting)
@@ -237,7 +247,8 @@ def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tu
     size = kept + N_POSE * len(state.rotation)
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
     for sighting in sightings:
-        c, sigma = sighting.camera, setting.sigma_px[sighting.camera]
+        c = sighting.camera
+        sigma = sighting.share * setting.sigma_px[c]
         uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
         residual = (sighting.uv_px - uv) / sigma
         length = np.linalg.norm(residual, axis=-1)
@@ -376,6 +387,17 @@ def _spline_freedom(sightings: Sequence[Sighting], state: State, setting: Settin
             told = information(sightings, state, setting, c)[0]
             taken[c] = np.trace(np.linalg.solve(told + prior.precision, told))
     return taken
+
+
+def _share_noise(sightings: Sequence[Sighting], state: State, setting: Setting, sigma: Array) -> None:
+    """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one."""
+    for sighting in sightings:
+        sd = sigma[sighting.camera]
+        residual = (sighting.uv_px - project(sighting, state, setting)[0]) / sd
+        count = len(residual)
+        freedom = max(_LEAST_FREEDOM, 1 - (0 if sighting.pose == FIXED else N_POSE) / (2 * count))
+        own = float(np.mean(np.minimum(residual**2, _CUT_SD**2))) / freedom
+        sighting.share = float(np.sqrt((count * own + _SHARED_POINTS) / (count + _SHARED_POINTS)))
 
 
 def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:

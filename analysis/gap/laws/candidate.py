@@ -137,8 +137,9 @@ def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
 
 def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> None:
     entry = QUANTITIES[one.quantity]
-    if entry.own in ("room", "host") and (one.x, one.y) != (term.x, term.y):
-        out["place_x_m"], out["place_y_m"] = (one.x, "m"), (one.y, "m")
+    if entry.own in ("room", "host"):
+        if (one.x, one.y) != (term.x, term.y):
+            out["place_x_m"], out["place_y_m"] = (one.x, "m"), (one.y, "m")
     elif entry.own == "line":
         out["offset_m"] = (one.x, "m")
         if one.y != term.x:
