@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.flights.first_wall import CONTACT_MARGIN_M, from_host, reached_wall
 from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, RunData, flights_from_segments, shortened
-from analysis.flights.segments import WALL_OFF_SHARE, Segments, segment
+from analysis.flights.segments import Segments, segment
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
@@ -22,13 +23,8 @@ from ovines.recording import Recording
 
 Array = NDArray[np.float64]
 
-# Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1
-# mm); in the rig's own units.
-CONTACT_MARGIN_M = 1.5e-4
-# ... and this many sds of the cameras' noise.
+# Added to CONTACT_MARGIN_M: so many sds of the cameras' noise.
 CONTACT_MARGIN_SD = 3.0
-# Of the runs' farthest distances: not the largest, which may be a wrong track's.
-HIGH_QUANTILE = 0.8
 # What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the
 # angle.
 FINEST_SD_M = 1e-6
@@ -142,12 +138,6 @@ def cut(
     return Run(data, segments, tuple(flights), host_table, frame)
 
 
-def from_host(data: RunData) -> tuple[Array, Array]:
-    """The NES' places (N, 2) from the Host's centre, in the room's directions, and the Host's angles (N,)."""
-    host = data.host.at(data.time_s)
-    return data.xy_m - host[:, :2], host[:, 3]
-
-
 def turned(place_m: Array, angle_rad: Array) -> Array:
     """A place (2,) of the disk's frame in the room's directions at angles (N,): (N, 2)."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
@@ -158,23 +148,6 @@ def cut_again(runs: Sequence[Run], origin_m: Array) -> list[Run]:
     """The runs segmented on the path of the mass centre, now that it is known."""
     wall = reached_wall([run.data for run in runs])
     return [cut(run.data, run.host_table, run.frame, wall, origin_m) for run in runs]
-
-
-def reached_wall(datas: Sequence[RunData]) -> Wall:
-    """First guess of the wall from the data: the design, its outline moved to where the NES gets in sustained contact
-    and at impacts.
-
-    The farthest of each run but for single wrong frames (median of three neighbours), and of the runs a high quantile:
-    a disk that comes to rest, or hits the wall but once and fast, never shows it.  The design where no run comes near
-    it."""
-    reached, design = [], datas[0].wall
-    for data in datas:
-        gap = design.outline_gap(*from_host(data))
-        gap = gap[np.isfinite(gap)]
-        if len(gap) > 2:
-            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(gap, 3), axis=1))))
-    near = [one for one in reached if abs(one) < WALL_OFF_SHARE * design.size_m]
-    return design.grown(float(np.quantile(near, HIGH_QUANTILE))) if near else design
 
 
 def prepare(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], frame: RigFrame) -> list[Run]:

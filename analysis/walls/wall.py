@@ -100,6 +100,10 @@ class Ring:
         """Standing farther out all round."""
         return replace(self, radius_m=self.radius_m + by_m)
 
+    def shifted(self, by_m: Array) -> Ring:
+        """Standing elsewhere by (2,) of the Host's frame."""
+        return replace(self, centre_m=self.centre_m + by_m)
+
     def over(self, length: float) -> Ring:
         """In units of ``length``."""
         return replace(self, radius_m=self.radius_m / length, centre_m=self.centre_m / length)
@@ -170,6 +174,10 @@ class Sides:
     def grown(self, by_m: float) -> Sides:
         """Standing farther out all round."""
         return replace(self, distance_m=self.distance_m + by_m)
+
+    def shifted(self, by_m: Array) -> Sides:
+        """Standing elsewhere by (2,) of the Host's frame."""
+        return replace(self, distance_m=self.distance_m + self.normals @ by_m)
 
     def over(self, length: float) -> Sides:
         """In units of ``length``."""
@@ -276,6 +284,10 @@ class Wall:
     def grown(self, by_m: float) -> Wall:
         """With the outline farther out all round."""
         return replace(self, outline=self.outline.grown(by_m))
+
+    def shifted(self, by_m: Array) -> Wall:
+        """With the outline elsewhere by (2,) of the Host's frame."""
+        return replace(self, outline=self.outline.shifted(by_m))
 
     def over(self, length: float) -> Wall:
         """In units of ``length``."""

@@ -1,0 +1,108 @@
+"""Where the wall is, roughly, before anything is fitted: what is contact and what is flight hangs on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.flights.fit import RunData
+from analysis.flights.segments import WALL_OFF_SHARE
+from analysis.walls.wall import Wall
+from ovines.robust import residual_sd
+
+Array = NDArray[np.float64]
+
+# Nearer than this to the wall for four frames in a row is sustained contact (or chatter below 0.1 m/s: v^2 / 2a = 0.1
+# mm); in the rig's own units.
+CONTACT_MARGIN_M = 1.5e-4
+# Of the runs' farthest distances: not the largest, which may be a wrong track's.
+HIGH_QUANTILE = 0.8
+# A rebound whose approach and leave differ by so much along the wall's normal (rig units) is no passing chord, which
+# the circle bends by v^2/R in a frame; of so many of them, all round, the wall's place is known.
+REBOUND_M_PER_S, FEWEST_REBOUNDS = 0.3, 16
+# The wall's place is moved where it is off by more of its sds and by this share of the contact margin.
+SURELY_OFF_SD, OFF_SHARE = 5.0, 0.5
+ABSOLUTE_ROUNDS, MEAN_OF_ABSOLUTE = 30, 1.2533  # of a least absolute fit; its sd over that of least squares
+
+
+def from_host(data: RunData) -> tuple[Array, Array]:
+    """The NES' places (N, 2) from the Host's centre, in the room's directions, and the Host's angles (N,)."""
+    host = data.host.at(data.time_s)
+    return data.xy_m - host[:, :2], host[:, 3]
+
+
+def reached_wall(datas: Sequence[RunData]) -> Wall:
+    """First guess of the wall from the data: the design, its outline moved to where the NES gets in sustained contact
+    and at impacts.
+
+    First the outline is moved to where rebounds say that it stands (:func:`off_place`).  The farthest of each run but
+    for single wrong frames (median of three neighbours), and of the runs a high quantile: a disk that comes to rest, or
+    hits the wall but once and fast, never shows it.  The design where no run comes near it.
+    """
+    design = datas[0].wall
+    design = design.shifted(off_place(datas, design))
+    reached = []
+    for data in datas:
+        gap = design.outline_gap(*from_host(data))
+        gap = gap[np.isfinite(gap)]
+        if len(gap) > 2:
+            reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(gap, 3), axis=1))))
+    near = [one for one in reached if abs(one) < WALL_OFF_SHARE * design.size_m]
+    return design.grown(float(np.quantile(near, HIGH_QUANTILE))) if near else design
+
+
+def off_place(datas: Sequence[RunData], design: Wall) -> Array:
+    """How far (2,) the outline stands off its designed place, in the Host's frame; nil where that is not sure or too
+    little to matter.
+
+    Two frames before and two after each rebound, each on a line, meet at the wall: a least absolute fit of these gaps
+    on the wall's normals, beside a distance that all share.
+    """
+    gaps, normals = zip(*(_rebounds(data, design) for data in datas), strict=True)
+    gap, normal = np.concatenate(gaps), np.concatenate(normals)
+    near = np.abs(gap) < WALL_OFF_SHARE * design.size_m
+    gap, normal = gap[near], normal[near]
+    if len(gap) < FEWEST_REBOUNDS:
+        return np.zeros(2)
+    rows = np.column_stack([normal, np.ones(len(gap))])
+    found, weight = np.zeros(3), np.ones(len(gap))
+    for _ in range(ABSOLUTE_ROUNDS):
+        found = np.linalg.lstsq(rows * weight[:, None], gap * weight, rcond=None)[0]
+        left = gap - rows @ found
+        sd = residual_sd(left) + 1e-300
+        weight = 1 / np.sqrt(np.maximum(np.abs(left), 1e-2 * sd))
+    variance = (MEAN_OF_ABSOLUTE * sd) ** 2 * np.linalg.pinv(rows.T @ rows, hermitian=True)[:2, :2]
+    far = float(np.hypot(*found[:2]))
+    surely = far > SURELY_OFF_SD * float(np.sqrt(np.max(np.linalg.eigvalsh(variance))))
+    matters = far > OFF_SHARE * CONTACT_MARGIN_M * datas[0].own_units[0]
+    return found[:2] if surely and matters else np.zeros(2)
+
+
+def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
+    """Of each rebound in a run: where its lines meet, past ``design`` (K,), and the wall's outward normal in the Host's
+    frame (K, 2).
+    """
+    relative, angle = from_host(data)
+    gap = design.outline_gap(relative, angle)
+    if len(gap) < 5:
+        return np.zeros(0), np.zeros((0, 2))
+    seen = np.lib.stride_tricks.sliding_window_view(gap, 5)
+    time = np.lib.stride_tricks.sliding_window_view(data.time_s, 5)
+    approach = (seen[:, 1] - seen[:, 0]) / (time[:, 1] - time[:, 0])
+    leave = (seen[:, 4] - seen[:, 3]) / (time[:, 4] - time[:, 3])
+    length, unit = data.own_units
+    turned_back = np.isfinite(seen).all(1) & (seen[:, 2] >= seen.max(1)) & (approach > 0) & (leave < 0)
+    at = np.flatnonzero(turned_back & (approach - leave > REBOUND_M_PER_S * length / unit))
+    # approach line through frames 0 and 1, leave line through 3 and 4
+    later = time[at, 3] - time[at, 1]
+    way = (seen[at, 3] - seen[at, 1] - leave[at] * later) / (approach[at] - leave[at])
+    meet = seen[at, 1] + approach[at] * way
+    place, turn = relative[at + 2], angle[at + 2]
+    c, s, h = np.cos(turn), np.sin(turn), 1e-6 * design.size_m
+    slopes = [
+        (design.outline_gap(place + h * np.column_stack(along), turn) - design.outline_gap(place, turn)) / h
+        for along in ((c, s), (-s, c))
+    ]
+    return meet, np.column_stack(slopes)
