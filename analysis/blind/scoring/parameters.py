@@ -19,7 +19,7 @@ def parameter_checks(truth: dict[str, Any], answer: dict[str, Any]) -> list[dict
             interval = stated.get(name)
             if interval is None or interval.get("low") is None or interval.get("high") is None:
                 continue
-            turn = (math.pi if cause == "wall_ellipticity" else 2 * math.pi) if name == "direction_rad" else None
+            turn = _period(cause, truth["parameters"][cause]) if name == "direction_rad" else None
             value = true if turn is None else true + turn * round((interval["value"] - true) / turn)
             out.append(
                 {
@@ -33,6 +33,12 @@ def parameter_checks(truth: dict[str, Any], answer: dict[str, Any]) -> list[dict
                 }
             )
     return out
+
+
+def _period(cause: str, sizes: dict[str, float]) -> float:
+    """The angle after which a direction means the same: a line to and fro has two, lobes as many as they are."""
+    order = 2.0 if cause in ("wall_ellipticity", "host_sway") else sizes.get("order", 1.0)
+    return 2 * math.pi / order
 
 
 def _departure(name: str, value: float) -> float:

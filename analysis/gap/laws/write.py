@@ -13,6 +13,7 @@ from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.selection.flight_candidates import gains
+from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.terms import WrittenLaw
@@ -21,6 +22,8 @@ from ovines.core.laws.terms import WrittenLaw
 NAMED_BY_LAW = ("nes_rocking",)
 # A friction law counts as the disk's rocking where it takes no more than the friction that there is.
 MOST_OF_FRICTION = -1.0
+# A formula that closes less than this of what is left on runs held out explains nothing, however rare by chance.
+LEAST_CLOSED = 0.1
 
 
 def write_laws(
@@ -38,7 +41,10 @@ def write_laws(
     if "flight" in left:
         law, steps = find_flight_law(runs, ladder.flights, frame, rng)
         gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
-        causes = tuple(c for c in ladder.causes if c.effect not in gone)
+        if law is not None and law.fitted is not None:
+            steps = sized_beside(law.fitted[1], steps, ladder.series)
+        sized = {c.effect: c for c in steps.causes}
+        causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
         ladder = replace(ladder, flights=steps, causes=causes)
         named = None if law is None or withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
         ladder = named or ladder
@@ -47,7 +53,7 @@ def write_laws(
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
         laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
-    return tuple(one for one in laws if one is not None), ladder
+    return tuple(one for one in laws if one is not None and one.shrinkage(rng)[0] > LEAST_CLOSED), ladder
 
 
 def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]]] | None:

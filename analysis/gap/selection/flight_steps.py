@@ -176,6 +176,20 @@ def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightStep
     )
 
 
+def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> FlightSteps:
+    """``steps`` whose causes have the sizes that they have beside a law (``with_law``: a fit that holds it)."""
+    causes = []
+    for cause in steps.causes:
+        term = next((t for t in EFFECT_TERMS if t.name == cause.effect), None)
+        own = (
+            _friction_cause(cause.effect, with_law, cause.gain, steps.units)
+            if term is None
+            else _term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
+        )
+        causes.append(replace(cause, parameters=own.parameters))
+    return replace(steps, causes=tuple(causes))
+
+
 def _missing_friction(
     runs: Sequence[Run], nominal: FlightFit, effects: Sequence[str], withheld: frozenset[str]
 ) -> tuple[FlightFit, list[Cause]]:
