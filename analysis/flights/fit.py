@@ -399,11 +399,16 @@ def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight
 
 
 def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
-    """When flight ``k`` began, if at an impact that ended the flight before; long ago otherwise.  Pieces of a long
-    flight began with the first of them."""
+    """When the impact was with which flight ``k`` began and the flight before ended; long ago without one.
+
+    Midway between their frames: the first frame comes half a frame late, which made what dies out after an impact
+    smaller.  Pieces of a long flight began with the first of them.
+    """
     while k > 0 and flights[k - 1].goes_on:
         k -= 1
-    return float(run.time_s[flights[k].first]) if k > 0 and flights[k - 1].joined else LONG_AGO_S
+    if k == 0 or not flights[k - 1].joined:
+        return LONG_AGO_S
+    return 0.5 * float(run.time_s[flights[k - 1].last] + run.time_s[flights[k].first])
 
 
 def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
