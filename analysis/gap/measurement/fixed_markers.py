@@ -26,6 +26,10 @@ PARTS = 4
 # A camera whose picture of the ground changes by so many times the other's is told by its name.
 CLEARLY = 3.0
 AXES = ("x_m", "y_m")
+# What a picture of still markers may do.
+TOGETHER, GROWS, TURNS = "move together", "change their distances", "turn"
+# Motion from frame to frame that is less than this of its noise is as likely an error of the noise's sd.
+LEAST_OF_NOISE = 0.7
 
 
 def ground_motion(series: Series) -> list[Structure]:
@@ -37,41 +41,57 @@ def ground_motion(series: Series) -> list[Structure]:
         return []
     still_m = STILL_SHARE * series.contact_radius_m
     parts = [points[points["marker"].isin(list(ground.markers))] for points in series.points]
-    return _together(parts, still_m) or _slow(parts, ground.markers, series, still_m)
+    found = _together(parts, still_m)
+    if found and found[0].goes_with.endswith(TOGETHER):
+        return found
+    # What a picture does slowly is told with its camera and time.
+    return _slow(parts, ground.markers, series, still_m) or found
 
 
 def _together(parts: Sequence[pd.DataFrame], still_m: float) -> list[Structure]:
-    """Motion that all ground markers share, from frame to frame."""
-    excess, noise = [], []
+    """Motion that all ground markers share from frame to frame: a shift, or a picture that grows or turns."""
+    ways: dict[str, list[tuple[float, float]]] = {}
     for part in parts:
-        if part.empty:
-            continue
-        for axis in "xyz":
-            wide = part.pivot_table(index="frame", columns="marker", values=f"{axis}_m")
-            moved = wide - wide.median()
-            together = moved.mean(axis=1).to_numpy()
-            count = wide.notna().sum(axis=1).to_numpy()
-            sd = float(part[f"{axis}_sd_m"].median()) / np.sqrt(max(np.median(count), 1))
-            excess.append(max(spread(together) ** 2 - sd**2, 0.0) if axis != "z" else 0.0)
-            noise.append(sd)
-    if not excess:
-        return []
-    size = float(np.sqrt(np.median([max(excess[i : i + 3]) for i in range(0, len(excess), 3)])))
-    if size < still_m or size < 0.7 * float(np.median(noise)):
-        return []
-    return [
-        Structure(
-            "measurement",
-            "all",
-            "x",
-            "the ground markers, which move together",
-            size / still_m,
-            (size / np.median(noise)) ** 2,
-            size,
-            "m",
-            two_sided(size / float(np.median(noise))),
-        )
-    ]
+        for way, own in _shared(part).items():
+            ways.setdefault(way, []).append(own)
+    out = []
+    for way, each in ways.items():
+        size = float(np.sqrt(np.median([excess for excess, _ in each])))
+        noise = float(np.median([sd for _, sd in each]))
+        if size >= still_m and size >= LEAST_OF_NOISE * noise:
+            goes_with = f"the ground markers, which {way}" + ("" if way == TOGETHER else " from frame to frame")
+            gain, p = (size / noise) ** 2, two_sided(size / noise)
+            out.append(Structure("measurement", "all", "x", goes_with, size / still_m, gain, size, "m", p))
+    return sorted(out, key=lambda one: -one.strength)[:1]
+
+
+def _shared(part: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """What the markers of a run do together: variance (m^2) from frame to frame beyond noise, and that noise's sd (m),
+    by the way they do it.
+    """
+    if part.empty:
+        return {}
+    wide = [part.pivot_table(index="frame", columns="marker", values=axis) for axis in AXES]
+    moved = np.stack([one - one.median() for one in wide], -1)
+    count = np.median(np.isfinite(moved[..., 0]).sum(1))
+    sd = np.array([float(part[f"{axis[0]}_sd_m"].median()) for axis in AXES])
+    shift = np.nanmean(moved, axis=1)
+    shift_sd = sd / np.sqrt(max(count, 1))
+    out = {TOGETHER: (max(_beyond(shift[:, k], shift_sd[k]) for k in (0, 1)), float(np.median(shift_sd)))}
+    whole = np.isfinite(moved).all((1, 2))
+    if moved.shape[1] < 2 or not whole.any():
+        return out
+    middle = np.stack([one.median().to_numpy(float) for one in wide], -1)
+    arm = middle - middle.mean(0)
+    arm /= np.linalg.norm(arm)
+    for way, along in ((GROWS, arm), (TURNS, np.column_stack([-arm[:, 1], arm[:, 0]]))):
+        one_sd = float(np.sqrt(np.sum((along * sd) ** 2)))
+        out[way] = (_beyond(np.einsum("nka,ka->n", moved[whole], along), one_sd), one_sd)
+    return out
+
+
+def _beyond(values: Array, sd: float) -> float:
+    return float(max(spread(values) ** 2 - sd**2, 0.0))
 
 
 def _slow(parts: Sequence[pd.DataFrame], markers: Sequence[str], series: Series, still_m: float) -> list[Structure]:
@@ -170,9 +190,9 @@ def _what(moved: Array, middle: Array) -> str:
     grown = float(np.sum(arm * along)) / np.sqrt(square)
     turned = float(np.sum(arm[:, 0] * along[:, 1] - arm[:, 1] * along[:, 0])) / np.sqrt(square)
     shares = {
-        "move together": float(np.linalg.norm(moved.mean(0))) * np.sqrt(len(moved)),
-        "change their distances": abs(grown),
-        "turn": abs(turned),
+        TOGETHER: float(np.linalg.norm(moved.mean(0))) * np.sqrt(len(moved)),
+        GROWS: abs(grown),
+        TURNS: abs(turned),
     }
     return max(shares, key=lambda name: shares[name])
 
