@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ovines.core.compiled import Floats, compiled, inlined
+from ovines.core.compiled import Floats, compiled, copy_into, inlined
 from ovines.core.integration.disk_step import Disk, disk_of
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.integration.stepper import finish_step, step
@@ -262,7 +262,8 @@ def full_tangents(
                 total += STAGES[i, b] * work[b, j]
             trial[j] = y[j] + h * total
         for row in range(rows):
-            stage[row, :] = s[row, :m]
+            for j in range(m):
+                stage[row, j] = s[row, j]
             for b in range(i):
                 weight = h * STAGES[i, b]
                 if weight != 0.0:
@@ -310,7 +311,7 @@ def step_tangents(
     quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
     quick = quick and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
     part, after, trial = tangents.states[0], tangents.states[1], tangents.states[2]
-    part[:] = y
+    copy_into(part, y)
     done, size, again = 0.0, h, False
     if quick and tangents.pace[0] < WHOLE * h:
         size, again = tangents.pace[0], True
@@ -336,6 +337,6 @@ def step_tangents(
             return
         if quick:
             finish_step(part, size, system.p, k, work, after)
-        part[:] = after
+        copy_into(part, after)
         done += size
         size = next_part
