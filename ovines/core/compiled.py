@@ -51,9 +51,7 @@ def stamp_above(folder: Path, constants: tuple[str, ...] = ()) -> str:
     return hashlib.sha256((STAMP + source_stamp(folder, f"{folder.name}.compiled", constants)).encode()).hexdigest()
 
 
-def compiler(
-    stamp: str, fastmath: bool | set[str] = False, counting: bool = True
-) -> Callable[[Function], Function]:
+def compiler(stamp: str, fastmath: bool | set[str] = False, counting: bool = True) -> Callable[[Function], Function]:
     """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has
     it.
 

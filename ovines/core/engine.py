@@ -63,7 +63,7 @@ def fly_integrated(
 ) -> tuple[float, int]:
     """Integrated flight to the next contact, in place: (time, wall or -1)."""
     p, k = system.p, system.k
-    a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    a, b, cx, cy, between = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(P.N_STATE)
     fast = p[P.SPEED] + math.hypot(y[2], y[3])
     h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
     n = k[P.STATE_SIZE]
@@ -87,14 +87,12 @@ def fly_integrated(
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 wall = -1
-        if due(samples, t + s):
-            known = s
-            while due(samples, t + s):
-                part = samples.times[samples.written[0]] - t
-                flight_step(t, y, part, known, system, work, trial)
-                keep_sample(trial, system, work, samples)
-                known = part
-            flight_step(t, y, s, known, system, work, trial)
+        known = s
+        while due(samples, t + s):
+            part = samples.times[samples.written[0]] - t
+            flight_step(t, y, part, known, system, work, between)
+            keep_sample(between, system, work, samples)
+            known = part
         for j in range(n):
             y[j] = trial[j]
         t = t + s if s < end - t else end

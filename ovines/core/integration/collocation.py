@@ -22,6 +22,8 @@ NODES = 0.5 * (_points + 1.0)
 MODES = np.linalg.inv(_legendre.legvander(_points, N_NODES - 1))
 #: What the value at node j gives to the integral up to node i: [j, i], in steps.
 INTEGRALS = np.ascontiguousarray(0.5 * (_primitives.T @ MODES).T)
+#: The same, [i, j].
+TO_NODES = np.ascontiguousarray(INTEGRALS.T)
 #: Integral over the whole step (7,).
 WEIGHTS = np.ascontiguousarray(INTEGRALS[:, -1])
 #: The last four coefficients' rows, what the error is read from.

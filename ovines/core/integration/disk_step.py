@@ -11,7 +11,14 @@ from typing import NamedTuple
 
 from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.integration.collocation import (
-    INTEGRALS, N_NODES, NODES, WEIGHTS, integrate, left_over, stretch, tail,
+    INTEGRALS,
+    N_NODES,
+    NODES,
+    WEIGHTS,
+    integrate,
+    left_over,
+    stretch,
+    tail,
 )
 from ovines.core.integration.stepper import step
 from ovines.core.system import parameters as P
@@ -28,6 +35,8 @@ FLYING = Contact(P.FLIGHT, 0, 0.0)
 AX, AY, TURN, VX, VY, SPIN, FLOOR_VX, FLOOR_VY, FLOOR_SPIN, STRENGTH, PLACE_X, PLACE_Y = range(1, 13)
 MOST_SWEEPS = 20
 SETTLED = 0.3  # of the tolerance: what a sweep may still change
+FASTEST = 0.03  # what a sweep leaves of the change before it, at least: a poor guess makes the second look better
+FARTHEST = 2.0  # of a step's length: as far as its slopes are a guess
 UNSETTLED = 1e3  # error of a step whose sweeps do not settle
 NEAR = 0.03  # of a step: a place as near to its start is behind it
 CLEAR = 0.5  # of the way to where friction is not smooth, beside the real times: as far as a step goes
@@ -215,9 +224,7 @@ def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> float:
             slip_x += work[FLOOR_SPIN, i] * work[PLACE_Y, i]
             slip_y -= work[FLOOR_SPIN, i] * work[PLACE_X, i]
         ax, ay, turn = disk_slope(vx, vy, spin, slip_x, slip_y, slip_spin, work[STRENGTH, i], disk)
-        change = max(
-            change, abs(ax - work[AX, i]), abs(ay - work[AY, i]), disk.radius * abs(turn - work[TURN, i])
-        )
+        change = max(change, abs(ax - work[AX, i]), abs(ay - work[AY, i]), disk.radius * abs(turn - work[TURN, i]))
         work[AX, i], work[AY, i], work[TURN, i] = ax, ay, turn
     return change
 
@@ -235,7 +242,7 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
         floor = floor_at(t + NODES[i] * h, disk)
         work[FLOOR_VX, i], work[FLOOR_VY, i], work[FLOOR_SPIN, i], work[STRENGTH, i] = floor
     for row, start in ((AX, work[0, 2]), (AY, work[0, 3]), (TURN, work[0, 5])):
-        if known > 0.0:
+        if h <= FARTHEST * known:
             stretch(work, row, h / known, PLACE_X)
         else:
             for i in range(N_NODES):
@@ -250,7 +257,7 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
         integrate(work, AY, y[3], h, VY)
         integrate(work, TURN, y[5], h, SPIN)
         change = h * sweep(y, h, disk, work)
-        rest = change * min(change / last, 1.0) if last > 0.0 else change  # what the next one will change
+        rest = change * min(max(change / last, FASTEST), 1.0) if last > 0.0 else change  # what the next one changes
         last = change
         sweeps += 1
     advance(y, h, disk, k[P.STATE_SIZE] > P.ENERGIES, work, out)

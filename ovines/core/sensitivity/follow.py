@@ -23,7 +23,7 @@ from ovines.core.contact.along_wall import (
 )
 from ovines.core.contact.collision import resolve
 from ovines.core.engine import can_rest
-from ovines.core.integration.disk_step import flight_slopes, flight_step
+from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth_span
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
 from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
@@ -110,8 +110,8 @@ def fly_tangents(
                 y[5] = 0.0
                 tangents.s[5, :] = 0.0
             return t, -2
-        s = asked = min(h, end - t)
-        error = flight_step(t, y, s, system, work, trial)
+        s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
+        error = flight_step(t, y, s, 0.0, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
@@ -122,7 +122,7 @@ def fly_tangents(
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 wall = -1
-            flight_step(t, y, s, system, work, trial)  # its slopes are those of this step
+            flight_step(t, y, s, 0.0, system, work, trial)  # its slopes are those of this step
         copy_into(last, work[P.SPARE])
         step_tangents(t, y, s, flying, system, work, tangents)
         for j in range(k[P.STATE_SIZE]):
