@@ -16,6 +16,16 @@ _legendre = np.polynomial.legendre
 _points = np.array([-1.0, *np.sort(np.real(_legendre.Legendre.basis(N_NODES - 1).deriv().roots())), 1.0])
 _primitives = np.array([_legendre.legval(_points, _legendre.legint(row, lbnd=-1)) for row in np.eye(N_NODES)])
 
+
+def upper_factor(matrix: np.ndarray) -> np.ndarray:
+    """U of a matrix L U, where L has ones on its diagonal (no rows are exchanged)."""
+    upper = matrix.copy()
+    for column in range(len(upper)):
+        for row in range(column + 1, len(upper)):
+            upper[row] -= upper[row, column] / upper[column, column] * upper[column]
+    return upper
+
+
 #: Nodes (7,) of a step, 0 to 1.
 NODES = 0.5 * (_points + 1.0)
 #: Legendre coefficients (7, 7) of a polynomial from its values at the nodes.
@@ -24,6 +34,10 @@ MODES = np.linalg.inv(_legendre.legvander(_points, N_NODES - 1))
 INTEGRALS = np.ascontiguousarray(0.5 * (_primitives.T @ MODES).T)
 #: The same, [i, j].
 TO_NODES = np.ascontiguousarray(INTEGRALS.T)
+#: A lower triangular matrix [i, j] in place of the integrals, from the second node on, whose steps settle stiff slopes:
+#: the transposed upper factor of the integrals' own (Weiser, BIT Numer. Math. 55, 1219 (2015)).
+LOWER = np.zeros((N_NODES, N_NODES))
+LOWER[1:, 1:] = upper_factor(INTEGRALS[1:, 1:]).T
 #: Integral over the whole step (7,).
 WEIGHTS = np.ascontiguousarray(INTEGRALS[:, -1])
 #: The last four coefficients' rows, what the error is read from.
@@ -44,6 +58,20 @@ def integrate(rows: Floats, slopes: int, start: float, h: float, out: int) -> No
             rows[out, i] += INTEGRALS[j, i] * slope
     for i in range(N_NODES):
         rows[out, i] += start
+
+
+@inlined
+def settle(rows: Floats, slopes: int, start: float, h: float, values: int, damping: int, room: int) -> None:
+    """The same for slopes that fall with the values at the rates of the row ``damping`` (1/s): what is lacking to the
+    integrals is put on the values only as far as the slopes do not take it back.
+    """
+    integrate(rows, slopes, start, h, room)
+    for i in range(1, N_NODES):
+        lacking = rows[room, i] - rows[values, i]
+        for j in range(1, i):
+            lacking -= h * LOWER[i, j] * rows[damping, j] * rows[room, j]
+        rows[room, i] = lacking / (1.0 + h * LOWER[i, i] * rows[damping, i])
+        rows[values, i] += rows[room, i]
 
 
 @inlined

@@ -11,28 +11,29 @@ from typing import NamedTuple
 
 from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.integration.collocation import (
-    INTEGRALS,
     N_NODES,
     NODES,
     WEIGHTS,
     integrate,
     left_over,
+    settle,
     stretch,
     tail,
 )
 from ovines.core.integration.stepper import step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
-from ovines.core.system.friction import floor_friction
+from ovines.core.system.friction import SATURATED, floor_friction
 from ovines.core.system.host import X, Y, Z, table_piece
 from ovines.core.system.packed import Contact, System
 
 FLYING = Contact(P.FLIGHT, 0, 0.0)
 
 # Rows of the work array, whose columns are the nodes: slopes of the velocities and of the spin, these themselves, the
-# floor (its velocity at the room's origin, its spin, the friction's strength), the centre (above a floor that turns),
-# room.
+# floor (its velocity at the room's origin, its spin, the friction's strength), the centre (above a floor that turns);
+# the rates at which friction takes a slip within its regularisation and its spin (1/s), room.
 AX, AY, TURN, VX, VY, SPIN, FLOOR_VX, FLOOR_VY, FLOOR_SPIN, STRENGTH, PLACE_X, PLACE_Y = range(1, 13)
+DAMPING, SPIN_DAMPING, ROOM = P.SPARE + 1, P.SPARE + 2, P.SPARE + 3
 MOST_SWEEPS = 20
 SETTLED = 0.3  # of the tolerance: what a sweep may still change
 FASTEST = 0.03  # what a sweep leaves of the change before it, at least: a poor guess makes the second look better
@@ -211,9 +212,12 @@ def smooth_span(t: float, y: Floats, h: float, system: System, slopes: Floats) -
 
 
 @inlined
-def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> float:
-    """Slopes at the nodes from the velocities there; the largest change (m/s^2)."""
-    change = 0.0
+def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> tuple[float, bool]:
+    """Slopes at the nodes from the velocities there; the largest change (m/s^2), and whether friction damps slips: at
+    the mean of its rates along a slip and across it, a spin's by Farkas' torque where either is small.
+    """
+    change, damped = 0.0, False
+    narrow = (SATURATED * disk.regularisation) ** 2
     if disk.turned:
         integrate(work, VX, y[0], h, PLACE_X)
         integrate(work, VY, y[1], h, PLACE_Y)
@@ -226,7 +230,18 @@ def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> float:
         ax, ay, turn = disk_slope(vx, vy, spin, slip_x, slip_y, slip_spin, work[STRENGTH, i], disk)
         change = max(change, abs(ax - work[AX, i]), abs(ay - work[AY, i]), disk.radius * abs(turn - work[TURN, i]))
         work[AX, i], work[AY, i], work[TURN, i] = ax, ay, turn
-    return change
+        work[DAMPING, i], work[SPIN_DAMPING, i] = 0.0, 0.0
+        slide = slip_x * slip_x + slip_y * slip_y
+        rim = (disk.radius * slip_spin) ** 2 if disk.coupling > 0.0 else 0.0
+        if slide + rim < narrow:
+            ratio = math.sqrt(slide + rim) / disk.regularisation
+            smooth = math.tanh(ratio)
+            across = smooth / ratio if ratio > 0.0 else 1.0
+            rate = 0.5 * work[STRENGTH, i] / disk.regularisation * (across + 1.0 - smooth * smooth)
+            turning = disk.coupling * disk.mass_over_inertia * disk.radius * disk.radius
+            work[DAMPING, i], work[SPIN_DAMPING, i] = rate, rate * turning * (0.25 if slide > rim else 2.0 / 3.0)
+            damped = True
+    return change, damped
 
 
 @compiled
@@ -243,7 +258,7 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
         work[FLOOR_VX, i], work[FLOOR_VY, i], work[FLOOR_SPIN, i], work[STRENGTH, i] = floor
     for row, start in ((AX, work[0, 2]), (AY, work[0, 3]), (TURN, work[0, 5])):
         if h <= FARTHEST * known:
-            stretch(work, row, h / known, PLACE_X)
+            stretch(work, row, h / known, ROOM)
         else:
             for i in range(N_NODES):
                 work[row, i] = start
@@ -251,12 +266,18 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
     size = max(abs(y[2]), abs(y[3]), disk.radius * abs(y[5]))
     allowed = p[P.TOLERANCE] * (p[P.SPEED] + size)
     rest, last = 2.0 * SETTLED * allowed, 0.0
-    sweeps = 0
+    sweeps, damped = 0, False
     while rest > SETTLED * allowed and sweeps < MOST_SWEEPS:
-        integrate(work, AX, y[2], h, VX)
-        integrate(work, AY, y[3], h, VY)
-        integrate(work, TURN, y[5], h, SPIN)
-        change = h * sweep(y, h, disk, work)
+        if damped:
+            settle(work, AX, y[2], h, VX, DAMPING, ROOM)
+            settle(work, AY, y[3], h, VY, DAMPING, ROOM)
+            settle(work, TURN, y[5], h, SPIN, SPIN_DAMPING, ROOM)
+        else:
+            integrate(work, AX, y[2], h, VX)
+            integrate(work, AY, y[3], h, VY)
+            integrate(work, TURN, y[5], h, SPIN)
+        change, damped = sweep(y, h, disk, work)
+        change *= h
         rest = change * min(max(change / last, FASTEST), 1.0) if last > 0.0 else change  # what the next one changes
         last = change
         sweeps += 1

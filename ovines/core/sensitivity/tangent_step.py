@@ -48,7 +48,8 @@ LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not
 class Tangents(NamedTuple):
     """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
     needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the room of
-    :func:`quick_tangents` (33, 24); three states (3, 19); the step that the quick tangents allow where they were last (1,).
+    :func:`quick_tangents` (33, 24); three states (3, 19); the step that the quick tangents allow where they were last
+    (1,).
     """
 
     s: Floats
@@ -266,7 +267,7 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
 def full_tangents(
     t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, trial: Floats, tangents: Tangents
 ) -> float:
-    """Tangents over the step just made from ``y``, any mode and Host, from its twelve slopes; as :func:`quick_tangents`."""
+    """Tangents over the step just made from ``y``, any mode and Host, by its twelve slopes; as :func:`quick_tangents`."""
     p, k = system.p, system.k
     s, q, slopes, stage = tangents.s, tangents.q, tangents.slopes, tangents.stage
     m, n = q.shape[1], k[P.STATE_SIZE]
@@ -324,11 +325,12 @@ def step_tangents(
     there the step is made again in parts, as large as ``tangents.pace`` found them to be allowed before.
     """
     k = system.k
-    quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
-    quick = quick and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
+    plain = contact.mode == P.FLIGHT and k[P.PLAIN] != 0
+    quick = plain and k[P.FLOOR_TURNS] == 0 and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
     part, after, trial = tangents.states[0], tangents.states[1], tangents.states[2]
     copy_into(part, y)
-    done, size, again = 0.0, h, False
+    again = plain and not quick  # what `full_tangents` needs are a Runge-Kutta step's slopes
+    done, size, known, growth = 0.0, h, h, 5.0
     if quick and tangents.pace[0] < WHOLE * h:
         size, again = tangents.pace[0], True
     while done < h:
@@ -337,23 +339,23 @@ def step_tangents(
         if quick:
             if again:
                 disk_slopes(t + done, part, system, work[0])
-                disk_step(t + done, part, size, 0.0, system, work, after)
+                disk_step(t + done, part, size, known, system, work, after)
             error = quick_tangents(t + done, size, system, work, tangents)
         else:
             if again:
                 derivatives(t + done, part, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
                 step(t + done, part, size, contact, system, work, after)
             error = full_tangents(t + done, part, size, contact, system, work, trial, tangents)
-        again = True
+        again, known = True, size
         if error > 1.0 and size > 1e-4 * h:
             size *= max(0.1, 0.85 * error ** (-0.125))
-            tangents.pace[0] = size
+            tangents.pace[0], growth = size, 1.0  # what made it too long is still ahead
             continue
-        next_part = size * min(5.0, 0.75 * max(error, 1e-9) ** (-0.125))
+        next_part = size * min(growth, 0.75 * max(error, 1e-9) ** (-0.125))
         if size >= tangents.pace[0] or not last:  # what is left of a step is no measure of the next
             tangents.pace[0] = next_part
         if last:
             return
         copy_into(part, after)
         done += size
-        size = next_part
+        size, known, growth = next_part, 0.0, 5.0
