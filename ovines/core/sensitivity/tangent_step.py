@@ -267,7 +267,7 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
 def full_tangents(
     t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, trial: Floats, tangents: Tangents
 ) -> float:
-    """Tangents over the step just made from ``y`` by its twelve slopes, any mode and Host: as :func:`quick_tangents`."""
+    """Tangents over the step just made from ``y`` by twelve slopes, any mode and Host: as :func:`quick_tangents`."""
     p, k = system.p, system.k
     s, q, slopes, stage = tangents.s, tangents.q, tangents.slopes, tangents.stage
     m, n = q.shape[1], k[P.STATE_SIZE]
