@@ -257,7 +257,7 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
         floor = floor_at(t + NODES[i] * h, disk)
         work[FLOOR_VX, i], work[FLOOR_VY, i], work[FLOOR_SPIN, i], work[STRENGTH, i] = floor
     for row, start in ((AX, work[0, 2]), (AY, work[0, 3]), (TURN, work[0, 5])):
-        if h <= FARTHEST * known:
+        if 0.0 < h <= FARTHEST * known:
             stretch(work, row, h / known, ROOM)
         else:
             for i in range(N_NODES):
