@@ -51,9 +51,12 @@ def stamp_above(folder: Path, constants: tuple[str, ...] = ()) -> str:
     return hashlib.sha256((STAMP + source_stamp(folder, f"{folder.name}.compiled", constants)).encode()).hexdigest()
 
 
-def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Function], Function]:
+def compiler(stamp: str, fastmath: bool | set[str] = False, counting: bool = True) -> Callable[[Function], Function]:
     """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has
     it.
+
+    ``counting``: whether references on arrays are counted.  A function that makes no array and returns none needs no
+    counts, as its caller holds what it is given; with them half of a run's time went into nothing else.
     """
 
     def decorate(function: Function) -> Function:
@@ -61,6 +64,7 @@ def compiler(stamp: str, fastmath: bool | set[str] = False) -> Callable[[Functio
         if not SUPPORTED or config.DISABLE_JIT:  # another numba: better slow than wrong
             return uncached(function)
         options = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": fastmath, "boundscheck": None}
+        options["_nrt"] = counting
         kernel = Kernel(function, targetoptions=options)
         try:
             kernel.enable_caching()
@@ -86,9 +90,17 @@ def _say_once_uncached() -> None:
         )
 
 
-compiled = compiler(STAMP)
+compiled = compiler(STAMP, counting=False)
+making_arrays = compiler(STAMP)  # what makes arrays, assigns them to slices, or gets new ones from others
 
 
 # For small functions on the hot path: a call hands eight arrays over and counts references on each, which costs more
 # than the work itself (measured: half of the time of a right-hand side).
 inlined: Callable[[Function], Function] = njit(nogil=True, error_model="numpy", inline="always")
+
+
+@inlined
+def copy_into(target: Floats, source: Floats) -> None:
+    """Copy a row of numbers, without the array that an assignment to a slice makes."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]

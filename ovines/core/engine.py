@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, copy_into, inlined, making_arrays
 from ovines.core.contact.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.contact.collision import resolve
-from ovines.core.integration.disk_step import flight_slopes, flight_step
+from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth_span
 from ovines.core.integration.extended import SHARP, sharpen, strike_extended
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.integration.sampling import due, keep_sample, sample_glide
@@ -47,7 +47,8 @@ def fly_closed(
     if k[P.EXTENDED] and wall == P.ROUND:
         exact, agreed = sharpen(t, s, y, low, system, trial, work[P.TRIAL])
         if agreed:
-            y[:], low[:] = trial, work[P.TRIAL]
+            copy_into(y, trial)
+            copy_into(low, work[P.TRIAL])
             return exact, wall
     low[:] = 0.0
     glide(t, s, y, system, work[P.SCRATCH], trial)
@@ -56,13 +57,13 @@ def fly_closed(
     return reached, wall
 
 
-@compiled
+@making_arrays
 def fly_integrated(
     t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, samples: Samples
 ) -> tuple[float, int]:
     """Integrated flight to the next contact, in place: (time, wall or -1)."""
     p, k = system.p, system.k
-    a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    a, b, cx, cy, between = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(P.N_STATE)
     fast = p[P.SPEED] + math.hypot(y[2], y[3])
     h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
     n = k[P.STATE_SIZE]
@@ -74,8 +75,8 @@ def fly_integrated(
             if p[P.COUPLING] > 0.0:
                 y[5] = 0.0
             return t, -2
-        s = asked = min(h, end - t)
-        error = flight_step(t, y, s, system, work, trial)
+        s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
+        error = flight_step(t, y, s, 0.0, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
@@ -86,11 +87,12 @@ def fly_integrated(
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 wall = -1
-        if due(samples, t + s):
-            while due(samples, t + s):
-                flight_step(t, y, samples.times[samples.written[0]] - t, system, work, trial)
-                keep_sample(trial, system, work, samples)
-            flight_step(t, y, s, system, work, trial)
+        known = s
+        while due(samples, t + s):
+            part = samples.times[samples.written[0]] - t
+            flight_step(t, y, part, known, system, work, between)
+            keep_sample(between, system, work, samples)
+            known = part
         for j in range(n):
             y[j] = trial[j]
         t = t + s if s < end - t else end
@@ -126,12 +128,14 @@ def carry_extended(y: Floats, before: Floats, low: Floats, record: Floats, flies
     if low[SHARP] > 0.0 and flies_on:
         restitution = effective_restitution(record[P.NORMAL_BEFORE], record[P.AZIMUTH], record[P.TIME], p)
         strike_extended(before, low, restitution, p, k)
-        y[: P.ENERGIES], y[P.HOST :] = before[: P.ENERGIES], before[P.HOST :]
+        for i in range(P.N_STATE):
+            if i < P.ENERGIES or i >= P.HOST:
+                y[i] = before[i]
     else:
         low[:] = 0.0
 
 
-@compiled
+@making_arrays
 def run(
     system: System, y: Floats, samples: Samples, impacts: Floats, contacts: Floats, with_energy: bool
 ) -> tuple[float, int, int, float]:
@@ -175,14 +179,14 @@ def run(
                 mode = P.FLIGHT
                 grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
                 continue
-        before[:] = y
+        copy_into(before, y)
         mode, duration, counted = resolve(t, y, wall, system, work, record)
         t += duration
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
             p[P.LAST_IMPACT] = t
             if n_impacts < impacts.shape[0]:
-                impacts[n_impacts, :] = record
+                copy_into(impacts[n_impacts], record)
             n_impacts += 1
             if n_impacts >= k[P.MAX_IMPACTS]:
                 break

@@ -103,9 +103,9 @@ def simulate_ensemble(
     on
     ``jobs`` (threads; None: all cores), on ``client`` (a ``distributed.Client``; a lost worker's chunks run again) or
     on ``chunk``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone (mean
-    impacts of 1,000 runs of Table 15 case 2: 14.522 against 14.524 at 1e-11) at two thirds of the time.  Starts that
+    impacts of 1,000 runs of Table 15 case 2: 14.556 against 14.555 at 1e-11) at two thirds of the time.  Starts that
     fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.  ``with_energies`` also
-    follows the energies: 6 % more time with floor friction, six times as long for closed flights over springs.
+    follows the energies: hardly more time with floor friction, seven times as long for closed flights over springs.
 
     Examples
     --------

@@ -10,6 +10,7 @@ import pytest
 
 from ovines.__main__ import main
 from ovines.core import MeasuredMotion, simulate
+from ovines.core.refusal import ScenarioError
 from ovines.core.system.named import named_scenario
 from ovines.tables import TABLES, write_table
 
@@ -95,6 +96,35 @@ def test_a_table_that_does_not_cover_the_run_is_refused(first_s, last_s, do, tmp
     said = " ".join("".join(capsys.readouterr()).split())
     assert status == 2 and not (tmp_path / "out").exists()
     assert f"a Host table from {first_s:g} to {last_s:g} s for a run of 0.1 s from 0" in said and do in said
+
+
+@pytest.mark.parametrize(
+    ("missing", "first_s", "noise_m", "refused"),
+    [
+        (1, 0.03, 0.0, False),  # 1 ms of 91 ms: a spline carries it to some um
+        (40, 0.03, 0.0, True),  # a quarter of a period
+        (120, 0.12, 0.0, False),  # after the run
+        (10, 0.03, 2e-4, False),  # what is missed is noise
+        (170, 0.02, 0.0, True),  # nowhere are as many in a row
+    ],
+)
+def test_a_gap_that_a_spline_cannot_carry_is_refused(missing, first_s, noise_m, refused):
+    """It was splined over without a word, at 40 frames by millimetres."""
+    time_s = np.arange(600) / 2000
+    shaken_m = 0.0164 * np.sin(2 * np.pi * 11.0 * time_s) + noise_m * np.random.default_rng(0).standard_normal(600)
+    kept = np.ones(600, dtype=bool)
+    kept[round(2000 * first_s) : round(2000 * first_s) + missing] = False
+    if missing > 150:
+        kept[330:] = False
+    still = np.zeros(kept.sum())
+    table = MeasuredMotion(time_s[kept], shaken_m[kept], still, still, still)
+    rig = named_scenario("rig", duration_s=0.1)
+    host = replace(rig.host, drive=(), table=table)
+    if not refused:
+        assert len(simulate(replace(rig, host=host)).impacts) > 0
+        return
+    with pytest.raises(ScenarioError, match=rf"gap of .* s \({missing} frames\) at 0\.0"):
+        replace(rig, host=host)
 
 
 def empty_motion(rows):

@@ -54,6 +54,68 @@ def test_curves_of_the_impact_oscillator(over):
         assert np.prod(orbit.multipliers).real == pytest.approx(restitution**2, rel=1e-6)
 
 
+def single_impact(omega, n, sigma=0.0, restitution=0.8):
+    """The orbit with one impact in n periods of x'' + x = cos(omega t), x < sigma: place and speed at time 0, and the
+    trace of its multipliers, whose product is restitution squared.
+
+    The closed form of S. W. Shaw and P. J. Holmes, J. Sound Vib. 90, 129 (1983), without damping: with the speed of
+    :func:`impact_speed`, the phase at the impact follows, and from the acceleration there the trace.
+    """
+    speed, gain, span = impact_speed(omega, restitution, n, sigma), 1 / (1 - omega**2), 2 * math.pi * n / omega
+    a = -speed * (1 + restitution) / (2 * math.tan(span / 2))
+    b = a * math.tan(span / 2)
+    cosine, sine = (sigma - a) / gain, -(1 - restitution) * speed / (2 * gain * omega)
+    since = -math.atan2(sine, cosine) / omega % span  # of time 0, after the impact
+    angle = omega * since + math.atan2(sine, cosine)
+    place = a * math.cos(since) + b * math.sin(since) + gain * math.cos(angle)
+    rate = b * math.cos(since) - a * math.sin(since) - gain * omega * math.sin(angle)
+    turn = (1 + restitution) * (cosine - sigma) / speed
+    return place, rate, turn * math.sin(span) - 2 * restitution * math.cos(span)
+
+
+def subharmonic(omega, n, sigma, between):
+    """The branch of that orbit over the drive's frequency: frequencies (rad/s) and traces."""
+    place, rate, _trace = single_impact(omega, n, sigma)
+    made = changed(OSCILLATOR, "drive_frequency_factor", omega / 2.2)
+    made = replace(made, initial_nes=(-50 + sigma, *made.initial_nes[1:]), initial_host=(place, 0, rate, 0, 0, 0))
+    factors = (between[0] / omega, between[1] / omega)
+    branch = follow_orbit(made, LINE, "drive_frequency_factor", factors, periods=n, step=0.03, most=100)
+    assert all(np.prod(orbit.multipliers).real == pytest.approx(0.64, rel=1e-6) for orbit in branch.orbits)
+    traces = np.array([orbit.multipliers.sum().real for orbit in branch.orbits])
+    return omega * np.array([orbit.value for orbit in branch.orbits]), traces
+
+
+@pytest.mark.parametrize(("n", "omega", "low", "high"), [(1, 2.0, 1.2, 2.7), (2, 4.0, 3.3, 4.7), (3, 6.0, 5.3, 6.7)])
+def test_subharmonics_double_their_period_where_shaw_and_holmes_say(n, omega, low, high):
+    """Period 1, 2 and 3 with one impact: the multipliers along each branch, and where the first passes -1."""
+    omegas, traces = subharmonic(omega, n, 0.0, (low, high))
+    assert traces == pytest.approx([single_impact(one, n)[2] for one in omegas], abs=1e-6)
+    beyond = -(1 + 0.64) - traces  # 0 where one multiplier is -1
+    passed = np.flatnonzero(beyond[:-1] * beyond[1:] < 0)
+    right = [brentq(lambda one: single_impact(one, n)[2] + 1.64, *ends) for ends in ((low, omega), (omega, high))]
+    found = [omegas[k] - beyond[k] * (omegas[k + 1] - omegas[k]) / (beyond[k + 1] - beyond[k]) for k in passed]
+    assert sorted(found) == pytest.approx(right, rel=2e-3)  # between two orbits in a straight line; issue 22: 1 %
+
+
+@pytest.mark.parametrize(
+    ("n", "sigma", "low", "omega", "high"),
+    [(1, 0.45, 1.8, 1.9, 1.98), (2, 0.3, 3.4, 3.6, 3.9), (3, 0.3, 5.0, 5.2, 5.7)],
+)
+def test_subharmonics_fold_where_shaw_and_holmes_say(n, sigma, low, omega, high):
+    """Before a stop off the mass' rest two orbits meet, with a multiplier 1, where the speed's root is 0."""
+
+    def square(one):
+        whole = ((1 + 0.8) / (2 * math.tan(math.pi * n / one))) ** 2 + ((1 - 0.8) / (2 * one)) ** 2
+        return whole - (0.2 / (2 * one)) ** 2 - whole * (1 - 1 / ((1 - one**2) * sigma) ** 2)
+
+    fold = brentq(square, omega, high)
+    omegas, traces = subharmonic(omega, n, sigma, (low, high))
+    last = int(np.argmax(omegas))
+    assert omegas[last] == pytest.approx(fold, rel=1e-3)
+    assert 0 < last < len(omegas) - 1  # both orbits that meet there are on the branch
+    assert (traces[0] - 1.64) * (traces[-1] - 1.64) < 0 and traces[last] == pytest.approx(1.64, abs=0.05)
+
+
 def test_exponents_of_a_stable_orbit_are_its_multipliers():
     orbit = periodic_orbit(OSCILLATOR, LINE)
     start = replace(OSCILLATOR, initial_host=tuple(orbit.state[6:]), duration_s=200 * orbit.period_s)

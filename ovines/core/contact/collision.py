@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws.kernel import law_of
 from ovines.core.laws.words import TARGETS
 from ovines.core.system import parameters as P
@@ -50,7 +50,7 @@ def pull_to_wall(t: float, y: Floats, wall: int, system: System, work: Floats) -
     return contact_bias(y, at, face, dy, p, k, scratch)[0]
 
 
-@compiled
+@making_arrays
 def resolve(
     t: float,
     y: Floats,

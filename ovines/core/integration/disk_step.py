@@ -1,8 +1,7 @@
 """One step of a centred disk over a floor whose motion is given: the case that nearly every flight is.
 
-The general step of :mod:`ovines.core.integration.stepper` hands arrays from function to function, and numba counts
-references on each: four times the time of the arithmetic.  Here a stage is scalars only.  Same pair, same error, same
-answer to the last digit.
+Only velocities and spin feed back, and weakly: collocation by sweeps (:mod:`ovines.core.integration.collocation`), with
+scalars and rows of numbers only, as numba counts references on every array that is handed over.
 """
 
 from __future__ import annotations
@@ -11,16 +10,37 @@ import math
 from typing import NamedTuple
 
 from ovines.core.compiled import Floats, compiled, inlined
-from ovines.core.integration.dop853 import NODES, STAGES
-from ovines.core.integration.stepper import finish_step, step
+from ovines.core.integration.collocation import (
+    N_NODES,
+    NODES,
+    WEIGHTS,
+    integrate,
+    left_over,
+    settle,
+    stretch,
+    tail,
+)
+from ovines.core.integration.stepper import step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
-from ovines.core.system.friction import floor_friction
+from ovines.core.system.friction import SATURATED, floor_friction
 from ovines.core.system.host import X, Y, Z, table_piece
 from ovines.core.system.packed import Contact, System
 
-# columns of a row of slopes: those of the state; positions' slopes are velocities
 FLYING = Contact(P.FLIGHT, 0, 0.0)
+
+# Rows of the work array, whose columns are the nodes: slopes of the velocities and of the spin, these themselves, the
+# floor (its velocity at the room's origin, its spin, the friction's strength), the centre (above a floor that turns);
+# the rates at which friction takes a slip within its regularisation and its spin (1/s), room.
+AX, AY, TURN, VX, VY, SPIN, FLOOR_VX, FLOOR_VY, FLOOR_SPIN, STRENGTH, PLACE_X, PLACE_Y = range(1, 13)
+DAMPING, SPIN_DAMPING, ROOM = P.SPARE + 1, P.SPARE + 2, P.SPARE + 3
+MOST_SWEEPS = 20
+SETTLED = 0.3  # of the tolerance: what a sweep may still change
+FASTEST = 0.03  # what a sweep leaves of the change before it, at least: a poor guess makes the second look better
+FARTHEST = 2.0  # of a step's length: as far as its slopes are a guess
+UNSETTLED = 1e3  # error of a step whose sweeps do not settle
+NEAR = 0.03  # of a step: a place as near to its start is behind it
+CLEAR = 0.5  # of the way to where friction is not smooth, beside the real times: as far as a step goes
 
 
 class Disk(NamedTuple):
@@ -71,8 +91,10 @@ def disk_of(system: System) -> Disk:
 
 
 @inlined
-def floor_below(t: float, x: float, y: float, disk: Disk) -> tuple[float, float, float, float]:
-    """Velocity of the floor under (x, y), its spin, and the load (m/s^2) with which the disk presses on it."""
+def floor_at(t: float, disk: Disk) -> tuple[float, float, float, float]:
+    """Velocity that the floor would have at the room's origin, its spin, and the friction's strength (m/s^2):
+    coefficient times the load with which the disk presses on it.
+    """
     vx, vy, spin, load = 0.0, 0.0, 0.0, disk.load
     host_x, host_y = 0.0, 0.0
     drive, table = disk.drive, disk.table
@@ -109,87 +131,202 @@ def floor_below(t: float, x: float, y: float, disk: Disk) -> tuple[float, float,
         spin += table[i, 11] + s * (2.0 * table[i, 10] + 3.0 * s * table[i, 9])
         load += 2.0 * table[i, 14] + 6.0 * s * table[i, 13]
     if disk.turned and disk.carried:
-        vx -= spin * (y - host_y)
-        vy += spin * (x - host_x)
-    return vx, vy, spin, max(load, 0.0)
+        vx += spin * host_y
+        vy -= spin * host_x
+    return vx, vy, spin, max(disk.friction * (1.0 + disk.drift * t), 0.0) * max(load, 0.0)
 
 
 @inlined
 def disk_slope(
-    t: float, x: float, y: float, vx: float, vy: float, spin: float, disk: Disk
-) -> tuple[float, float, float, float, float, float, float]:
-    """Accelerations of the centre, of the angle, and the powers lost to sliding, to spinning and to drag, and done
-    by the driver.
-    """
-    ax, ay, turn = disk.gravity_x, disk.gravity_y, 0.0
-    sliding, spinning, dragging, working = 0.0, 0.0, 0.0, 0.0
+    vx: float, vy: float, spin: float, slip_x: float, slip_y: float, slip_spin: float, strength: float, disk: Disk
+) -> tuple[float, float, float]:
+    """Accelerations of the centre and of the angle."""
+    ax, ay, torque = floor_friction(
+        slip_x, slip_y, slip_spin, disk.radius, strength, disk.regularisation, disk.coupling
+    )
+    ax += disk.gravity_x
+    ay += disk.gravity_y
     if disk.viscous != 0.0 or disk.air != 0.0:
-        square = vx * vx + vy * vy
-        rate = disk.viscous + disk.air * math.sqrt(square)
+        rate = disk.viscous + disk.air * math.sqrt(vx * vx + vy * vy)
         ax -= rate * vx
         ay -= rate * vy
-        dragging = disk.mass * rate * square
-    if disk.friction > 0.0:
-        floor_vx, floor_vy, floor_spin, load = floor_below(t, x, y, disk)
-        strength = max(disk.friction * (1.0 + disk.drift * t), 0.0) * load
-        slip_x, slip_y, slip_spin = vx - floor_vx, vy - floor_vy, spin - floor_spin
-        fx, fy, torque = floor_friction(
-            slip_x, slip_y, slip_spin, disk.radius, strength, disk.regularisation, disk.coupling
-        )
-        ax += fx
-        ay += fy
-        turn = torque * disk.mass_over_inertia
-        sliding = -disk.mass * (fx * slip_x + fy * slip_y)
-        spinning = -disk.mass * torque * slip_spin
-        working = disk.mass * (fx * floor_vx + fy * floor_vy + torque * floor_spin)
-    return ax, ay, turn, sliding, spinning, dragging, working
-
-
-@inlined
-def keep_powers(sliding: float, spinning: float, dragging: float, working: float, out: Floats) -> None:
-    """Powers into the slopes of the energies: in flight over a given floor no wall and no damper takes any."""
-    out[P.LOST_NORMAL], out[P.LOST_TANGENT], out[P.LOST_DAMPING] = 0.0, 0.0, 0.0
-    out[P.LOST_SLIDING], out[P.LOST_SPINNING], out[P.LOST_DRAG], out[P.WORK] = sliding, spinning, dragging, working
+    return ax, ay, torque * disk.mass_over_inertia
 
 
 @compiled
 def disk_slopes(t: float, y: Floats, system: System, out: Floats) -> None:
-    """Slopes of the whole state into ``out``."""
-    k = system.k
-    ax, ay, turn, sliding, spinning, dragging, working = disk_slope(t, y[0], y[1], y[2], y[3], y[5], disk_of(system))
-    out[0], out[1], out[2], out[3], out[4], out[5] = y[2], y[3], ax, ay, y[5], turn
-    if k[P.STATE_SIZE] > P.ENERGIES:
-        keep_powers(sliding, spinning, dragging, working, out)
+    """Slopes of the state, without its energies, into ``out``."""
+    disk = disk_of(system)
+    floor_vx, floor_vy, floor_spin, strength = floor_at(t, disk)
+    vx, vy, spin = y[2], y[3], y[5]
+    slip_x, slip_y = vx - floor_vx + floor_spin * y[1], vy - floor_vy - floor_spin * y[0]
+    ax, ay, turn = disk_slope(vx, vy, spin, slip_x, slip_y, spin - floor_spin, strength, disk)
+    out[0], out[1], out[2], out[3], out[4], out[5] = vx, vy, ax, ay, spin, turn
+
+
+@inlined
+def singular_ahead(start: float, middle: float, end: float) -> float:
+    """First place where the parabola through three values at 0, 1/2 and 1 is zero, or how far a step may go beside a
+    zero in complex time; infinity where there is none ahead.
+    """
+    bend, slope = 2.0 * (start - 2.0 * middle + end), 4.0 * middle - 3.0 * start - end
+    root = slope * slope - 4.0 * bend * start
+    if root < 0.0:
+        return CLEAR * math.sqrt(start / bend) if slope * bend < 0.0 else math.inf
+    half = -0.5 * (slope + math.copysign(math.sqrt(root), slope))
+    one, other = half / bend, start / half
+    first, second = min(one, other), max(one, other)
+    return first if first > NEAR else (second if second > NEAR else math.inf)
 
 
 @compiled
-def disk_step(t: float, y: Floats, h: float, system: System, work: Floats, out: Floats) -> float:
-    """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the slopes at ``t``.  Returns error over tolerance."""
+def smooth_span(t: float, y: Floats, h: float, system: System, slopes: Floats) -> float:
+    """How much of ``h`` (s) a step may take so that friction is smooth inside of it, by the path that the slopes of
+    state ``y`` lead to.
+
+    Farkas' functions have a logarithm where the sliding speed passes the rim's, and friction turns over within the
+    regularisation's speed: a step that ends there, or well before, needs no second attempt.
+    """
+    if not system.k[P.PLAIN] or system.p[P.FLOOR_FRICTION] == 0.0:
+        return h
+    disk = disk_of(system)
+    narrow = (0.5 * math.pi * disk.regularisation) ** 2  # tanh's own pole
+    slide_0, slide_1, slide_2, rim_0, rim_1, rim_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        s = 0.5 * i * h
+        floor_vx, floor_vy, floor_spin, _strength = floor_at(t + s, disk)
+        x, yy = y[2] + s * slopes[2] - floor_vx, y[3] + s * slopes[3] - floor_vy
+        if disk.turned:
+            x += floor_spin * (y[1] + s * (y[3] + 0.5 * s * slopes[3]))
+            yy -= floor_spin * (y[0] + s * (y[2] + 0.5 * s * slopes[2]))
+        rim = disk.radius * (y[5] + s * slopes[5] - floor_spin)
+        slide_0, slide_1, slide_2 = slide_1, slide_2, x * x + yy * yy
+        rim_0, rim_1, rim_2 = rim_1, rim_2, rim * rim
+    part = 1.0
+    if disk.coupling > 0.0:
+        part = min(part, singular_ahead(slide_0 - rim_0, slide_1 - rim_1, slide_2 - rim_2))
+        part = min(part, singular_ahead(slide_0 + rim_0 + narrow, slide_1 + rim_1 + narrow, slide_2 + rim_2 + narrow))
+    if disk.coupling < 1.0:
+        part = min(part, singular_ahead(slide_0 + narrow, slide_1 + narrow, slide_2 + narrow))
+    return part * h
+
+
+@inlined
+def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> tuple[float, bool]:
+    """Slopes at the nodes from the velocities there; the largest change (m/s^2), and whether friction damps slips: at
+    the mean of its rates along a slip and across it, a spin's by Farkas' torque where either is small.
+    """
+    change, damped = 0.0, False
+    narrow = (SATURATED * disk.regularisation) ** 2
+    if disk.turned:
+        integrate(work, VX, y[0], h, PLACE_X)
+        integrate(work, VY, y[1], h, PLACE_Y)
+    for i in range(1, N_NODES):
+        vx, vy, spin = work[VX, i], work[VY, i], work[SPIN, i]
+        slip_x, slip_y, slip_spin = vx - work[FLOOR_VX, i], vy - work[FLOOR_VY, i], spin - work[FLOOR_SPIN, i]
+        if disk.turned:
+            slip_x += work[FLOOR_SPIN, i] * work[PLACE_Y, i]
+            slip_y -= work[FLOOR_SPIN, i] * work[PLACE_X, i]
+        ax, ay, turn = disk_slope(vx, vy, spin, slip_x, slip_y, slip_spin, work[STRENGTH, i], disk)
+        change = max(change, abs(ax - work[AX, i]), abs(ay - work[AY, i]), disk.radius * abs(turn - work[TURN, i]))
+        work[AX, i], work[AY, i], work[TURN, i] = ax, ay, turn
+        work[DAMPING, i], work[SPIN_DAMPING, i] = 0.0, 0.0
+        slide = slip_x * slip_x + slip_y * slip_y
+        rim = (disk.radius * slip_spin) ** 2 if disk.coupling > 0.0 else 0.0
+        if slide + rim < narrow:
+            ratio = math.sqrt(slide + rim) / disk.regularisation
+            smooth = math.tanh(ratio)
+            across = smooth / ratio if ratio > 0.0 else 1.0
+            rate = 0.5 * work[STRENGTH, i] / disk.regularisation * (across + 1.0 - smooth * smooth)
+            turning = disk.coupling * disk.mass_over_inertia * disk.radius * disk.radius
+            work[DAMPING, i], work[SPIN_DAMPING, i] = rate, rate * turning * (0.25 if slide > rim else 2.0 / 3.0)
+            damped = True
+    return change, damped
+
+
+@compiled
+def disk_step(t: float, y: Floats, h: float, known: float, system: System, work: Floats, out: Floats) -> float:
+    """Advance ``y`` by ``h`` into ``out``; ``work[0]`` holds the slopes at ``t``.  Returns error over tolerance.
+
+    ``known``: length of the step from the same state that was made last, whose slopes stand in ``work`` and are a good
+    guess of these (0: none).
+    """
     p, k = system.p, system.k
     disk = disk_of(system)
-    energies, turns = k[P.STATE_SIZE] > P.ENERGIES, disk.turned
-    x0, y0, vx0, vy0, spin0 = y[0], y[1], y[2], y[3], y[5]
-    for i in range(1, 12):
-        x, yy = 0.0, 0.0
-        first = STAGES[i, 0]
-        vx, vy, spin = first * work[0, 2], first * work[0, 3], first * work[0, 5]
-        for m in range(1 if i < 5 else 3, i):  # later stages leave the second and the third out
-            a = STAGES[i, m]
-            vx += a * work[m, 2]
-            vy += a * work[m, 3]
-            spin += a * work[m, 5]
-        if turns:
-            for m in range(i):
-                x += STAGES[i, m] * work[m, 0]
-                yy += STAGES[i, m] * work[m, 1]
-        vx, vy, spin = vx0 + h * vx, vy0 + h * vy, spin0 + h * spin
-        ax, ay, turn, sliding, spinning, dragging, working = disk_slope(
-            t + NODES[i] * h, x0 + h * x, y0 + h * yy, vx, vy, spin, disk
-        )
-        work[i, 0], work[i, 1], work[i, 2], work[i, 3], work[i, 4], work[i, 5] = vx, vy, ax, ay, spin, turn
+    for i in range(N_NODES):
+        floor = floor_at(t + NODES[i] * h, disk)
+        work[FLOOR_VX, i], work[FLOOR_VY, i], work[FLOOR_SPIN, i], work[STRENGTH, i] = floor
+    for row, start in ((AX, work[0, 2]), (AY, work[0, 3]), (TURN, work[0, 5])):
+        if 0.0 < h <= FARTHEST * known:
+            stretch(work, row, h / known, ROOM)
+        else:
+            for i in range(N_NODES):
+                work[row, i] = start
+        work[row, 0] = start
+    size = max(abs(y[2]), abs(y[3]), disk.radius * abs(y[5]))
+    allowed = p[P.TOLERANCE] * (p[P.SPEED] + size)
+    rest, last = 2.0 * SETTLED * allowed, 0.0
+    sweeps, damped = 0, False
+    while rest > SETTLED * allowed and sweeps < MOST_SWEEPS:
+        if damped:
+            settle(work, AX, y[2], h, VX, DAMPING, ROOM)
+            settle(work, AY, y[3], h, VY, DAMPING, ROOM)
+            settle(work, TURN, y[5], h, SPIN, SPIN_DAMPING, ROOM)
+        else:
+            integrate(work, AX, y[2], h, VX)
+            integrate(work, AY, y[3], h, VY)
+            integrate(work, TURN, y[5], h, SPIN)
+        change, damped = sweep(y, h, disk, work)
+        change *= h
+        rest = change * min(max(change / last, FASTEST), 1.0) if last > 0.0 else change  # what the next one changes
+        last = change
+        sweeps += 1
+    advance(y, h, disk, k[P.STATE_SIZE] > P.ENERGIES, work, out)
+    late_x, early_x = tail(work, AX)
+    late_y, early_y = tail(work, AY)
+    late_spin, early_spin = tail(work, TURN)
+    late, early = max(late_x, late_y, disk.radius * late_spin), max(early_x, early_y, disk.radius * early_spin)
+    error = left_over(h, late, early) / allowed
+    return error if rest <= SETTLED * allowed else max(error, UNSETTLED)
+
+
+@inlined
+def advance(y: Floats, h: float, disk: Disk, energies: bool, work: Floats, out: Floats) -> None:
+    """The state after the step from the slopes at its nodes."""
+    vx, vy, spin, x, yy, angle = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sliding, spinning, dragging, working = 0.0, 0.0, 0.0, 0.0
+    for i in range(N_NODES):
+        weight = h * WEIGHTS[i]
+        ax, ay, turn = work[AX, i], work[AY, i], work[TURN, i]
+        vx += weight * ax
+        vy += weight * ay
+        spin += weight * turn
+        x += weight * work[VX, i]
+        yy += weight * work[VY, i]
+        angle += weight * work[SPIN, i]
         if energies:
-            keep_powers(sliding, spinning, dragging, working, work[i])
-    return finish_step(y, h, p, k, work, out)
+            own_x, own_y, floor_spin = work[VX, i], work[VY, i], work[FLOOR_SPIN, i]
+            floor_vx, floor_vy = work[FLOOR_VX, i], work[FLOOR_VY, i]
+            if disk.turned:
+                floor_vx -= floor_spin * work[PLACE_Y, i]
+                floor_vy += floor_spin * work[PLACE_X, i]
+            rate = disk.viscous + disk.air * math.sqrt(own_x * own_x + own_y * own_y)
+            fx, fy = ax - disk.gravity_x + rate * own_x, ay - disk.gravity_y + rate * own_y
+            torque = turn / disk.mass_over_inertia
+            weight *= disk.mass
+            sliding -= weight * (fx * (own_x - floor_vx) + fy * (own_y - floor_vy))
+            spinning -= weight * torque * (work[SPIN, i] - floor_spin)
+            dragging += weight * rate * (own_x * own_x + own_y * own_y)
+            working += weight * (fx * floor_vx + fy * floor_vy + torque * floor_spin)
+    out[0], out[1], out[4] = y[0] + x, y[1] + yy, y[4] + angle
+    out[2], out[3], out[5] = y[2] + vx, y[3] + vy, y[5] + spin
+    if energies:
+        for i in range(P.ENERGIES, P.HOST):
+            out[i] = y[i]
+        out[P.LOST_SLIDING] += sliding
+        out[P.LOST_SPINNING] += spinning
+        out[P.LOST_DRAG] += dragging
+        out[P.WORK] += working
 
 
 @compiled
@@ -197,14 +334,18 @@ def flight_step(
     t: float,
     y: Floats,
     h: float,
+    known: float,
     system: System,
     work: Floats,
     out: Floats,
 ) -> float:
-    """One step of free flight, by the quick way where the disk is centred and the Host's motion given."""
+    """One step of free flight, by the quick way where the disk is centred and the Host's motion given.
+
+    ``known``: as for :func:`disk_step`.
+    """
     k = system.k
     if k[P.PLAIN]:
-        return disk_step(t, y, h, system, work, out)
+        return disk_step(t, y, h, known, system, work, out)
     return step(t, y, h, FLYING, system, work, out)
 
 

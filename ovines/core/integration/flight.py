@@ -275,9 +275,10 @@ def land(
     """
     p, k, polygon = system.p, system.k, system.polygon
     tiny = ROUNDING * p[P.LENGTH]
-    s = guess
+    s, known = guess, h
     for _ in range(12):
-        flight_step(t, y, s, system, work, out)
+        flight_step(t, y, s, known, system, work, out)
+        known = s
         place(t + s, out, system, work[P.SCRATCH], work[P.PLACE])
         x, yy, vx, vy = in_host(work[P.PLACE], k)
         f, rate = gap_measure(wall, x, yy, vx, vy, p, polygon)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ovines.core.compiled import Floats, compiled
+from ovines.core.compiled import Floats, compiled, copy_into
 from ovines.core.integration.flight import glide
 from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
@@ -34,7 +34,7 @@ def keep_sample(y: Floats, system: System, work: Floats, samples: Samples) -> No
     i = samples.written[0]
     take_sample(samples.times[i], y, system, work, samples.rows[i])
     if i < samples.states.shape[0]:
-        samples.states[i, :] = y
+        copy_into(samples.states[i], y)
     samples.written[0] = i + 1
 
 

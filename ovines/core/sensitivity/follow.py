@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ovines.core.compiled import Floats, compiled
+from ovines.core.compiled import Floats, compiled, copy_into, making_arrays
 from ovines.core.contact.along_wall import (
     GOES_ON,
     HITS,
@@ -23,7 +23,7 @@ from ovines.core.contact.along_wall import (
 )
 from ovines.core.contact.collision import resolve
 from ovines.core.engine import can_rest
-from ovines.core.integration.disk_step import flight_slopes, flight_step
+from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth_span
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
 from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
@@ -90,7 +90,7 @@ def glide_tangents(t: float, s: float, system: System, tangents: Tangents) -> No
             x[rate, j] = v1 - stiffness * q0 * sine + v0 * (cosine - 0.5 * damping * sine)
 
 
-@compiled
+@making_arrays
 def fly_tangents(
     t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, tangents: Tangents
 ) -> tuple[float, int]:
@@ -110,8 +110,8 @@ def fly_tangents(
                 y[5] = 0.0
                 tangents.s[5, :] = 0.0
             return t, -2
-        s = asked = min(h, end - t)
-        error = flight_step(t, y, s, system, work, trial)
+        s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
+        error = flight_step(t, y, s, 0.0, system, work, trial)
         if error > 1.0:
             h = next_size(s, error)
             continue
@@ -122,8 +122,8 @@ def fly_tangents(
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 wall = -1
-            flight_step(t, y, s, system, work, trial)  # its slopes are those of this step
-        last[:] = work[P.SPARE]
+            flight_step(t, y, s, 0.0, system, work, trial)  # its slopes are those of this step
+        copy_into(last, work[P.SPARE])
         step_tangents(t, y, s, flying, system, work, tangents)
         for j in range(k[P.STATE_SIZE]):
             y[j] = trial[j]
@@ -141,7 +141,7 @@ def fly_tangents(
     return t, -1
 
 
-@compiled
+@making_arrays
 def hug_tangents(
     t: float, y: Floats, wall: int, end: float, system: System, work: Floats, trial: Floats, tangents: Tangents
 ) -> tuple[float, int, int, Contact]:
@@ -227,7 +227,7 @@ def meet_wall(
     flow(t, y, contact, system, work, after)
     for i in range(12):
         s[i, m] = after[i]
-    before[:] = y
+    copy_into(before, y)
     mode, _duration, counted = resolve(t, y, wall, system, work, record)
     delay[:] = 0.0
     if counted:
@@ -248,7 +248,7 @@ def meet_wall(
     return FOLLOWED, then, counted
 
 
-@compiled
+@making_arrays
 def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found: Found) -> tuple[int, float, int]:
     """Run with tangents ``s`` (12, m + 1) from ``begin`` to the last of ``found.times``; ``y`` and ``s`` in place.
 

@@ -25,7 +25,7 @@ from ovines.core.sensitivity.columns import (
 )
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations
-from ovines.core.system.friction import farkas_slope, smooth_step
+from ovines.core.system.friction import SATURATED, farkas_slope, smooth_step
 from ovines.core.system.host import ROTATION, Z, vertical_acceleration
 from ovines.core.system.kinematics import inverse_mass, levers, normal_here, place, relative_acceleration
 from ovines.core.system.packed import Contact, Face, System
@@ -53,7 +53,7 @@ def floor_slopes(
     inverse = 1.0 / speed if speed > 0.0 else 0.0
     if coupling > 0.0:
         smooth, along_speed, along_rim = smooth_step(total / regularisation), 0.0, 0.0
-        if total < 20.0 * regularisation:
+        if total < SATURATED * regularisation:
             slope = (1.0 - smooth * smooth) / regularisation
             along_speed, along_rim = (slope * speed / total, slope * rim / total) if total > 0.0 else (slope, 0.0)
         f, torque, f_speed, cross, t_rim = 1.0, 0.0, 0.0, 0.0, 0.0  # cross: of the force over the rim's speed, and back
@@ -77,7 +77,7 @@ def floor_slopes(
     if coupling < 1.0:
         smooth = smooth_step(speed / regularisation)
         force += (1.0 - coupling) * smooth
-        if speed < 20.0 * regularisation:
+        if speed < SATURATED * regularisation:
             by_speed += (1.0 - coupling) * (1.0 - smooth * smooth) / regularisation
     per_speed = force * inverse if speed > 1e-14 * rim and speed > 0.0 else by_speed
     ux, uy = vx * inverse, vy * inverse

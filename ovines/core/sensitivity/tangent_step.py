@@ -5,10 +5,21 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ovines.core.compiled import Floats, compiled, inlined
-from ovines.core.integration.disk_step import Disk, disk_of
+from ovines.core.compiled import Floats, compiled, copy_into, inlined
+from ovines.core.integration import collocation as C
+from ovines.core.integration.disk_step import (
+    MOST_SWEEPS,
+    SPIN,
+    UNSETTLED,
+    VX,
+    VY,
+    Disk,
+    disk_of,
+    disk_slopes,
+    disk_step,
+)
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
-from ovines.core.integration.stepper import finish_step, step
+from ovines.core.integration.stepper import step
 from ovines.core.sensitivity.columns import (
     Q_AMPLITUDE,
     Q_CONTACT,
@@ -25,8 +36,11 @@ from ovines.core.system.host import ROTATION, Z
 from ovines.core.system.packed import Contact, System
 
 N_ROOM = 28
-# rows of the quick tangents' room, after the slopes of twelve stages
-STAGE_BASIS, BASIS, WAYS, FIFTH, THIRD, N_QUICK = 12, 24, 25, 26, 27, 28
+# rows of the quick tangents' room: at each node slopes, velocities, what numbers force, how velocities feed back; then
+# the ways, the slopes' last four coefficients
+SLOPES, BASES, FORCED, FEEDS, WAYS, LATE = (*range(0, 4 * C.N_NODES, C.N_NODES), 4 * C.N_NODES, 4 * C.N_NODES + 1)
+N_QUICK = LATE + 4
+BASIS = BASES + C.N_NODES - 1  # after the step
 WHOLE = 0.4  # of a path's step: tangents that allow less begin with a part of it
 LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not resolved finer than relative to this
 
@@ -34,8 +48,8 @@ LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not
 class Tangents(NamedTuple):
     """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
     needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the room of
-    :func:`quick_tangents` (28, 24): slopes and tangents of twelve stages, those at the step's end, the ways, two
-    errors; three states (3, 19); the step that the quick tangents allow where they were last (1,).
+    :func:`quick_tangents` (33, 24); three states (3, 19); the step that the quick tangents allow where they were last
+    (1,).
     """
 
     s: Floats
@@ -105,26 +119,14 @@ def weighed(h: float, weights: Floats, begin: int, end: int, first: int, into: i
 
 
 @inlined
-def stage_velocities(stage: int, h: float, y: Floats, work: Floats) -> None:
-    """Velocities and spin of the path at a stage, from the slopes of those before it, into ``work[stage]``."""
-    vx, vy, spin = 0.0, 0.0, 0.0
-    for m in range(stage):
-        a = STAGES[stage, m]
-        vx += a * work[m, 2]
-        vy += a * work[m, 3]
-        spin += a * work[m, 5]
-    work[stage, 0], work[stage, 1], work[stage, 4] = y[2] + h * vx, y[3] + h * vy, y[5] + h * spin
-
-
-@inlined
-def quick_stage(
-    t: float, stage: int, work: Floats, disk: Disk, driven: bool, again: bool, f: Floats, shaken: Floats, quick: Floats
-) -> None:
-    """Slopes of the quick tangents at a stage, whose velocities stand in ``work``: a row of ``quick``.
-
-    ``again``: the path's own slopes there are written, too; force and slopes of friction come from one evaluation.
+def quick_node(
+    t: float, node: int, work: Floats, disk: Disk, driven: bool, f: Floats, shaken: Floats, quick: Floats
+) -> float:
+    """What forces the quick tangents' slopes at a node of the path's step, whose velocities stand in ``work``, and how
+    velocities feed back: two rows of ``quick``; the size of the feedback (1/s).
     """
-    vx, vy, spin, load = work[stage, 0], work[stage, 1], work[stage, 4], disk.load
+    wx, wy, spin, load = work[VX, node], work[VY, node], work[SPIN, node], disk.load
+    vx, vy = wx, wy
     if driven:
         carried_slopes(t, disk.drive, shaken)
         load += shaken[6]  # per unit amplitude factor: the motion itself
@@ -134,53 +136,71 @@ def quick_stage(
     strength = friction * load
     floor_slopes(vx, vy, spin, disk.radius, disk.regularisation, disk.coupling, f)
     around = disk.mass_over_inertia * strength
-    if again:
-        work[stage, 2], work[stage, 3] = disk.gravity_x + strength * f[0], disk.gravity_y + strength * f[1]
-        work[stage, 5] = around * f[2]
-    xx, xy, xs = strength * f[3], strength * f[4], strength * f[5]
-    yx, yy, ys = strength * f[7], strength * f[8], strength * f[9]
-    sx, sy, ss = around * f[11], around * f[12], around * f[13]
+    feed, forced = FEEDS + node, FORCED + node
+    for n in range(3):
+        quick[feed, n], quick[feed, 3 + n] = strength * f[3 + n], strength * f[7 + n]
+        quick[feed, 6 + n] = around * f[11 + n]
     if disk.viscous != 0.0 or disk.air != 0.0:
-        wx, wy = work[stage, 0], work[stage, 1]
         speed = math.sqrt(wx * wx + wy * wy)
         rate = disk.viscous + disk.air * speed
         steep = disk.air / speed if speed > 0.0 else 0.0
-        if again:
-            work[stage, 2] -= rate * wx
-            work[stage, 3] -= rate * wy
-        xx, xy = xx - rate - steep * wx * wx, xy - steep * wx * wy
-        yx, yy = yx - steep * wx * wy, yy - rate - steep * wy * wy
-    basis = STAGE_BASIS + stage
-    for j in range(8):
-        gx, gy, turn = quick[basis, j], quick[basis, 8 + j], quick[basis, 16 + j]
-        quick[stage, j] = xx * gx + xy * gy + xs * turn
-        quick[stage, 8 + j] = yx * gx + yy * gy + ys * turn
-        quick[stage, 16 + j] = sx * gx + sy * gy + ss * turn
+        quick[feed, 0] -= rate + steep * wx * wx
+        quick[feed, 1] -= steep * wx * wy
+        quick[feed, 3] -= steep * wx * wy
+        quick[feed, 4] -= rate + steep * wy * wy
+    for j in range(24):
+        quick[forced, j] = 0.0
     for row in range(3):
         scale = disk.mass_over_inertia if row == 2 else 1.0
         own, a, first = scale * f[row], 3 + 4 * row, 8 * row
-        quick[stage, first + 3] += own * wears * load
-        quick[stage, first + 7] += scale * strength * f[a + 3]
+        quick[forced, first + 3] = own * wears * load
+        quick[forced, first + 7] = scale * strength * f[a + 3]
         if driven:
             steeper = own * friction if load > 0.0 else 0.0
             for n in range(3):
                 dragged = scale * strength * (f[a] * shaken[n] + f[a + 1] * shaken[3 + n])
-                quick[stage, first + 4 + n] += steeper * shaken[6 + n] - dragged
-    quick[stage, 23] -= 2.0 * around * f[2] / disk.radius  # its inertia grows with its radius
+                quick[forced, first + 4 + n] = steeper * shaken[6 + n] - dragged
+    quick[forced, 23] -= 2.0 * around * f[2] / disk.radius  # its inertia grows with its radius
+    by_x, by_y = abs(quick[feed, 0]) + abs(quick[feed, 3]), abs(quick[feed, 1]) + abs(quick[feed, 4])
+    by_spin = (abs(quick[feed, 2]) + abs(quick[feed, 5])) / disk.radius + abs(quick[feed, 8])
+    turned = disk.radius * (abs(quick[feed, 6]) + abs(quick[feed, 7]))
+    return max(by_x, by_y, by_spin) + turned
+
+
+@inlined
+def quick_sweep(h: float, quick: Floats) -> None:
+    """Slopes at the nodes from the tangents there, and these again from the slopes."""
+    for i in range(C.N_NODES):
+        feed, base = FEEDS + i, BASES + i
+        xx, xy, xs = quick[feed, 0], quick[feed, 1], quick[feed, 2]
+        yx, yy, ys = quick[feed, 3], quick[feed, 4], quick[feed, 5]
+        sx, sy, ss = quick[feed, 6], quick[feed, 7], quick[feed, 8]
+        for j in range(8):
+            gx, gy, turn = quick[base, j], quick[base, 8 + j], quick[base, 16 + j]
+            quick[i, j] = xx * gx + xy * gy + xs * turn + quick[FORCED + i, j]
+            quick[i, 8 + j] = yx * gx + yy * gy + ys * turn + quick[FORCED + i, 8 + j]
+            quick[i, 16 + j] = sx * gx + sy * gy + ss * turn + quick[FORCED + i, 16 + j]
+    for i in range(1, C.N_NODES):
+        weighed(h, C.TO_NODES[i], 1, C.N_NODES, SLOPES, BASES + i, quick)
+        for row in range(3):
+            quick[BASES + i, 9 * row] += 1.0
 
 
 @inlined
 def quick_error(h: float, quick: Floats, p: Floats) -> float:
     """Largest error of a step's columns over what is allowed."""
     worst, radius = 0.0, p[P.RADIUS]
-    weighed(h, ERROR_5, 5, 12, 0, FIFTH, quick)
-    weighed(h, ERROR_3, 5, 12, 0, THIRD, quick)
+    for m in range(4):
+        weighed(1.0, C.TAIL[m], 1, C.N_NODES, SLOPES, LATE + m, quick)
     for j in range(8):
         size = LITTLE * p[P.SPEED] / (radius if j == 7 else 1.0)
         size = max(size, abs(quick[BASIS, j]), abs(quick[BASIS, 8 + j]), radius * abs(quick[BASIS, 16 + j]))
-        e5 = quick[FIFTH, j] ** 2 + quick[FIFTH, 8 + j] ** 2 + (radius * quick[FIFTH, 16 + j]) ** 2
-        e3 = quick[THIRD, j] ** 2 + quick[THIRD, 8 + j] ** 2 + (radius * quick[THIRD, 16 + j]) ** 2
-        worst = max(worst, blended(e5, e3) / size)
+        last, before = 0.0, 0.0
+        for row in range(3):
+            unit, at = radius if row == 2 else 1.0, 8 * row + j
+            before = max(before, unit * abs(quick[LATE, at]), unit * abs(quick[LATE + 1, at]))
+            last = max(last, unit * abs(quick[LATE + 2, at]), unit * abs(quick[LATE + 3, at]))
+        worst = max(worst, C.left_over(h, last, before) / size)
     return worst / allowed(p)
 
 
@@ -213,34 +233,31 @@ def combine(quick: Floats, s: Floats, q: Floats, begun: Floats) -> None:
 
 
 @compiled
-def quick_tangents(
-    t: float, y: Floats, h: float, again: bool, system: System, work: Floats, tangents: Tangents
-) -> float:
-    """Tangents over a step of a centred disk above a floor that does not turn: what
-    :func:`ovines.core.integration.disk_step.disk_step` steps.
+def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: Tangents) -> float:
+    """Tangents over the step just made of a centred disk above a floor that does not turn, on the nodes that
+    :func:`ovines.core.integration.disk_step.disk_step` left in ``work``.
 
     Only velocities and spin feed back, so that three columns of their own and one for each number that forces them
     give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  They stand in one row, eight
-    for vx, eight for vy, eight for the spin.  ``again``: the path's step from ``y`` is made here, too; else its slopes
-    stand in ``work``.  Returns the error over what is allowed; above 1 no tangent is changed.
+    for vx, eight for vy, eight for the spin.  Returns the error over what is allowed; above 1 no tangent is changed.
     """
     quick, f, shaken, disk = tangents.quick, tangents.room[12], tangents.room[13], disk_of(system)
     driven = disk.carried and system.k[P.HOST_KIND] == P.DRIVEN
-    for i in range(12):
-        if i == 0:
-            quick[STAGE_BASIS, :] = 0.0
-        else:  # stages after the fifth leave the second and the third out
-            weighed(h, STAGES[i], 1 if i < 5 else 3, i, 0, STAGE_BASIS + i, quick)
+    feedback = 0.0
+    for i in range(C.N_NODES):
+        feedback = max(feedback, quick_node(t + C.NODES[i] * h, i, work, disk, driven, f, shaken, quick))
+        for j in range(24):
+            quick[BASES + i, j] = 0.0
         for row in range(3):
-            quick[STAGE_BASIS + i, 9 * row] += 1.0
-        if again:
-            stage_velocities(i, h, y, work)
-        quick_stage(t + NODES[i] * h, i, work, disk, driven, again, f, shaken, quick)
-    weighed(h, WEIGHTS, 5, 12, 0, BASIS, quick)  # the second to the fifth weigh nothing
-    weighed(h, WEIGHTS, 5, 12, STAGE_BASIS, WAYS, quick)
-    for row in range(3):
-        quick[BASIS, 9 * row] += 1.0
-    worst = quick_error(h, quick, system.p)
+            quick[BASES + i, 9 * row] = 1.0
+    left, sweeps = 1.0, 0  # a sweep leaves of the error what the exponential series leaves after as many terms
+    enough = 0.1 * allowed(system.p)
+    while left > enough and sweeps < MOST_SWEEPS:
+        quick_sweep(h, quick)
+        sweeps += 1
+        left *= feedback * h / sweeps
+    weighed(h, C.WEIGHTS, 1, C.N_NODES, BASES, WAYS, quick)
+    worst = quick_error(h, quick, system.p) if left <= enough else UNSETTLED
     if worst <= 1.0:
         combine(quick, tangents.s, tangents.q, tangents.stage)
     return worst
@@ -250,7 +267,7 @@ def quick_tangents(
 def full_tangents(
     t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, trial: Floats, tangents: Tangents
 ) -> float:
-    """Tangents over the step just made from ``y``, any mode and Host; as :func:`quick_tangents`."""
+    """Tangents over the step just made from ``y`` by twelve slopes, any mode and Host: as :func:`quick_tangents`."""
     p, k = system.p, system.k
     s, q, slopes, stage = tangents.s, tangents.q, tangents.slopes, tangents.stage
     m, n = q.shape[1], k[P.STATE_SIZE]
@@ -262,7 +279,8 @@ def full_tangents(
                 total += STAGES[i, b] * work[b, j]
             trial[j] = y[j] + h * total
         for row in range(rows):
-            stage[row, :] = s[row, :m]
+            for j in range(m):
+                stage[row, j] = s[row, j]
             for b in range(i):
                 weight = h * STAGES[i, b]
                 if weight != 0.0:
@@ -301,41 +319,43 @@ def full_tangents(
 def step_tangents(
     t: float, y: Floats, h: float, contact: Contact, system: System, work: Floats, tangents: Tangents
 ) -> None:
-    """Tangents over the step just made from ``y``: its twelve slopes stand in ``work``; in place.
+    """Tangents over the step just made from ``y``, whose slopes stand in ``work``; in place.
 
     Friction turns its direction sharply where a slip passes zero, and tangents feel that more than the path does:
     there the step is made again in parts, as large as ``tangents.pace`` found them to be allowed before.
     """
     k = system.k
-    quick = contact.mode == P.FLIGHT and k[P.PLAIN] != 0 and k[P.FLOOR_TURNS] == 0
-    quick = quick and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
+    plain = contact.mode == P.FLIGHT and k[P.PLAIN] != 0
+    quick = plain and k[P.FLOOR_TURNS] == 0 and (k[P.HAS_TABLE] == 0 or k[P.ON_GROUND] != 0)
     part, after, trial = tangents.states[0], tangents.states[1], tangents.states[2]
-    part[:] = y
-    done, size, again = 0.0, h, False
+    copy_into(part, y)
+    again = plain and not quick  # what `full_tangents` needs are a Runge-Kutta step's slopes
+    done, size, known, growth = 0.0, h, h, 5.0
     if quick and tangents.pace[0] < WHOLE * h:
         size, again = tangents.pace[0], True
     while done < h:
         last = size >= h - done
         size = h - done if last else size
         if quick:
-            error = quick_tangents(t + done, part, size, again, system, work, tangents)
+            if again:
+                disk_slopes(t + done, part, system, work[0])
+                disk_step(t + done, part, size, known, system, work, after)
+            error = quick_tangents(t + done, size, system, work, tangents)
         else:
             if again:
                 derivatives(t + done, part, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
                 step(t + done, part, size, contact, system, work, after)
             error = full_tangents(t + done, part, size, contact, system, work, trial, tangents)
-        again = True
+        again, known = True, size
         if error > 1.0 and size > 1e-4 * h:
             size *= max(0.1, 0.85 * error ** (-0.125))
-            tangents.pace[0] = size
+            tangents.pace[0], growth = size, 1.0  # what made it too long is still ahead
             continue
-        next_part = size * min(5.0, 0.75 * max(error, 1e-9) ** (-0.125))
+        next_part = size * min(growth, 0.75 * max(error, 1e-9) ** (-0.125))
         if size >= tangents.pace[0] or not last:  # what is left of a step is no measure of the next
             tangents.pace[0] = next_part
         if last:
             return
-        if quick:
-            finish_step(part, size, system.p, k, work, after)
-        part[:] = after
+        copy_into(part, after)
         done += size
-        size = next_part
+        size, known, growth = next_part, 0.0, 5.0

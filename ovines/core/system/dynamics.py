@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ovines.core.compiled import Floats, Ints, compiled, inlined
+from ovines.core.compiled import Floats, Ints, compiled, inlined, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push as push_law
 from ovines.core.system import parameters as P
@@ -91,7 +91,7 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
         dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
 
 
-@compiled
+@making_arrays
 def written(t: float, y: Floats, at: Floats, system: System, friction: tuple[float, float, float], dy: Floats) -> None:
     """Add the terms of written laws to ``dy``, beside what the floor's ``friction`` gives (x, y, spin); their power
     counts as drag.  They act on the disk alone.
@@ -168,7 +168,7 @@ def push(at: Floats, face: Face, normal: float, tangential: float, p: Floats, k:
         out[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * tangential - host_t * normal)
 
 
-@compiled
+@making_arrays
 def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Floats, at: Floats, dy: Floats) -> None:
     """Add the forces of two walls at once: both normal accelerations vanish, both contacts slip to ``side``.
 

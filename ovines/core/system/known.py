@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core.compiled import Floats, Ints, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.system import parameters as P
 
 
-@compiled
+@making_arrays
 def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
     """The vector of :mod:`ovines.core.laws.words` at state ``y`` with its place ``at``; friction and the speeds before
     an impact are left to the caller."""
@@ -31,7 +31,7 @@ def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
     return known
 
 
-@compiled
+@making_arrays
 def contact_known(t: float, y: Floats, at: Floats, contact: tuple[float, float, float], p: Floats, k: Ints) -> Floats:
     """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed."""
     known = known_of(t, y, at, p, k)

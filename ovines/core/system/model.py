@@ -10,6 +10,7 @@ import numpy as np
 
 from ovines.core.laws.terms import WrittenLaw
 from ovines.core.refusal import require, require_range
+from ovines.core.system.gaps import refuse_gaps
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,8 @@ class MeasuredMotion:
         require(rising, "times of the Host table that do not increase", "increasing time_s", "sort, drop repeats")
 
     def require_covers(self, duration_s: float) -> None:
-        """Refuse a run that begins before the table or ends after it; by one step of its own it may: n frames last n
-        steps, and the last of them stands n - 1 steps after the first.
+        """Refuse a run that begins before the table or ends after it, or in which the table lacks too much; by one step
+        of its own it may: n frames last n steps, and the last of them stands n - 1 steps after the first.
         """
         first, second, before, last = (float(self.time_s[k]) for k in (0, 1, -2, -1))
         early = first > (1 + _ROUNDING) * (second - first)
@@ -83,6 +84,8 @@ class MeasuredMotion:
             if early
             else f"set run.duration_s = {last:g} or less, or give a longer table",
         )
+        axes = {"x (m)": self.x_m, "y (m)": self.y_m, "angle (rad)": self.angle_rad, "z (m)": self.z_m}
+        refuse_gaps(self.time_s, axes, duration_s)
 
 
 @dataclass(frozen=True)

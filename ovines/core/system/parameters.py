@@ -37,7 +37,7 @@ N_STATE = 19
 
 # rows of the work array: twelve stages of a step, then what functions leave for the next one
 TRIAL, SCRATCH, PLACE, SPARE = 12, 13, 14, 15
-N_WORK = 16
+N_WORK = 19  # and three for a step of a disk
 
 # walls: the round wall, the obstacle, then the polygon's edges
 ROUND, OBSTACLE, EDGES = 0, 1, 2
