@@ -90,12 +90,13 @@ def _say_once_uncached() -> None:
         )
 
 
+# `compiled` refuses to compile what makes an array or assigns one to a slice; a function that is given a new one by
+# another (`known_of`) has to be `making_arrays` too, as nothing else would free it.
 compiled = compiler(STAMP, counting=False)
-making_arrays = compiler(STAMP)  # what makes arrays, assigns them to slices, or gets new ones from others
+making_arrays = compiler(STAMP)
 
 
-# For small functions on the hot path: a call hands eight arrays over and counts references on each, which costs more
-# than the work itself (measured: half of the time of a right-hand side).
+# For small functions on the hot path: a call hands eight arrays over, which costs more than the work itself.
 inlined: Callable[[Function], Function] = njit(nogil=True, error_model="numpy", inline="always")
 
 

@@ -1,7 +1,7 @@
 """One step of a centred disk over a floor whose motion is given: the case that nearly every flight is.
 
 Only velocities and spin feed back, and weakly: collocation by sweeps (:mod:`ovines.core.integration.collocation`), with
-scalars and rows of numbers only, as numba counts references on every array that is handed over.
+scalars and rows of numbers only.
 """
 
 from __future__ import annotations
