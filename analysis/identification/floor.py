@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.along_flights import unit_accelerations
 from analysis.flights.evidence import (
     Evidence,
     RunRows,
@@ -22,7 +23,6 @@ from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import FINEST_SD_M, Run
-from analysis.flights.unit_accelerations import unit_accelerations
 from analysis.flights.unknown_force import (
     Prior,
     beside_neighbours,

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
+from analysis.flights.along_flights import known_states
 from analysis.flights.evidence import flight_rows, usable_flights
 from analysis.flights.fit import SHARED, FlightFits, whiten
-from analysis.flights.known_states import known_states
 from analysis.flights.model import STATES
 from analysis.flights.noise import GROSS_SD
 from analysis.gap.laws.regression import Regression

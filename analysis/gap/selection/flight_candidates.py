@@ -11,13 +11,13 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
+from analysis.flights.along_flights import unit_accelerations
 from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, LAW, LAW_TERMS, PARAMETERS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
-from analysis.flights.unit_accelerations import unit_accelerations
 from analysis.gap.selection.flight_terms import EFFECT_TERMS, NEGLIGIBLE_BEND, FlightTerm
 from analysis.identification.floor import noise_of
 
