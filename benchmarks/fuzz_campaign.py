@@ -96,6 +96,8 @@ class Line:
         return " ".join(words[: 1 + (words[0] in ("blind", "orbits"))])
 
 
+# A file per camera, or one of all of them
+CALIBRATIONS = [(lens, lens if lens.endswith(".toml") else f"VW1={lens} VW2={lens}") for lens in LENSES]
 RUN = ("run/recording.toml", "run/tracks.parquet", "calibration.json")
 RESULTS = ("results/*",)
 LINES = (
@@ -137,7 +139,7 @@ LINES = (
     Line("shaker --frequency-hz 11 --acceleration-g 8 --out made", (), 5),
     Line("import target --tracks VW1=a.csv VW2=a.csv --out made", ("a.csv", "target/recording.toml"), 6),
     Line("import target --points a.trc --out made", ("a.trc", "target/recording.toml"), 6),
-    *(Line(f"import lens --calibration VW1={lens} VW2={lens} --unit m --out made", (lens,), 4) for lens in LENSES),
+    *(Line(f"import lens --calibration {given} --unit m --out made", (lens,), 4) for lens, given in CALIBRATIONS),
     Line("import target --plane VW1=plane.csv VW2=plane.csv --out made", ("plane.csv",), 4),
     Line("import target --motion motion.csv --unit m --out made", ("motion.csv",), 5),
     Line("import target --impacts impacts.csv --out made", ("impacts.csv",), 5),
@@ -147,7 +149,7 @@ LINES = (
     Line("pick film --all --names made.csv --accept", ("film/*", "film/VW1/*"), 3),
     Line("animate motion --out made.gif --start 0 --end 0.02", ("motion/*",), 1),
     Line("view motion --save made.rrd", ("motion/*",), 2),
-    Line("blind score sealed", ("sealed/*",), 3),
+    Line("blind score answered", ("answered/*", "answered/answers/*/*"), 3),
     Line("blind answer sealed", ("sealed/*",), 0.3),
     Line("plan motion --as-stated --days 1 --runs 1 --duration-s 0.2 --px-per-mm 5 --out made", ("motion/*.toml",), 3),
 )
@@ -197,6 +199,10 @@ def write_shelf(place: Path) -> None:
         "plane.csv": "u_px,v_px,x_mm,y_mm\n1,44,-100,-80\n60,45,100,-80\n58,3,100,80\n3,2,-100,80\n30,22,0,0\n",
         "note.txt": "note", **LENSES,
     }  # fmt: skip
+    second = (
+        LENSES["lens.toml"].replace("cam_0", "cam_1").replace("VW1", "VW2").replace("[0.1, 0.0, 0.5]", "[-0.2, 0, 0.5]")
+    )
+    texts["lens.toml"] = LENSES["lens.toml"] + second
     for name, text in texts.items():
         (place / name).write_text(text)
     (place / "empty").mkdir()
@@ -217,6 +223,8 @@ def settle(place: Path) -> list[str]:
             spoken(["blind", "make", "sealed", "--cases", "1", "--runs", "2", "--kinds", "none", "--seed", "1"]),
             file=sys.stderr,
         )
+        shutil.copytree("sealed", "answered")
+        spoken(["blind", "answer", "answered"])
         for line in LINES:
             if "view" in line.words or line.weight < WARMED:
                 continue  # the viewer's library starts threads, which no fork takes along
@@ -486,7 +494,7 @@ def contents(place: Path) -> dict[str, bytes]:
     return {
         str(path.relative_to(place)): path.read_bytes()
         for path in sorted(place.rglob("*"))
-        if path.is_file() and path.relative_to(place).parts[0] not in ("results", "again", "sealed")
+        if path.is_file() and path.relative_to(place).parts[0] not in ("results", "again", "sealed", "answered")
     }
 
 

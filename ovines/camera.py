@@ -22,6 +22,7 @@ from ovines.lens_field import LensField, field_from_json, field_json
 
 Array = NDArray[np.float64]
 MOST_SIDE_PX = 1_000_000  # as recording.toml allows
+MOST_NUMBER = 1e9  # of a matrix, a lens or a place (m): what no camera has, by far
 LENS_TERMS = {5: "five terms", 8: "rational", 12: "thin prism"}  # lengths of `distortion`, and what the lens is called
 
 
@@ -352,10 +353,10 @@ def _camera_from_json(entry: Any, where: str) -> Camera:
             value = np.asarray(entry.get(key), float)
         except (TypeError, ValueError, OverflowError):
             value = np.empty(0)
-        if value.shape not in shapes or not np.isfinite(value).all():
+        if value.shape not in shapes or not (np.abs(value) <= MOST_NUMBER).all():
             raise InputError(
                 f"{where} ({entry['name']}): {key} = {str(entry.get(key))[:120]}",
-                f"finite numbers of shape {' or '.join(map(str, shapes))}",
+                f"finite numbers up to {MOST_NUMBER:g}, of shape {' or '.join(map(str, shapes))}",
                 f"write {key} again, e.g. with `ovines calibrate`",
             )
         return value

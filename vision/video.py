@@ -31,7 +31,7 @@ def open_video(path: Path) -> cv2.VideoCapture:
     """A video whose frames come as the sensor read them: a rotation flag, which only asks players to turn them, is not
     obeyed (nor is that of a photo), so that board and recording are pictures of one sensor.
     """
-    capture = cv2.VideoCapture(str(path))
+    capture = cv2.VideoCapture(str(path.absolute()))  # a folder named "http:" is no address
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
     return capture
 

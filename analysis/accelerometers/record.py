@@ -78,7 +78,7 @@ def _table(path: Path) -> pd.DataFrame:
         return read_foreign_numbers(path)
     do = "write a header with a name per channel, commas between, and a row per sample"
     try:
-        table = pd.read_csv(path, skipinitialspace=True, encoding="utf-8-sig")
+        table = pd.read_csv(path.absolute(), skipinitialspace=True, encoding="utf-8-sig")
         table.columns = [str(name).strip() for name in table.columns]
         return table.astype(float)
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors

@@ -325,7 +325,7 @@ def _view_images(paths: list[Path], names: list[str]) -> dict[str, np.ndarray]:
         numbers = {number: name for number, name in numbers.items() if number < LAST_FRAME}
         if not numbers:
             continue
-        video = cv2.VideoCapture(str(path))
+        video = cv2.VideoCapture(str(path.absolute()))
         video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         for number in range(max(numbers) + 1):
             if not video.grab():

@@ -4,8 +4,6 @@ it, and run scattered copies of it."""
 from __future__ import annotations
 
 import argparse
-import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,15 @@ from ovines.core.system.named import NAMED
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
 from ovines.pipeline.ownership import FIGURES, refuse_theirs, refuse_to_replace
-from ovines.simulations.many import RUN_BYTES, client_of, compile_engine, refuse_costly, run_copies, share
+from ovines.simulations.many import (
+    RUN_BYTES,
+    client_of,
+    compile_engine,
+    copies_cost_s,
+    refuse_costly,
+    run_copies,
+    share,
+)
 from ovines.simulations.results import (
     ENSEMBLE,
     WRITES,
@@ -27,7 +33,7 @@ from ovines.simulations.results import (
     write_result,
 )
 from ovines.tables import write_table
-from ovines.workers.budget import add_yes, refuse_cost, within_budget
+from ovines.workers.budget import Budget, add_yes, refuse_cost
 
 NAME = "simulate"
 HELP = "Run the simulator on a scenario.toml or a named scenario."
@@ -77,27 +83,17 @@ def run(args: argparse.Namespace) -> int:
     refuse_costly(scenario, args.runs, args.yes)
     client = client_of(args.cluster) if args.cluster and args.runs else None
     compile_engine()
-    began = time.monotonic()
-    result = within_budget(
+    budget = Budget(args.yes)
+    result = budget.within(
         lambda: simulate(scenario, np.random.default_rng(args.seed), with_energies=True),
         f"the simulation of {scenario.name}",
-        args.yes,
     )
     copies: EnsembleResult | None = None
     if args.runs > 0:
-        each_s = time.monotonic() - began
-        cores = os.cpu_count() or 1
-        refuse_cost(
-            f"{args.runs} runs of {scenario.name}",
-            0.0 if client else args.runs * each_s / cores,
-            args.runs * RUN_BYTES,
-            args.yes,
-        )
-        copies = within_budget(
-            lambda: run_copies(scenario, args.runs, args.spread, args.seed, client),
-            f"{args.runs} runs of {scenario.name}",
-            args.yes,
-        )
+        what = f"{scenario.name} and {args.runs} copies"
+        copies_s = 0.0 if client else copies_cost_s(args.runs, budget.spent_s)
+        refuse_cost(what, budget.spent_s + copies_s, args.runs * RUN_BYTES, args.yes)
+        copies = budget.within(lambda: run_copies(scenario, args.runs, args.spread, args.seed, client), what)
     record = provenance(NAME, {"scenario": scenario.name, "seed": args.seed}, source)
     write_result(result, out, record)
     print(summary(result, out))

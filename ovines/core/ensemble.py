@@ -35,6 +35,7 @@ NUMBER_BOUNDS = {
     "floor_friction": (0.0, np.inf),
 }  # fmt: skip
 DRIVE_COLUMNS = {"drive_amplitude_factor": 1, "drive_frequency_factor": 2, "drive_phase_shift_rad": 3}
+CHUNK = 500  # runs that a thread or a worker takes at once
 SPREADABLE = (*STATE_PLACES, *NUMBER_PLACES, *DRIVE_COLUMNS)
 
 
@@ -92,7 +93,7 @@ def simulate_ensemble(
     client: Any = None,
     progress: Callable[[int], object] | None = None,
     sample_times_s: np.ndarray | None = None,
-    chunk: int = 500,
+    chunk: int = CHUNK,
     tolerance: float = 1e-9,
     with_energies: bool = False,
 ) -> EnsembleResult:

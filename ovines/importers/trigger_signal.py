@@ -61,7 +61,7 @@ def read_signal(path: Path) -> tuple[Array, Array]:
     """``time_s`` and the one other column of a CSV file, (n,) each."""
     do = "write a header time_s,NAME and a row per sample"
     try:
-        table = pd.read_csv(path, skipinitialspace=True)
+        table = pd.read_csv(path.absolute(), skipinitialspace=True)
         table.columns = [str(name).strip() for name in table.columns]
         values = table.to_numpy(dtype=float)
     except (OSError, ValueError) as error:

@@ -20,7 +20,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     was.  After a SIGKILL the temporary file may stay; its name carries the process number and ends in
     ``.unfinished``, and `remove_unfinished` clears it away.
     """
-    path = Path(path)
+    path = Path(path).absolute()  # libraries take a relative one like "tcp:/a" or "a::b" for an address on the net
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
     try:

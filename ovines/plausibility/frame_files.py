@@ -65,7 +65,7 @@ def refuse_no_video(path: Path, camera: CameraSettings) -> None:
 
     opened, count = False, 0.0
     if path.suffix.lower() in VIDEO_SUFFIXES:  # OpenCV takes other names for a pattern of pictures, and complains of it
-        capture = cv2.VideoCapture(str(path))
+        capture = cv2.VideoCapture(str(path.absolute()))
         opened, count = capture.isOpened(), capture.get(cv2.CAP_PROP_FRAME_COUNT)
         capture.release()
     size = path.stat().st_size

@@ -8,7 +8,18 @@ from pydantic import Field, model_validator
 
 from ovines.io.toml_input import Section
 from ovines.recording_schema.accelerometers import Accelerometers
-from ovines.recording_schema.words import Name, NotNegative, Offset, PathText, Pixels, Point3, Positive
+from ovines.recording_schema.words import (
+    Coordinate,
+    Length,
+    Mass,
+    Name,
+    NotNegative,
+    Offset,
+    PathText,
+    Pixels,
+    Point3,
+    Positive,
+)
 
 
 class Time(Section):
@@ -139,13 +150,13 @@ class Ground(Body):
 class Host(Body):
     """Circular (``inner_radius_m``) or polygonal (``polygon_m``, counter-clockwise) inner wall."""
 
-    inner_radius_m: Positive | None = None
+    inner_radius_m: Length | None = None
     """Radius of the round wall; either this or ``polygon_m``. Example: `0.05`."""
-    polygon_m: Annotated[tuple[tuple[float, float], ...], Field(min_length=3, max_length=1000)] | None = None
+    polygon_m: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=3, max_length=1000)] | None = None
     """Corners of flat walls, counter-clockwise, in the Host's frame.
     Example: `[[-0.05, -0.05], [0.05, -0.05], [0.0, 0.06]]`.
     """
-    obstacle_radius_m: Positive | None = None
+    obstacle_radius_m: Length | None = None
     """Radius of a cylinder fixed at the Host's centre. Example: `0.01`."""
 
     @model_validator(mode="after")
@@ -169,9 +180,9 @@ class Nes(Body):
 
     centre_marker: Name | None = None
     """The marker at the disk's centre, if there is one. Example: `"N1"`."""
-    radius_m: Positive
+    radius_m: Length
     """Radius of the disk. Example: `0.01`."""
-    mass_kg: Positive | None = None
+    mass_kg: Mass | None = None
     """Its mass. Example: `0.0246`."""
     inertia_factor: Annotated[float, Field(ge=1e-3, le=1)] | None = None  # below: a body that turns without inertia
     """q of its inertia I = q m R²; 0.5 is a full disk. Example: `0.5`."""

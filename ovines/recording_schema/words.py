@@ -23,8 +23,12 @@ def _path(text: str) -> str:
 
 Name = Annotated[str, AfterValidator(_plain)]
 PathText = Annotated[str, AfterValidator(_path)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
 Pixels = Annotated[int, Field(gt=0, le=1_000_000)]
 Offset = Annotated[int, Field(ge=0, le=1_000_000)]
-Point3 = tuple[float, float, float]
+# What no rig leaves, by far, so that squares and products of it mean something: a kilometre at the most, as in tables
+Positive = Annotated[float, Field(gt=0, le=1e9)]
+NotNegative = Annotated[float, Field(ge=0, le=1e9)]
+Length = Annotated[float, Field(ge=1e-9, le=1e3)]
+Coordinate = Annotated[float, Field(ge=-1e3, le=1e3)]
+Mass = Annotated[float, Field(ge=1e-12, le=1e6)]
+Point3 = tuple[Coordinate, Coordinate, Coordinate]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from argparse import ArgumentTypeError
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from ovines.core import EnsembleResult, Scenario, ScenarioError, simulate, simulate_ensemble
+from ovines.core.ensemble import CHUNK
 from ovines.core.packing import contact_radius, pack
 from ovines.core.sweep import SWEPT, sweep
 from ovines.core.system import parameters as P
@@ -23,6 +26,7 @@ from ovines.workers.budget import refuse_cost
 # Measured on one core of a 2.5 GHz processor, rounded up: a step of the integrator, a row of samples with its height,
 # and what a row of the tables and a run of an ensemble take while they are made.
 STEP_S, ROW_S = 3e-6, 6e-6
+ENSEMBLE_SHARE = 2 / 3  # of a plain run's time: an ensemble's tolerance is wider (`simulate_ensemble`)
 ROW_BYTES, RUN_BYTES = 700.0, 600.0
 
 
@@ -41,6 +45,12 @@ def refuse_costly(scenario: Scenario, runs: int, yes: bool) -> None:
     )
     refuse_cost(f"{steps:.3g} steps (a quarter period of the fastest drive or spring each)", steps * STEP_S, 0.0, yes)
     refuse_cost(f"{runs} runs", runs * max(steps, 1.0) * STEP_S, runs * RUN_BYTES, yes)
+
+
+def copies_cost_s(runs: int, plain_s: float) -> float:
+    """Time of ``runs`` copies of a scenario whose plain run took ``plain_s``, on this machine's cores."""
+    at_once = min(os.cpu_count() or 1, math.ceil(runs / CHUNK))
+    return ENSEMBLE_SHARE * plain_s * runs / at_once
 
 
 def compile_engine() -> None:

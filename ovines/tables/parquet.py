@@ -61,7 +61,7 @@ def read_table(path: str | Path, name: str) -> pd.DataFrame:
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise _unreadable(source, table, error) from None
     result = conform(frame, table, source)
-    if name in ENTRIES:
+    if name in ENTRIES or METADATA_KEY not in (stored.schema_arrow.metadata or {}):
         refuse_far(result, table, source)
     return result
 
@@ -69,7 +69,7 @@ def read_table(path: str | Path, name: str) -> pd.DataFrame:
 def read_foreign_numbers(path: Path) -> pd.DataFrame:
     """Every column of numbers of a Parquet file that some other program wrote, float64 with NaN for missing."""
     try:
-        stored = pq.ParquetFile(path)
+        stored = pq.ParquetFile(_on_disk(path))
         if stored.metadata.num_rows > MAX_ROWS:
             raise InputError(f"{path}: {stored.metadata.num_rows} rows", f"{MAX_ROWS} at most", "split the file")
         content = stored.read(use_threads=False)
@@ -122,7 +122,7 @@ def write_table(frame: pd.DataFrame, name: str, path: str | Path, provenance: Ma
     }
     schema = pa.schema([_field(column) for column in columns], metadata)
     with written_whole(path) as temporary:
-        pq.write_table(pa.Table.from_arrays(arrays, schema=schema), temporary)
+        pq.write_table(pa.Table.from_arrays(arrays, schema=schema), _on_disk(temporary))
 
 
 def read_provenance(path: str | Path) -> dict[str, Any] | None:
@@ -135,7 +135,7 @@ def read_provenance(path: str | Path) -> dict[str, Any] | None:
     '0.1.0'
     """
     try:
-        raw = (pq.read_schema(path).metadata or {}).get(METADATA_KEY)
+        raw = (pq.read_schema(_on_disk(path)).metadata or {}).get(METADATA_KEY)
         return json.loads(raw) if raw else None
     except (pa.ArrowException, OSError, ValueError):
         return None
@@ -144,18 +144,21 @@ def read_provenance(path: str | Path) -> dict[str, Any] | None:
 def is_as_written(path: str | Path) -> bool | None:
     """Whether the values of a table are those that `write_table` wrote; None for a file that ovines did not write."""
     try:
-        metadata = pq.read_schema(path).metadata or {}
+        metadata = pq.read_schema(_on_disk(path)).metadata or {}
         if METADATA_KEY not in metadata:
             return None
         if CONTENT_KEY not in metadata:
             return True  # of an ovines that kept no hash
-        table = pq.read_table(path, use_threads=False)
+    except (pa.ArrowException, OSError, ValueError):
+        return None
+    try:
+        table = pq.read_table(_on_disk(path), use_threads=False)
         return (
             _content(table.column_names, [column.combine_chunks() for column in table.columns])
             == metadata[CONTENT_KEY].decode()
         )
     except (pa.ArrowException, OSError, ValueError, NotImplementedError):
-        return None
+        return False  # ours, but for types that ovines does not write, or pages that cannot be read
 
 
 def _content(names: Sequence[str], arrays: Sequence[pa.Array]) -> str:
@@ -179,7 +182,12 @@ def _content(names: Sequence[str], arrays: Sequence[pa.Array]) -> str:
 
 def table_rows(path: str | Path) -> int:
     """Number of rows, from the file's footer alone."""
-    return pq.read_metadata(path).num_rows
+    return pq.read_metadata(_on_disk(path)).num_rows
+
+
+def _on_disk(path: str | Path) -> str:
+    """The path from the root on: pyarrow takes one like ``tcp:/a`` for an address on the net."""
+    return str(Path(path).absolute())
 
 
 def _open(path: Path, table: Table) -> pq.ParquetFile:
@@ -187,7 +195,7 @@ def _open(path: Path, table: Table) -> pq.ParquetFile:
         found = "is a folder" if path.is_dir() else "is not there"
         raise InputError(f"{path} {found}", f"the table '{table.name}' as a Parquet file", "check the path")
     try:
-        stored = pq.ParquetFile(path)
+        stored = pq.ParquetFile(_on_disk(path))
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
         raise _unreadable(str(path), table, error) from None
     if stored.metadata.num_rows > MAX_ROWS:

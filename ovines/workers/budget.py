@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 from ovines.errors import InputError
@@ -60,38 +61,54 @@ def in_words(seconds: float, size_bytes: float) -> str:
     return " and ".join(parts) or "a moment"
 
 
-def within_budget(work: Callable[[], Result], what: str, yes: bool, most_s: float = MOST_S) -> Result:
-    """What ``work()`` gives, in a thread of its own: Ctrl-C ends the wait at once, and so does ``most_s`` where nobody
-    said yes; compiling, which only a machine's first run has to do, does not count.
-
-    For compiled loops, which see neither a signal nor a clock.  The thread cannot be stopped; it goes with the process.
+@dataclass
+class Budget:
+    """The time of a command, which all its parts share: ``most_s``, unless the user said ``yes``; ``spent_s`` of it so
+    far, without compiling, which only a machine's first run has to do.
     """
-    from ovines.workers.compile_clock import compile_clock  # loads numba, which the work does at once
 
-    done: list[Result] = []
-    failed: list[BaseException] = []
+    yes: bool
+    most_s: float = MOST_S
+    spent_s: float = 0.0
 
-    def run() -> None:
-        try:
-            done.append(work())
-        except BaseException as error:
-            failed.append(error)
+    def within(self, work: Callable[[], Result], what: str) -> Result:
+        """What ``work()`` gives, in a thread of its own: Ctrl-C ends the wait at once, and so does the budget's end.
 
-    thread = threading.Thread(target=run, daemon=True, name=THREAD)
-    began = time.monotonic()
-    with compile_clock() as clock:
-        thread.start()
-        while thread.is_alive():
-            thread.join(LOOK_S)
-            if not yes and thread.is_alive() and time.monotonic() - began - clock.spent_s() > most_s:
-                raise InputError(
-                    f"{what} is not done after {in_words(most_s, 0)}",
-                    "an end within that time unless you say so",
-                    "shorten it (duration, rate, frequencies, tolerance), or add --yes to wait for it",
-                )
-    if failed:
-        raise failed[0]
-    return done[0]
+        For compiled loops, which see neither a signal nor a clock.  The thread cannot be stopped; it goes with the
+        process.
+        """
+        from ovines.workers.compile_clock import compile_clock  # loads numba, which the work does at once
+
+        done: list[Result] = []
+        failed: list[BaseException] = []
+
+        def run() -> None:
+            try:
+                done.append(work())
+            except BaseException as error:
+                failed.append(error)
+
+        thread = threading.Thread(target=run, daemon=True, name=THREAD)
+        began, before_s = time.monotonic(), self.spent_s
+        with compile_clock() as clock:
+            thread.start()
+            while thread.is_alive():
+                thread.join(LOOK_S)
+                self.spent_s = before_s + time.monotonic() - began - clock.spent_s()
+                if not self.yes and thread.is_alive() and self.spent_s > self.most_s:
+                    raise InputError(
+                        f"{what} is not done after {in_words(self.most_s, 0)}",
+                        "an end within that time unless you say so",
+                        "shorten it (duration, rate, frequencies, tolerance), or add --yes to wait for it",
+                    )
+        if failed:
+            raise failed[0]
+        return done[0]
+
+
+def within_budget(work: Callable[[], Result], what: str, yes: bool, most_s: float = MOST_S) -> Result:
+    """What ``work()`` gives, for a command of one part (`Budget.within`)."""
+    return Budget(yes, most_s).within(work, what)
 
 
 def interruptibly(work: Callable[[], Result]) -> Result:

@@ -31,7 +31,7 @@ from ovines.io.toml_input import read_toml
 from ovines.pipeline.one_recording import Outcome
 from ovines.pipeline.series import Workers, run_series
 from ovines.recording import read_recording, series_folders
-from ovines.workers.budget import given_up, in_words, refuse_cost, within_budget
+from ovines.workers.budget import Budget, given_up, in_words, refuse_cost, within_budget
 from tests.conftest import bouncing_motion, recording_toml, refused, two_cameras, write_small_recording
 from tests.house.test_fuzz import SCENARIO
 from tests.house.test_nothing_is_silently_wrong import SMALL, with_frames, write_motion
@@ -104,6 +104,22 @@ def test_work_within_its_budget_gives_its_result_or_its_error():
     assert within_budget(lambda: 7, "x", yes=False) == 7
     with pytest.raises(ZeroDivisionError):
         within_budget(lambda: 1 / 0, "x", yes=False)
+
+
+def test_the_parts_of_a_command_share_its_budget():
+    """A simulation and its copies had a minute each."""
+    budget = Budget(yes=False, most_s=0.6)
+    budget.within(lambda: time.sleep(0.4), "one part")
+    assert 0.4 <= budget.spent_s < 0.6
+    with pytest.raises(InputError, match="another part is not done after"):
+        budget.within(lambda: time.sleep(0.4), "another part")
+
+
+def test_copies_beyond_what_the_plain_run_leaves_are_stopped_before_they_begin(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("ovines.simulations.many.ENSEMBLE_SHARE", 1e9)
+    (tmp_path / "s.toml").write_text(SCENARIO)
+    assert main(["simulate", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"), "--runs", "3"]) == 2
+    assert "and 3 copies: about" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
 def test_a_loop_that_sees_no_clock_is_given_up():
@@ -357,6 +373,12 @@ def test_a_string_that_is_no_text(tmp_path, capsys):
         ("layout_m = [[0.046359", "layout_sd_m = 1e300\nlayout_m = [[0.046359"),
         ("inertia_factor = 0.5", "inertia_factor = 1e-300"),
         ("[0.0061, 0.0003, 0.01]", "[0.0, 0.0, 0.01]"),
+        ("[0.0061, 0.0003, 0.01]", "[0.0061, 0.0003, 1e298]"),
+        ("inner_radius_m = 0.05", "inner_radius_m = 1e298"),
+        ("inner_radius_m = 0.05", "polygon_m = [[0.0, 0.0], [1e200, 0.0], [0.0, 1e200]]"),
+        ("\nradius_m = 0.01", "\nradius_m = 1e-300"),
+        ("mass_kg = 0.0246", "mass_kg = 1e300"),
+        ("frame_rate_hz = 800.0", "frame_rate_hz = 1e300"),
     ],
 )
 def test_settings_that_no_rig_has(old, new, tmp_path):
@@ -365,6 +387,64 @@ def test_settings_that_no_rig_has(old, new, tmp_path):
     (tmp_path / "recording.toml").write_text(text.replace(old, new, 1))
     with pytest.raises(InputError, match="line"):
         read_recording(tmp_path)
+
+
+@pytest.mark.parametrize("key", ["matrix", "distortion", "translation_m"])
+def test_a_camera_with_a_number_that_none_has(key, tmp_path, capsys):
+    folder = write_small_recording(tmp_path / "run", frames=5).folder
+    content = json.loads((tmp_path / "calibration.json").read_text())
+    row = content["cameras"][0][key]
+    (row[0] if key == "matrix" else row)[0] = 1e298
+    (tmp_path / "calibration.json").write_text(json.dumps(content))
+    assert main(["triangulate", str(folder), "--out", str(tmp_path / "out")]) == 2
+    assert f"{key} = " in capsys.readouterr().err
+
+
+TOO_FAR = {
+    "nes.radius_m": ("[nes]\nradius_m = 0.01", "[nes]\nradius_m = 1e298"),
+    "nes.mass_kg": ("mass_kg = 0.0246", "mass_kg = 1e300"),
+    "nes.inertia_factor": ("inertia_factor = 0.5", "inertia_factor = 5e-10"),
+    "host.radius_m": ("[host]\nradius_m = 0.05", "[host]\nradius_m = 1e300"),
+    "polygon_m": ("[host]\nradius_m = 0.05", "[host]\npolygon_m = [[0, 0], [1e200, 0], [0, 1e200]]"),
+    "gravity_m_per_s2": ("gravity_m_per_s2 = [0.0, 0.0]", "gravity_m_per_s2 = [0.0, -1e300]"),
+    "initial_nes": ("-0.01, 0.1, 0.0, 0.0, 0.0]", "-0.01, 1e300, 0.0, 0.0, 0.0]"),
+    "amplitude": ("amplitude_m = 0.0164", "amplitude_m = 1e300"),
+    "frequency_hz": ("frequency_hz = 11.0", "frequency_hz = 1e300"),
+    "friction.coefficient": ("coefficient = 0.2", "coefficient = 1e300"),
+    "impact.wall_friction": ("wall_friction = 0.13", "wall_friction = 1e300"),
+    "run.duration_s": ("duration_s = 1.0", "duration_s = 1e300"),
+}
+
+
+@pytest.mark.parametrize("name", TOO_FAR)
+def test_a_scenario_with_a_number_that_no_rig_has(name, tmp_path, capsys):
+    """The square of a radius of 1e298 m was an OverflowError."""
+    old, new = TOO_FAR[name]
+    assert old in SCENARIO
+    (tmp_path / "s.toml").write_text(SCENARIO.replace(old, new, 1))
+    assert main(["simulate", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"), "--yes"]) == 2
+    said = capsys.readouterr().err
+    assert name in said and "expected:" in said and not (tmp_path / "out").exists()
+
+
+def test_a_suspension_that_no_rig_has():
+    from ovines.core import Host, ScenarioError, Suspension
+
+    with pytest.raises(ScenarioError, match="stiffness"):
+        Suspension((1e300, 1.0, 1.0), (0.0, 0.0, 0.0))
+    with pytest.raises(ScenarioError, match="mass_kg"):
+        Host(0.05, motion="free", mass_kg=1e-300)
+
+
+@pytest.mark.parametrize("name", ["tcp:/127.0.0.1:9", "http:/a", "a::b"])
+def test_a_folder_named_like_an_address_is_a_folder(name, tmp_path, monkeypatch, capsys):
+    """What `tcp://127.0.0.1:9` is as a path: pyarrow took it for an address on the net."""
+    write_small_recording(tmp_path / "run", frames=20)
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):  # written, then read and replaced
+        assert main(["triangulate", "run", "--out", name, "--force"]) == 0, capsys.readouterr()
+        assert (tmp_path / name / "points.parquet").is_file()
+    assert main(["export", name, "--to", "csv", "--out", "made"]) == 0, capsys.readouterr()
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from ovines.__main__ import main
+from ovines.errors import InputError
 from ovines.io.atomic_write import TEMPORARY_SUFFIX
 from ovines.pipeline.ownership import FIGURES, whose
 from ovines.pipeline.pages import remove_figures
@@ -42,6 +43,27 @@ def test_another_recording_is_no_results_folder(command, recordings, capsys):
     one, other = recordings
     (other / "points.parquet").write_bytes(b"raw")
     refused_untouched([command, one, "--out", other], other.parent, capsys, str(other), "recording.toml")
+
+
+@pytest.mark.parametrize("keeps_its_mark", [True, False])
+def test_results_written_again_by_another_program(keeps_its_mark, recordings, tmp_path, capsys):
+    """Speeds of 1e300 were squared: a table that pandas wrote again was nobody's, with our mark or without."""
+    path = tmp_path / "results" / "rotation.parquet"
+    assert main(["analyse", str(recordings[0]), "--out", str(path.parent)]) == 0
+    stored = pq.read_table(path)
+    table = stored.to_pandas()
+    column = next(name for name in table.columns if table[name].dtype == float and name != "time_s")
+    table[column] = 1e300
+    made = pa.Table.from_pandas(table, preserve_index=False)
+    texts = [pa.field(one.name, pa.large_string() if pa.types.is_string(one.type) else one.type) for one in made.schema]
+    made = made.cast(pa.schema(texts))
+    pq.write_table(made.replace_schema_metadata(stored.schema.metadata if keeps_its_mark else None), path)
+    assert whose(path) == ("changed" if keeps_its_mark else "foreign")
+    if keeps_its_mark:
+        refused_untouched(["compare", recordings[0], "--out", path.parent], path.parent, capsys, str(path))
+    else:
+        with pytest.raises(InputError, match=rf"{column} is 1e\+300"):
+            read_table(path, "rotation")
 
 
 def test_another_series_is_no_results_folder(recordings, tmp_path, capsys):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from ovines.core.laws.terms import WrittenLaw
 from ovines.core.refusal import require, require_range
+from ovines.core.system import limits as L
 from ovines.core.system.gaps import refuse_gaps
 
 
@@ -22,10 +22,13 @@ class Nes:
     inertia_factor: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in ("radius_m", "mass_kg", "inertia_factor"):
-            require_range(f"nes.{name}", getattr(self, name), 0.0, math.inf, above=True)
+        require_range("nes.radius_m", self.radius_m, *L.LENGTHS_M)
+        require_range("nes.mass_kg", self.mass_kg, *L.MASSES_KG)
+        require_range("nes.inertia_factor", self.inertia_factor, *L.INERTIA_FACTORS)
 
 
+_STATE = (L.LENGTHS_M[1],) * 2 + (L.MOST_M_PER_S,) * 2 + (L.MOST_RAD, L.MOST_RAD_PER_S)
+MOST = {"initial_nes": _STATE, "initial_host": _STATE, "gravity_m_per_s2": (L.MOST_M_PER_S2,) * 2}
 _ROUNDING = 1e-6  # of a step, which a table of times in seconds may be off
 
 
@@ -44,9 +47,9 @@ class Harmonic:
     def __post_init__(self) -> None:
         axes = ("x", "y", "z", "rotation")
         require(self.axis in axes, f"drive axis {self.axis!r}", "x, y, z or rotation", "name one of these axes")
-        require_range(f"frequency_hz of {self.axis}", self.frequency_hz, 0.0, math.inf)
-        for name in ("amplitude", "phase_rad"):
-            require_range(f"{name} of {self.axis}", getattr(self, name), -math.inf, math.inf)
+        require_range(f"frequency_hz of {self.axis}", self.frequency_hz, 0.0, L.FREQUENCIES_HZ[1])
+        require_range(f"amplitude of {self.axis}", self.amplitude, -L.LENGTHS_M[1], L.LENGTHS_M[1])
+        require_range(f"phase_rad of {self.axis}", self.phase_rad, -L.MOST_RAD, L.MOST_RAD)
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ class Suspension:
             values = getattr(self, name)
             require(len(values) == 3, f"{len(values)} values of {name}", "3: x, y, rotation", f"give 3 {name} values")
             for value in values:
-                require_range(f"host.suspension.{name}", value, 0.0, math.inf)
+                require_range(f"host.suspension.{name}", value, 0.0, L.MOST_STIFFNESS)
 
 
 @dataclass(frozen=True)
@@ -129,15 +132,15 @@ class Host:
         one = (self.radius_m is None) != (self.polygon_m is None)
         require(one, "both or neither of host.radius_m, host.polygon_m", "exactly one", "keep the wall you mean")
         if self.radius_m is not None:
-            require_range("host.radius_m", self.radius_m, 0.0, math.inf, above=True)
+            require_range("host.radius_m", self.radius_m, *L.LENGTHS_M)
         else:
             require_convex(self.polygon_m)
         if self.obstacle_radius_m is not None:
-            require_range("host.obstacle_radius_m", self.obstacle_radius_m, 0.0, math.inf, above=True)
+            require_range("host.obstacle_radius_m", self.obstacle_radius_m, *L.LENGTHS_M)
         if self.motion in ("free", "sprung"):
             require(self.mass_kg is not None, f"a {self.motion} Host without mass_kg", "a mass", "give host.mass_kg")
-            require_range("host.mass_kg", self.mass_kg, 0.0, math.inf, above=True)
-            require_range("host.inertia_factor", self.inertia_factor, 0.0, math.inf, above=True)
+            require_range("host.mass_kg", self.mass_kg, *L.MASSES_KG)
+            require_range("host.inertia_factor", self.inertia_factor, *L.INERTIA_FACTORS)
         if self.motion == "sprung":
             found = self.suspension is not None
             require(found, "a sprung Host without suspension", "springs and dampers", "add [host.suspension]")
@@ -153,6 +156,8 @@ def require_convex(corners: object) -> None:
     points = np.asarray(corners, dtype=float)
     shape = points.ndim == 2 and points.shape[1:] == (2,) and len(points) >= 3 and bool(np.all(np.isfinite(points)))
     require(shape, "host.polygon_m of another shape", "at least three finite [x, y]", "list the corners as [x, y]")
+    farthest, most = float(np.max(np.abs(points))), L.LENGTHS_M[1]
+    require(farthest <= most, f"host.polygon_m with {farthest:g} m", f"at most {most:g} m", "correct the corners")
     edges = np.roll(points, -1, axis=0) - points
     following = np.roll(edges, -1, axis=0)
     turns = edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0]
@@ -176,7 +181,7 @@ class ImpactLaw:
 
     def __post_init__(self) -> None:
         require_range("impact.restitution", self.restitution, 0.0, 1.0)
-        require_range("impact.wall_friction", self.wall_friction, 0.0, math.inf)
+        require_range("impact.wall_friction", self.wall_friction, 0.0, L.MOST_FRICTION)
         require_range("impact.tangential_restitution", self.tangential_restitution, -1.0, 1.0)
 
 
@@ -191,9 +196,10 @@ class FloorFriction:
     load_m_per_s2: float = 9.81
 
     def __post_init__(self) -> None:
-        require_range("friction.coefficient", self.coefficient, 0.0, math.inf)
-        require_range("friction.regularisation_m_per_s", self.regularisation_m_per_s, 0.0, math.inf, above=True)
-        require_range("friction.load_m_per_s2", self.load_m_per_s2, 0.0, math.inf)
+        require_range("friction.coefficient", self.coefficient, 0.0, L.MOST_FRICTION)
+        slow, fast = L.SLOWEST_M_PER_S, L.MOST_M_PER_S
+        require_range("friction.regularisation_m_per_s", self.regularisation_m_per_s, slow, fast)
+        require_range("friction.load_m_per_s2", self.load_m_per_s2, 0.0, L.MOST_M_PER_S2)
         require(self.law in ("coulomb", "farkas"), f"friction.law = {self.law!r}", "coulomb or farkas", "name one")
         known = self.support in ("host", "ground")
         require(known, f"friction.support = {self.support!r}", "host or ground", "name one")
@@ -227,13 +233,14 @@ class Scenario:
     tolerance: float = 1e-11
 
     def __post_init__(self) -> None:
-        require_range("run.duration_s", self.duration_s, 0.0, math.inf, above=True)
-        require_range("run.sample_rate_hz", self.sample_rate_hz, 0.0, math.inf)
+        require_range("run.duration_s", self.duration_s, 0.0, L.MOST_S, above=True)
+        require_range("run.sample_rate_hz", self.sample_rate_hz, 0.0, L.MOST_RATE_HZ)
         require_range("run.tolerance", self.tolerance, 0.0, 1e-2, above=True)
         require(self.max_impacts >= 1, f"run.max_impacts = {self.max_impacts}", "at least 1", "raise run.max_impacts")
-        for name, size in (("initial_nes", 6), ("initial_host", 6), ("gravity_m_per_s2", 2)):
+        for name, most in MOST.items():
             values = getattr(self, name)
-            fine = len(values) == size and all(math.isfinite(value) for value in values)
-            require(fine, f"{name} = {values}", f"{size} finite numbers", f"correct {name}")
+            fine = len(values) == len(most) and all(abs(one) <= of for one, of in zip(values, most, strict=True))
+            expected = f"{len(most)} finite numbers, of size up to {', '.join(f'{of:g}' for of in most)}"
+            require(fine, f"{name} = {values}", expected, f"correct {name}")
         if self.host.motion == "driven" and self.host.table is not None:
             self.host.table.require_covers(self.duration_s)

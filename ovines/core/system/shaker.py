@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.core.refusal import require, require_range
+from ovines.core.system.limits import FREQUENCIES_HZ, LENGTHS_M, MOST_G
 
 Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # m/s^2, as the thesis
-# What no shaker, Host or disk leaves, by far: inside it no figure overflows or vanishes.
-FREQUENCIES_HZ, MOST_G, LENGTHS_M = (1e-3, 1e9), 1e9, (1e-9, 1e6)
 LARGEST_RATIO = 0.999  # of radii: a disk that still moves
 
 
