@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ovines.core import limits as L
 from ovines.core.laws.terms import WrittenLaw
 from ovines.core.refusal import require, require_range
-from ovines.core.system import limits as L
 from ovines.core.system.gaps import refuse_gaps
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.core.limits import FREQUENCIES_HZ, LENGTHS_M, MOST_G
 from ovines.core.refusal import require, require_range
-from ovines.core.system.limits import FREQUENCIES_HZ, LENGTHS_M, MOST_G
 
 Array = NDArray[np.float64]
 
