@@ -24,6 +24,8 @@ from ovines.workers.budget import add_yes, within_budget
 NAME = "orbits"
 HELP = "Sensitivities of a scenario, Lyapunov exponents, sections, periodic orbits, basins of attraction."
 LINE = ("nes_x_m", "nes_vx_m_per_s")
+# Periods that pass before states are kept; of the time that exponents are averaged over, at most this share.
+TRANSIENT, LARGEST_SHARE = 200, 0.2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--periods", type=whole_number, help="periods of the drive kept (default: 200), or of the orbit (1)"
     )
-    parser.add_argument("--transient", type=whole_number, default=200, help="periods before them (default: 200)")
+    parser.add_argument(
+        "--transient",
+        type=whole_number,
+        help=f"periods before them (default: {TRANSIENT}; of exponents at most a fifth of the scenario's duration)",
+    )
     add_yes(parser)
 
 
@@ -123,13 +129,20 @@ def lyapunov_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.DataFr
     from ovines.simulations.orbit_tables import lyapunov_table
 
     period = drive_period_s(scenario)
-    found = lyapunov(scenario, states_of(args), period, args.transient * period)
+    fifth = int(LARGEST_SHARE * scenario.duration_s / period)
+    transient = min(TRANSIENT, fifth) if args.transient is None else args.transient
+    found = lyapunov(scenario, states_of(args), period, transient * period)
     values = ", ".join(f"{a:.4g} +- {b:.1g}" for a, b in zip(found.exponents_per_s, found.sd_per_s, strict=True))
     per_impact = found.exponents_per_s[0] / found.impacts_per_s if found.impacts else np.nan
     return lyapunov_table(found), lyapunov_figure(found), [
         f"exponents {values} 1/s, {found.impacts} impacts ({found.impacts_per_s:.4g} per second); largest per impact "
         f"{per_impact:.4g}"
     ]  # fmt: skip
+
+
+def transient_of(args: argparse.Namespace) -> int:
+    """Periods of the transient that was asked for, or the usual number."""
+    return TRANSIENT if args.transient is None else int(args.transient)
 
 
 def section_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.DataFrame, Any, list[str]]:
@@ -139,7 +152,7 @@ def section_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.DataFra
     from ovines.simulations.orbit_tables import section_table
 
     shown = pair(states_of(args))
-    states = section(scenario, args.periods or 200, args.transient)
+    states = section(scenario, args.periods or 200, transient_of(args))
     return section_table(states), section_figure(states, shown), [f"{states.shape[1]} states, once per period"]
 
 
@@ -152,7 +165,7 @@ def bifurcation_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.Dat
 
     ((over, values),) = ranges_of(args, 1, CHANGED)
     shown = states_of(args)[0]
-    found = bifurcation(scenario, over, values, args.periods or 200, args.transient)
+    found = bifurcation(scenario, over, values, args.periods or 200, transient_of(args))
     words = f"{len(values)} values, {found.impacts.min():.3g} to {found.impacts.max():.3g} impacts per period"
     return section_table(found.states, over, found.values), bifurcation_figure(found, shown), [words]
 
@@ -186,7 +199,7 @@ def basins_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.DataFram
 
     x, y = ranges_of(args, 2, STATES)
     with tqdm(total=len(x[1]) * len(y[1]), disable=bars_disabled(), unit="run") as bar:
-        found = basins(scenario, x, y, args.transient, args.periods or 8, states_of(args), progress=bar.update)
+        found = basins(scenario, x, y, transient_of(args), args.periods or 8, states_of(args), progress=bar.update)
     lines = [
         f"{'period ' + str(one.period) if one.period else 'no period'}: {100 * one.share:.3g} % of the starts, "
         f"{one.impacts:.3g} impacts per period of the drive"

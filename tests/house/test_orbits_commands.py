@@ -8,7 +8,7 @@ from ovines.tables import read_table
 
 LINE = ["--states", "host_x_m,host_vx_m_per_s"]
 QUESTIONS = {
-    "lyapunov": ("lyapunov", ["impact-oscillator", *LINE, "--transient", "20"]),
+    "lyapunov": ("lyapunov", ["impact-oscillator", *LINE]),
     "section": ("section", ["impact-oscillator", *LINE, "--transient", "50", "--periods", "20"]),
     "bifurcation": (
         "section",
