@@ -19,11 +19,13 @@ from analysis.gap.page.figures_flights import flight_panels
 from analysis.gap.page.figures_impacts import _gains, impact_panels
 from analysis.gap.page.figures_paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
+from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
+from ovines.core.laws.words import QUANTITIES, TARGETS
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
@@ -239,3 +241,10 @@ def test_words_and_units():
         shown_interval("direction_rad", 0.0, np.pi / 2).endswith("°")
         and parameter_words("speed_scale_m_per_s") == "speed scale"
     )
+
+
+def test_every_symbol_of_a_law_is_told_in_plain_characters():
+    """A direction and its length are two symbols in the table, and no command of LaTeX is left."""
+    symbols = [_plain_symbol(one.symbol) for one in (*TARGETS.values(), *QUANTITIES.values())]
+    assert not [one for one in symbols if "\\" in one or "{" in one]
+    assert _plain_symbol(r"\hat d") == "d\u0302" and _plain_symbol("d_H") == "dH"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -24,9 +26,10 @@ Array = NDArray[np.float64]
 FEWEST_FRAMES = 20
 # LaTeX of the symbols as plain characters.
 PLAIN = {
-    r"\hat ": "", r"\vec ": "", r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\omega": "ω",
+    r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", "{": "", "}": "", "_": "",
 }  # fmt: skip
+ACCENTS = {"hat": "\u0302", "vec": "\u20d7"}
 FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
 # Shown in mm where a quantity is a length.
 SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}
@@ -108,6 +111,8 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
 
 
 def _plain_symbol(latex: str) -> str:
+    for accent, mark in ACCENTS.items():
+        latex = re.sub(rf"\\{accent} ?\{{?(\\[a-z]+|[A-Za-z])\}}?", rf"\1{mark}", latex)
     for old, new in PLAIN.items():
         latex = latex.replace(old, new)
     return latex
@@ -125,7 +130,7 @@ def formula_figure(law: LawFound) -> Figure:
 
 def evidence_figure(found: Evidence) -> Figure:
     """Missing quantity in bins, before and after, and the law."""
-    figure, axes = new_figure()
+    figure, axes = new_figure(margins_in=(0.8, 0.12, 0.46, 0.36))
     ax = axes[0, 0]
     factor, unit = SHOWN.get(found.unit, (1.0, found.unit))
     order = np.argsort(found.covariate)
@@ -149,7 +154,7 @@ def _missing(found: Evidence) -> str:
     what = {"flight": "missing acceleration", "impact": "missing", "geometry": "missing"}[target.stage]
     if target.unit == "1":
         what = "missing"
-    return f"{what}: {target.meaning}{unit}"
+    return f"{what}{unit}\n{target.meaning}"
 
 
 def path_figure(runs: tuple[Run, ...], law: LawFound) -> Figure | None:

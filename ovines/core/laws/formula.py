@@ -64,7 +64,7 @@ def _text_term(term: Term, first: bool) -> str:
 
 
 def _place(one: Term | Factor) -> str:
-    return f"{1e3 * one.x:.3g} mm, {1e3 * one.y:.3g} mm"
+    return f"{1e3 * one.x:.4g} mm, {1e3 * one.y:.4g} mm"
 
 
 def _text_factor(one: Factor, term: Term) -> str:
