@@ -26,6 +26,7 @@ FEWEST = 4
 CORNER_SD = 0.05  # of the radius at the image's corner, by k1 and as much by k2: phones and machine lenses keep within
 FOCAL_WIDTHS = np.geomspace(0.4, 12.0, 18)  # focal lengths tried, in image widths
 FOCAL_MIDDLE, FOCAL_SD = 1.5, 1.0  # of a lens nobody knows: widths, and sd of the logarithm
+FOLD_STEPS = 100  # places from the axis to the farthest point at which the distortion is looked at
 FLAT = 1e-3  # second singular value of the points about their middle, over the first: less is a line
 MISFIT_SDS = 5.0  # rms over the stated sd from which on a point is wrong
 _LOG_F, _CU, _CV, _D1, _D2, _R, _T = 0, 1, 2, 3, 4, slice(5, 8), slice(8, 11)
@@ -91,6 +92,9 @@ def camera_of_known_points(
             "x, y of a right-handed world whose z points up, towards the camera",
             "check that x and y are not exchanged, and the points' order",
         )
+    above = [one for one in above if _lens_holds(one.x, points_m)]
+    if not above:
+        raise _no_camera(name)
     best = min(above, key=lambda one: one.cost)
     off = best.fun[: 2 * len(uv_px)]
     misfit = float(np.sqrt(np.mean(off**2)))
@@ -165,6 +169,17 @@ def _project(p: Array, points_m: Array, width: int) -> Array:
     r2 = x * x + y * y
     scale = np.exp(p[_LOG_F]) * width * (1 + r2 * (p[_D1] + r2 * p[_D2]))
     return np.column_stack([scale * x + p[_CU], scale * y + p[_CV]])
+
+
+def _lens_holds(p: Array, points_m: Array) -> bool:
+    """Whether all points lie before the camera, and where its distortion still takes what is farther out farther out:
+    beyond, it folds the picture, in which points exchanged may stand as well.
+    """
+    seen = points_m @ cv2.Rodrigues(p[_R])[0].T + p[_T]
+    if not (seen[:, 2] > 0).all():
+        return False
+    r2 = np.linspace(0.0, float(np.max(np.sum((seen[:, :2] / seen[:, 2:]) ** 2, axis=1))), FOLD_STEPS)
+    return bool((1 + r2 * (3 * p[_D1] + 5 * r2 * p[_D2]) > 0).all())
 
 
 def _camera(name: str, size_px: tuple[int, int], p: Array, rms_px: float) -> Camera:

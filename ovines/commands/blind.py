@@ -16,8 +16,6 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from analysis.blind import trial
-from analysis.blind.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
-from analysis.blind.closed_loop import markdown as loop_markdown
 from analysis.blind.scoring import report, score
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
@@ -26,6 +24,8 @@ from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.commands.stage_command import jobs, whole_number
 from ovines.errors import InputError
+from ovines.pipeline.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
+from ovines.pipeline.closed_loop import markdown as loop_markdown
 from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with
 

@@ -30,8 +30,10 @@ N_CAMERA = N_INTRINSICS + N_POSE  # unknowns of a camera
 HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weight falls
 FIXED = -1  # number of the pose of the board that defines the world
 _ROUNDS, _SAME_SD = 4, 0.05  # of sd and weights, which settle in two; relative change that ends them
-# A rendered board's images differ by 14 % in the sd of their points: as much as 15 points tell of one.
-_SHARED_POINTS, _CUT_SD = 15, 4.0  # sds at which a residual is cut: an outlier is no wide noise
+# A rendered board's images differ by 14 % in the sd of their points, as much as 15 points tell of one; drawn together
+# by more than that, images that are equally sharp lose less than a hundredth.
+_SHARED_POINTS, _FEWEST_IMAGES = 40, 3
+_CUT_SD = 4.0  # sds at which a residual is cut: an outlier is no wide noise
 _LEAST_SIGMA_PX = 1e-4  # of an exact film: weights stay finite
 _LEAST_FREEDOM = 0.1  # share of the residuals that the parameters leave at least
 # Levenberg's damping: at first, after a step down and up, and its bounds.
@@ -390,14 +392,42 @@ def _spline_freedom(sightings: Sequence[Sighting], state: State, setting: Settin
 
 
 def _share_noise(sightings: Sequence[Sighting], state: State, setting: Setting, sigma: Array) -> None:
-    """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one."""
-    for sighting in sightings:
+    """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one; of
+    fewer images than :data:`_FEWEST_IMAGES` none is told from the others.
+    """
+    images = np.bincount([sighting.camera for sighting in sightings])
+    for sighting, taken in zip(sightings, _taken(sightings, state, setting), strict=True):
+        if images[sighting.camera] < _FEWEST_IMAGES:
+            continue
         sd = sigma[sighting.camera]
         residual = (sighting.uv_px - project(sighting, state, setting)[0]) / sd
         count = len(residual)
-        freedom = max(_LEAST_FREEDOM, 1 - (0 if sighting.pose == FIXED else N_POSE) / (2 * count))
+        freedom = max(_LEAST_FREEDOM, 1 - taken / (2 * count))
         own = float(np.mean(np.minimum(residual**2, _CUT_SD**2))) / freedom
         sighting.share = float(np.sqrt((count * own + _SHARED_POINTS) / (count + _SHARED_POINTS)))
+
+
+def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> list[float]:
+    """How many numbers the fit takes from each image's residuals: its pose, and of the lenses as much as it tells of
+    them (the trace of its part of the hat matrix).  Images that tell most have the smallest residuals.
+    """
+    kept = n_parameters(state.splines)
+    priors = _normal([], state, setting)[1]
+    told = []
+    for sighting in sightings:
+        own = _normal([sighting], state, setting)[1] - priors
+        lens = own[:kept, :kept]
+        if sighting.pose != FIXED:
+            at = kept + N_POSE * sighting.pose + np.arange(N_POSE)
+            lens = lens - own[:kept, at] @ np.linalg.pinv(own[np.ix_(at, at)], hermitian=True) @ own[at, :kept]
+        told.append(lens)
+    whole = np.sum(told, 0) + priors[:kept, :kept]
+    used = np.flatnonzero(np.diag(whole) > 0)
+    scale = 1 / np.sqrt(np.diag(whole)[used])
+    covariance = np.linalg.pinv(whole[np.ix_(used, used)] * np.outer(scale, scale), hermitian=True)
+    covariance *= np.outer(scale, scale)
+    poses = [0.0 if s.pose == FIXED else N_POSE * (0.5 if s.in_world else 1.0) for s in sightings]
+    return [pose + float(np.sum(covariance * one[np.ix_(used, used)])) for pose, one in zip(poses, told, strict=True)]
 
 
 def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:
