@@ -13,13 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from joblib import Parallel, delayed
 
 from analysis.blind import trial
 from analysis.blind.scoring import report, score
+from analysis.blind.scoring.oracle import in_flights, oracle_share
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
-from analysis.blind.series import Outline
+from analysis.blind.series import Outline, run_outline
 from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.commands.stage_command import jobs, whole_number
@@ -86,6 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
+    _add_jobs(marks)
 
 
 def _add_jobs(step: argparse.ArgumentParser) -> None:
@@ -292,6 +295,26 @@ def _marked(args: argparse.Namespace, truths: dict[str, Any]) -> tuple[list[Any]
     return rows, answers
 
 
+def _oracle_case(folder: Path, outline: Outline, seed: list[int], parent: int = 0) -> float | None:
+    die_with(parent)
+    predictions = pd.read_parquet(folder / "answers" / outline.truth["case"] / "predictions.parquet")
+    return oracle_share(predictions, run_outline(outline, np.random.default_rng(seed)).states, outline.place)
+
+
+def _oracle(args: argparse.Namespace, answered: set[str]) -> list[float]:
+    """What the answers close of what an oracle closes, of the cases whose causes all lie in the flights; the plant runs
+    again for it."""
+    if args.seed is None:
+        return []
+    plan = trial.plan_of(trial.read_manifest(args.folder), args.seed)
+    asked = [
+        delayed(_oracle_case)(args.folder, outline, [args.seed, i + 1, 1], os.getpid())
+        for i, outline in enumerate(trial.outlines(plan))
+        if outline.truth["case"] in answered and in_flights(outline.truth)
+    ]
+    return [share for share in Parallel(n_jobs=_processes(args))(asked) if share is not None]
+
+
 def _score(args: argparse.Namespace) -> int:
     with _well_formed(args.folder):
         truths = trial.read_truths(args.folder, args.seed)
@@ -300,6 +323,7 @@ def _score(args: argparse.Namespace) -> int:
         raise InputError(f"no answers in {args.folder}", "at least one", "run `ovines blind answer` first")
     rng = np.random.default_rng(0)
     figures = score.figures_of(rows, rng) + probability_figures(rows, rng)
+    figures.append(score.oracle_figure(_oracle(args, set(answers)), rng))
     bands = reliability(rows)
     causes = score.per_cause(rows, answers)
     result = {

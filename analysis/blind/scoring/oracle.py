@@ -6,6 +6,8 @@ it leaves is the measurement's own error.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -17,6 +19,11 @@ Array = NDArray[np.float64]
 OUTLIER_SD = 6.0
 SHORTEST = 6  # frames of a flight: fewer say nothing beyond their start
 STEPS = ("recalibrated", "with_effect")
+
+
+def in_flights(truth: dict[str, Any]) -> bool:
+    """Whether a case can be asked: all its causes lie in the flights, and no lens residual in what was measured."""
+    return bool(truth["stages"]) and set(truth["stages"]) == {"flight"} and truth["noise"] != "warp"
 
 
 def oracle_share(predictions: pd.DataFrame, states: dict[str, Array], place: Place) -> float | None:

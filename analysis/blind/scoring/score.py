@@ -158,6 +158,11 @@ def figures_of(rows: list[Row], rng: np.random.Generator) -> list[Figure]:
     ]
 
 
+def oracle_figure(shares: list[float], rng: np.random.Generator) -> Figure:
+    """What the named effects close of what an oracle closes, of cases whose causes all lie in the flights."""
+    return mean("flights: closed of what an oracle closes", shares, rng, 0.95)
+
+
 def _shrunk(rows: list[Row]) -> list[float]:
     return [r.shrinkage for r in rows if r.shrinkage is not None]
 
