@@ -22,8 +22,10 @@ STEPS = ("recalibrated", "with_effect")
 
 
 def in_flights(truth: dict[str, Any]) -> bool:
-    """Whether a case can be asked: all its causes lie in the flights, and no lens residual in what was measured."""
-    return bool(truth["stages"]) and set(truth["stages"]) == {"flight"} and truth["noise"] != "warp"
+    """Whether a case can be asked: all its causes are listed and lie in the flights, and no lens residual in what was
+    measured.  (What a law closes is not in the predictions.)
+    """
+    return truth["verdict"] == "effect" and set(truth["stages"]) == {"flight"} and truth["noise"] != "warp"
 
 
 def oracle_share(predictions: pd.DataFrame, states: dict[str, Array], place: Place) -> float | None:
