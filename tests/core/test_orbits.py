@@ -58,8 +58,8 @@ def single_impact(omega, n, sigma=0.0, restitution=0.8):
     """The orbit with one impact in n periods of x'' + x = cos(omega t), x < sigma: place and speed at time 0, and the
     trace of its multipliers, whose product is restitution squared.
 
-    The closed form of S. W. Shaw and P. J. Holmes, J. Sound Vib. 90, 129 (1983), without damping: with the speed of
-    :func:`impact_speed`, the phase at the impact follows, and from the acceleration there the trace.
+    Derived here for the oscillator of S. W. Shaw and P. J. Holmes, J. Sound Vib. 90, 129 (1983), undamped: with the
+    speed of :func:`impact_speed`, the phase at the impact follows, and from the acceleration there the trace.
     """
     speed, gain, span = impact_speed(omega, restitution, n, sigma), 1 / (1 - omega**2), 2 * math.pi * n / omega
     a = -speed * (1 + restitution) / (2 * math.tan(span / 2))
