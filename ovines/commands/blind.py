@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from joblib import Parallel, delayed
 
 from analysis.blind import trial
@@ -28,6 +27,7 @@ from ovines.commands.stage_command import jobs, whole_number
 from ovines.errors import InputError
 from ovines.pipeline.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
 from ovines.pipeline.closed_loop import markdown as loop_markdown
+from ovines.tables import read_table
 from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with
 
@@ -297,7 +297,7 @@ def _marked(args: argparse.Namespace, truths: dict[str, Any]) -> tuple[list[Any]
 
 def _oracle_case(folder: Path, outline: Outline, seed: list[int], parent: int = 0) -> float | None:
     die_with(parent)
-    predictions = pd.read_parquet(folder / "answers" / outline.truth["case"] / "predictions.parquet")
+    predictions = read_table(folder / "answers" / outline.truth["case"] / "predictions.parquet", "predictions")
     return oracle_share(predictions, run_outline(outline, np.random.default_rng(seed)).states, outline.place)
 
 

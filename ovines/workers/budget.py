@@ -101,6 +101,7 @@ class Budget:
                         "an end within that time unless you say so",
                         "shorten it (duration, rate, frequencies, tolerance), or add --yes to wait for it",
                     )
+            self.spent_s = before_s + time.monotonic() - began - clock.spent_s()  # also of what was done at once
         if failed:
             raise failed[0]
         return done[0]

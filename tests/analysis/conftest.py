@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -70,7 +71,8 @@ def browse(tmp_path):
                 "--disable-extensions",
                 "--no-first-run",
                 "--enable-logging=stderr",
-                f"--user-data-dir={tmp_path / 'profile'}",
+                # of its own: a page written twice in a second is the same to a profile that has seen it
+                f"--user-data-dir={tempfile.mkdtemp(dir=tmp_path)}",
                 f"--window-size={width_px + 50},950",
                 "--virtual-time-budget=10000",
                 "--dump-dom",
