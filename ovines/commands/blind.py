@@ -25,6 +25,7 @@ from ovines import __version__
 from ovines.blind_film import film_series
 from ovines.commands.stage_command import jobs, whole_number
 from ovines.errors import InputError
+from ovines.io.atomic_write import write_text_whole
 from ovines.pipeline.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
 from ovines.pipeline.closed_loop import markdown as loop_markdown
 from ovines.tables import read_table
@@ -156,7 +157,7 @@ def _answer_case(folder: Path, case: str, parent: int = 0) -> tuple[str, str]:
     out = folder / "answers" / case
     start = time.monotonic()
     _diagnose(folder / "cases" / case, out)
-    (out / "seconds.json").write_text(json.dumps(time.monotonic() - start))
+    write_text_whole(json.dumps(time.monotonic() - start), out / "seconds.json")
     verdict = json.loads((out / "diagnosis.json").read_text())
     return case, ", ".join(verdict["effects"]) or verdict["verdict"]
 
@@ -221,7 +222,7 @@ def _withhold(args: argparse.Namespace) -> int:
         _say(f"{len(rows)}/{len(chosen)} {row.case} without {row.kind}: {', '.join(row.named) or row.verdict}")
     told = f"Made by `ovines blind withhold {args.folder.name}` on {len(rows)} cases, `ovines {__version__}`."
     text = withheld_markdown(rows, told)
-    (args.folder / "withheld.md").write_text(text)
+    write_text_whole(text, args.folder / "withheld.md")
     print(text)
     return 0
 
@@ -269,8 +270,8 @@ def _loop(args: argparse.Namespace) -> int:
         _say(f"{len(courses)}/{len(asked)} {course.case}, {course.way}: {end}")
     courses.sort(key=lambda c: (c.case, WAYS.index(c.way)))
     text = loop_markdown(courses)
-    (args.folder / "loop.md").write_text(text)
-    (args.folder / "loop.json").write_text(json.dumps([asdict(c) for c in courses], indent=1))
+    write_text_whole(text, args.folder / "loop.md")
+    write_text_whole(json.dumps([asdict(c) for c in courses], indent=1), args.folder / "loop.json")
     print(text)
     return 0
 
@@ -333,10 +334,10 @@ def _score(args: argparse.Namespace) -> int:
         "causes": causes,
         "cases": [asdict(r) for r in rows],
     }
-    (args.folder / "score.json").write_text(json.dumps(result, indent=1))
+    write_text_whole(json.dumps(result, indent=1), args.folder / "score.json")
     told = f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
     text = report.markdown(figures, causes, rows, bands, told)
-    (args.folder / "score.md").write_text(text)
+    write_text_whole(text, args.folder / "score.md")
     report.confusion_picture(rows, args.folder / "confusion.png")
     report.reliability_picture(bands, args.folder / "reliability.png")
     print(text)

@@ -13,6 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.blind.recording.place import Place
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # A frame this many robust sds off the true path is an outlier of the measurement, and asked of nobody.
@@ -53,8 +54,7 @@ def oracle_share(predictions: pd.DataFrame, states: dict[str, Array], place: Pla
             if np.count_nonzero(here) < SHORTEST:
                 continue
             oracle = _without_start(off[here], at[here])
-            sd = 1.4826 * float(np.median(np.abs(oracle))) + 1e-300
-            good = (np.abs(oracle) < OUTLIER_SD * sd).all(1)
+            good = (np.abs(oracle) <= OUTLIER_SD * residual_sd(oracle)).all(1)
             good &= np.isfinite(np.hstack([seen[step][here] for step in STEPS])).all(1)
             total["oracle"] += float(np.sum(oracle[good] ** 2))
             for step in STEPS:

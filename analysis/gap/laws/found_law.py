@@ -50,17 +50,19 @@ class LawFound:
     paths: tuple[list[Array], list[Array]] | None = None
     fitted: tuple[tuple[Run, ...], FlightFit] | None = None
 
+    @property
+    def closed(self) -> float:
+        """Share of the gap that the law closes on runs that its coefficients have not seen; unclipped."""
+        return self._closed(np.ones(len(self.before)))
+
+    def _closed(self, weight: Array) -> float:
+        whole = float(weight @ (self.before - self.floor))
+        return float(weight @ (self.before - self.after)) / whole if whole > 0 else 0.0
+
     def shrinkage(self, rng: np.random.Generator) -> tuple[float, float, float]:
-        """Share of the gap that the law closes on runs that its coefficients have not seen, with a 90 % interval over
-        runs; unclipped."""
-
-        def ratio(weight: Array) -> float:
-            whole = float(weight @ (self.before - self.floor))
-            return float(weight @ (self.before - self.after)) / whole if whole > 0 else 0.0
-
-        n = len(self.before)
-        drawn = [ratio(np.bincount(rng.integers(0, n, n), minlength=n).astype(float)) for _ in range(DRAWS)]
-        value = ratio(np.ones(n))
+        """:attr:`closed` with a 90 % interval over runs."""
+        n, value = len(self.before), self.closed
+        drawn = [self._closed(np.bincount(rng.integers(0, n, n), minlength=n).astype(float)) for _ in range(DRAWS)]
         low, high = (float(x) for x in np.quantile(drawn, BAND))
         return value, min(low, value), max(high, value)
 

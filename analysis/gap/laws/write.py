@@ -40,6 +40,8 @@ def write_laws(
     laws: list[LawFound | None] = []
     if "flight" in left:
         law, steps = find_flight_law(runs, ladder.flights, frame, rng)
+        if law is not None and not law.closed > LEAST_CLOSED:
+            law, steps = None, ladder.flights  # nor does it change the names beside it, or their sizes
         gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
         if law is not None and law.fitted is not None:
             steps = sized_beside(law.fitted[1], steps, ladder.series)
@@ -53,7 +55,7 @@ def write_laws(
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
         laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
-    return tuple(one for one in laws if one is not None and one.shrinkage(rng)[0] > LEAST_CLOSED), ladder
+    return tuple(one for one in laws if one is not None and one.closed > LEAST_CLOSED), ladder
 
 
 def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]]] | None:
