@@ -11,19 +11,20 @@ import numpy as np
 import pandas as pd
 
 from analysis.flights.parameters import LAW_TERMS
-from analysis.flights.runs import prepare
-from analysis.flights.stated_terms import held_laws, stated_terms
+from analysis.flights.runs import Run, prepare
+from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, stated_sizes, stated_terms
 from analysis.identification.bounce_search import find_sequences
-from analysis.identification.bounce_sequences import accepted, merge
+from analysis.identification.bounce_sequences import Merged, accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
 from analysis.identification.floor_law import SURE_FORCE
 from analysis.identification.intervals import Interval
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
-from analysis.motion.rig_frame import rig_frame
+from analysis.motion.rig_frame import RigFrame, rig_frame
 from analysis.walls.wall import stated_wall
-from ovines.core.laws.terms import rows_of
+from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
+from ovines.recording_schema import Nominal
 from ovines.tables import checked
 
 # Noise over the sds given from which the notes speak of it.
@@ -60,35 +61,66 @@ def identify_series(
     """Joint table ``identification`` of runs of one rig, and each run's tables as the joint fit sees them."""
     frame = rig_frame(motions, stated_wall(recordings[0]).size_m)
     runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], recordings, frame)
-    runs = [run if np.isfinite(run.host_table[:, 0]).any() else replace(run, flights=()) for run in runs]
+    joint = identify_runs(runs, recordings[0].model, frame, held_laws(recordings))
+    rig, law, merged = joint.rig, joint.law, joint.merged
+    return joint.table, [
+        Identified(
+            joint.table,
+            checked(frame.world_table(impacts_table(rig, k, law, merged), k), "impacts"),
+            checked(frame.world_table(flights_table(rig, k, merged), k), "flights"),
+            joint.notes,
+            rig,
+        )
+        for k in range(len(runs))
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """What all runs of a series say together: ``rig`` as fitted, intervals of its contact ``law``, impacts ``merged``
+    with those within chains, ``notes`` in words, and the ``table`` ``identification``."""
+
+    rig: RigFit
+    law: dict[str, Interval]
+    merged: Merged
+    notes: tuple[str, ...]
+    table: pd.DataFrame
+
+
+def identify_runs(runs: Sequence[Run], model: Nominal | None, frame: RigFrame, laws: Sequence[WrittenLaw]) -> Joint:
+    """The one estimator of a rig's parameters, for ``ovines identify`` and ``diagnose`` alike: ``runs`` in the rig's
+    own units, the nominal ``model`` and its written ``laws`` in the world, to which ``frame`` leads."""
     unseen = [
         f"{run.data.name}: the Host was never seen; no flight could be placed in it."
         for run in runs
-        if not run.flights and not np.isfinite(run.host_table[:, 0]).any()
+        if not np.isfinite(run.host_table[:, 0]).any()
     ]
-    model = recordings[0].model
+    runs = [run if np.isfinite(run.host_table[:, 0]).any() else replace(run, flights=()) for run in runs]
     stated = stated_terms(model, frame, [run.data.start_s for run in runs])
-    held = rows_of([term for law in held_laws(recordings) for term in frame.law(law).terms])
-    if len(held):
-        runs = [replace(run, data=replace(run.data, law=held)) for run in runs]
-        stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
+    # Friction that changes from run to run is told about the middle one.
+    shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
+    held = rows_of([term for law in laws for term in frame.law(law).terms])
+    stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
+    inertia = stated_sizes(model).get("inertia_error", {}).get("ratio", 1.0)
+    runs = [
+        replace(
+            run,
+            data=replace(
+                run.data,
+                law=held if len(held) else run.data.law,
+                friction_share=float(share),
+                inertia_factor=inertia * run.data.inertia_factor,
+            ),
+        )
+        for run, share in zip(runs, shares, strict=True)
+    ]
     rig = fit_rig(runs, model.effects if model else None, stated)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)
     law = law_intervals(rig)
-    notes = (*unseen, *rig.notes, *in_words(rig, law))
-    joint = checked(identification_table(rig, law, frame), "identification")
-    return joint, [
-        Identified(
-            joint,
-            checked(frame.world_table(impacts_table(rig, k, law, merged), k), "impacts"),
-            checked(frame.world_table(flights_table(rig, k, merged), k), "flights"),
-            notes,
-            rig,
-        )
-        for k in range(len(runs))
-    ]
+    table = checked(identification_table(rig, law, frame), "identification")
+    return Joint(rig, law, merged, (*unseen, *rig.notes, *in_words(rig, law)), table)
 
 
 def in_words(rig: RigFit, law: dict[str, Interval]) -> list[str]:

@@ -14,7 +14,7 @@ from analysis.compiled import compiled
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import IMPACT_BEFORE_S, PARAMETERS
+from analysis.flights.parameters import FRICTION, IMPACT_BEFORE_S, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
@@ -69,7 +69,8 @@ PER_S, START_RIDGE = 100.0, 1e-9
 @dataclass(frozen=True, eq=False)
 class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
-    round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0.
+    round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0; ``friction_share``: its
+    floor friction over the one that the series shares.
     """
 
     name: str
@@ -85,6 +86,7 @@ class RunData:
     stated: Wall | None = None
     law: Array = field(default_factory=NO_LAW.copy)
     number: int = 0
+    friction_share: float = 1.0
 
     @property
     def wall(self) -> Wall:
@@ -392,8 +394,9 @@ def fit_flights(
 
 
 def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
-    """``parameters`` of flight ``k``, which know when the impact before it was."""
+    """``parameters`` of flight ``k``, which know when the impact before it was and what the floor is in its run."""
     own = parameters.copy()
+    own[FRICTION] *= run.friction_share
     own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
     return own
 
@@ -525,6 +528,8 @@ class FlightFits:
             out,
             derivative,
         )
+        if FRICTION in free:
+            derivative[:, :, STATES + list(free).index(FRICTION)] *= self.run.friction_share
         return out, derivative
 
     def force_path(self, k: int) -> ForcePath:

@@ -102,7 +102,7 @@ WALL_PULL = INDEX["wall_pull"]
 LAW_TERMS = tuple(f"law_{i + 1}" for i in range(terms.MOST_TERMS))
 LAW = INDEX["law_1"]
 FRICTION_SINCE = INDEX["friction_since"]
-IMPACT_BEFORE_S = INDEX["impact_before_s"]
+FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
 
 # Steps of the differences, each in its parameter's unit: small against what matters, large against rounding (a flight
 # is integrated to 1e-8 m).  The coupling's goes down from its usual 1, where Farkas' law ends.

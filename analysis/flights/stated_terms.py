@@ -86,13 +86,13 @@ def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> lis
             raise InputError(
                 f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
             )
-    laws = [*_effects_as_laws(recordings[0].model), *laws]
+    laws = [*effects_as_laws(recordings[0].model), *laws]
     if sum(len(law.terms) for law in laws) > MOST_TERMS:
         raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
     return laws
 
 
-def _effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
+def effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
     """Laws of the flights that stand for effects to which ``[model.effect_parameters]`` gives sizes: a disk that rocks
     after each impact."""
     rocking = stated_sizes(model).get("nes_rocking")

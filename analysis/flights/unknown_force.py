@@ -11,15 +11,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.ndimage import median_filter
 
-from analysis.flights.evidence import RunRows
+from analysis.flights.evidence import FlightRows, RunRows
 from analysis.flights.model import STATES
 from analysis.flights.noise import GROSS_SD, FlightNoise, displacement
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 
@@ -157,40 +159,54 @@ def refined(runs: Sequence[RunRows], best: FlightNoise, cost: float, prior: Prio
 
 def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise]]) -> list[ForceEvidence]:
     """One :class:`ForceEvidence` per list of ``tried`` models, which share noise and memory."""
-    p = len(runs[0].columns)
-    flights = [flight for run in runs for flight in run.flights]
-    sums = [(np.zeros((len(flights), len(one))), np.zeros((len(one), p, p)), np.zeros((len(one), p))) for one in tried]
-    for number, flight in enumerate(flights):
-        scales = tried[0][0].scale, tried[0][0].scale, tried[0][0].angle_scale
-        residual = flight.residual / (flight.sd * scales)
-        # A gross error weighs less in its own frame, before frames are turned into one another.
-        weight = np.minimum(1.0, GROSS_SD / np.maximum(beside_neighbours(residual), 1e-12))
-        rows = flight.rows * (weight / (flight.sd * scales))[:, :, None]
-        residual = residual * weight
+    flights = [_as_white(flight, tried[0][0]) for run in runs for flight in run.flights]
+    columns = len(runs[0].columns)
+    return in_threads(_evidence_of, [(flights, tuple(models), columns) for models in tried])
+
+
+class _WhiteFlight(NamedTuple):
+    """A flight's ``frames`` (N,) counted from its first, ``rows`` (N, 3, P) and ``residual`` (N, 3) over the noise;
+    ``unit`` (2,): a usual frame's sd of place and angle; ``log_noise``: what the noise's size costs."""
+
+    frames: tuple[int, ...]
+    period_s: float
+    rows: Array
+    residual: Array
+    unit: Array
+    log_noise: float
+
+
+def _as_white(flight: FlightRows, noise: FlightNoise) -> _WhiteFlight:
+    scales = noise.scale, noise.scale, noise.angle_scale
+    residual = flight.residual / (flight.sd * scales)
+    # A gross error weighs less in its own frame, before frames are turned into one another.
+    weight = np.minimum(1.0, GROSS_SD / np.maximum(beside_neighbours(residual), 1e-12))
+    log_noise = 2 * len(residual) * np.sum(np.log(scales)) + 3 * (len(residual) - 1) * np.log(1 - noise.correlation**2)
+    return _WhiteFlight(
+        _steps(flight.index),
+        flight.period_s,
+        flight.rows * (weight / (flight.sd * scales))[:, :, None],
+        residual * weight,
         # In units of the noise of the flight's usual frame: a frame with fewer markers is less exact, hardly elsewhere.
-        log_noise = 2 * len(residual) * np.sum(np.log(scales)) + 3 * (len(residual) - 1) * np.log(
-            1 - tried[0][0].correlation ** 2
-        )
-        unit = flight.usual_sd * (scales[0], scales[2])
-        for models, (cost, information, score) in zip(tried, sums, strict=True):
-            size, turn = _modes(
-                _steps(flight.index),
-                models[0].memory_s / max(flight.period_s, 1e-12),
-                models[0].correlation,
-            )
-            amplitudes = (
-                np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models]) * flight.period_s**2 / unit
-            )
-            variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
-            cost[number] += log_noise
-            turned = np.tensordot(turn, rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)
-            _add(
-                variance.reshape(len(models), -1), turned, (turn @ residual).T.ravel(), cost[number], information, score
-            )
-    return [
-        ForceEvidence(tuple(models), cost.sum(0), information, score, cost)
-        for models, (cost, information, score) in zip(tried, sums, strict=True)
-    ]
+        flight.usual_sd * (scales[0], scales[2]),
+        float(log_noise),
+    )
+
+
+def _evidence_of(flights: Sequence[_WhiteFlight], models: tuple[FlightNoise, ...], columns: int) -> ForceEvidence:
+    """What the flights say of ``models``, which share noise and memory, and of the shared ``columns``."""
+    cost = np.zeros((len(flights), len(models)))
+    information, score = np.zeros((len(models), columns, columns)), np.zeros((len(models), columns))
+    sizes = np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models])
+    for number, flight in enumerate(flights):
+        size, turn = _modes(flight.frames, models[0].memory_s / max(flight.period_s, 1e-12), models[0].correlation)
+        amplitudes = sizes * flight.period_s**2 / flight.unit
+        variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
+        cost[number] += flight.log_noise
+        turned = np.tensordot(turn, flight.rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)
+        residual = (turn @ flight.residual).T.ravel()
+        _add(variance.reshape(len(models), -1), turned, residual, cost[number], information, score)
+    return ForceEvidence(models, cost.sum(0), information, score, cost)
 
 
 def beside_neighbours(residual: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import Any
 
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
+from analysis.gap.estimates import Estimates, value_of
 from analysis.gap.ladder import Ladder
 from analysis.gap.selection.impact_candidates import scenario_restitution
 from ovines.core.effects import EFFECTS
@@ -55,20 +56,19 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
     return "\n".join(lines) + "\n"
 
 
-def model_values(ladder: Ladder) -> dict[str, float]:
-    """Parameters of the final fit as a scenario takes them: the restitution of the slowest impacts where it falls with
+def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:
+    """Parameters with the effects as a scenario takes them: the restitution of the slowest impacts where it falls with
     the speed, the floor friction at the start of the first run where it drifts."""
-    values: dict[str, float] = {}
+    table, values = estimates.with_effect.table, dict[str, float | None]()
     if ladder.impacts.fitted is not None:
-        law, data = ladder.impacts.fitted.law, ladder.impacts.fitted.data
-        terms = ladder.impacts.restitution_terms
-        values["restitution"] = scenario_restitution(data, terms)
-        values["wall_friction"], values["tangential_restitution"] = law.wall_friction, law.tangential_restitution
-    fitted = ladder.flights.fitted.model
-    drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
-    starts_s = [run.data.start_s for run in ladder.series.runs]
-    values["floor_friction"] = float(fitted.parameters[INDEX["friction"]]) * share_at_start(drift, starts_s)
-    return {name: value for name, value in values.items() if math.isfinite(value)}
+        values["restitution"] = scenario_restitution(ladder.impacts.fitted.data, ladder.impacts.restitution_terms)
+        values |= {name: value_of(table, name)[0] for name in ("wall_friction", "tangential_restitution")}
+    friction = value_of(table, "floor_friction")[0]
+    if friction is not None:
+        fitted = ladder.flights.fitted.model
+        drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+        values["floor_friction"] = friction * share_at_start(drift, [run.data.start_s for run in ladder.series.runs])
+    return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 
 
 def answer_in_words(summary: dict[str, Any]) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.law import LawData, fit_restitution
 from analysis.gap.cause import Cause, Structure
+from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.write import write_laws
@@ -23,7 +23,6 @@ from analysis.gap.prediction.detectable import detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
 from analysis.gap.prediction.probabilities import probabilities
-from analysis.gap.selection.impact_candidates import restitution_design
 from analysis.gap.series import Series
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
 
@@ -36,12 +35,13 @@ LEAST_SHARE = 0.01
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures
-    show, ``laws`` the formulas written for what is left."""
+    show, ``estimates`` of all parameters, ``laws`` the formulas written for what is left."""
 
     summary: dict[str, Any]
     predictions: pd.DataFrame
     ladder: Ladder
     errors: dict[str, predict.Errors | None]
+    estimates: Estimates
     laws: tuple[LawFound, ...] = ()
 
 
@@ -50,6 +50,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
     laws, ladder = write_laws(run_ladder(series, rng, withheld), rng, withheld)
+    estimates, ladder = estimated(ladder, [law.law for law in laws])
     causes = ladder.causes
     errors, table = held_out_errors(ladder, causes)
     found = how_far(ladder, errors, causes)
@@ -78,10 +79,10 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "next_test": _next_test(ladder, tests),
         "next_tests": None if tests is None else tests.entry(),
         "drive": ladder.drive.entry(ladder.series.names),
-        "nominal": _nominal_shift(ladder),
+        "nominal": estimates.nominal(series.recordings[0].model),
         "time": time_shares(ladder),
     }
-    return Diagnosis(summary, table, ladder, errors, laws)
+    return Diagnosis(summary, table, ladder, errors, estimates, laws)
 
 
 def verdict_of(ladder: Ladder) -> str:
@@ -128,36 +129,6 @@ def _next_test(ladder: Ladder, tests: NextTests | None) -> str:
     if ladder.structure:
         said.append(unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with))
     return " ".join(said) or NONE_TEST
-
-
-def _nominal_shift(ladder: Ladder) -> dict[str, Any]:
-    """Nominal parameters as given, recalibrated, and with the effect: recalibration can hide a gap by bending them."""
-    model = ladder.series.recordings[0].model
-    out: dict[str, Any] = {
-        "floor_friction": {
-            "as_given": model.floor_friction if model else None,
-            "recalibrated": predict.friction_of(ladder.flights.nominal.model),
-            "with_effect": predict.friction_of(ladder.flights.fitted.model),
-        }
-    }
-    if ladder.impacts.fitted is not None:
-        before, after = ladder.both_impacts()
-        for name in ("restitution", "wall_friction", "tangential_restitution"):
-            out[name] = {
-                "as_given": getattr(model, name, None) if model else None,
-                "recalibrated": getattr(before.law, name),
-                "with_effect": getattr(after.law, name),
-            }
-        out["restitution_scatter"] = {
-            "as_given": None,
-            "recalibrated": before.law.scatter,
-            "with_effect": _scatter(after.data, ladder.impacts.restitution_terms),
-        }
-    return out
-
-
-def _scatter(data: LawData, restitution_terms: Sequence[str]) -> float:
-    return float(fit_restitution(data, restitution_design(data, restitution_terms))[2])
 
 
 def time_shares(ladder: Ladder) -> dict[str, float]:

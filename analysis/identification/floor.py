@@ -34,6 +34,7 @@ from analysis.flights.unknown_force import (
 )
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import CONTACT_RADIUS_M
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 
@@ -112,12 +113,15 @@ def fit_floor(
     noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (start.noise.without_force(), LENS_SD_M)
     for stage in range(1 + MOST_STAGES):
         for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
-            fits = [
-                fit_flights(run.data, run.flights, parameters, shared, fits[k] if fits else None, noise)
-                for k, run in enumerate(runs)
-            ]
-            rows = [linearised(fit, columns) for fit in fits]
-            evidence = [weighed(one, noise) for one in rows]
+            fits = in_threads(
+                fit_flights,
+                [
+                    (run.data, run.flights, parameters, shared, fits[k] if fits else None, noise)
+                    for k, run in enumerate(runs)
+                ],
+            )
+            rows = in_threads(linearised, [(fit, columns) for fit in fits])
+            evidence = in_threads(weighed, [(one, noise) for one in rows])
             prior, pull = _prior(columns, shared, lens_sd)
             step, covariance = _step(evidence, columns, prior, pull)
             if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
@@ -146,12 +150,15 @@ def fit_floor(
         else:
             break
     if fits[0].parameters is not parameters:
-        fits = [fit_flights(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)]
-    evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits]
+        fits = in_threads(
+            fit_flights,
+            [(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)],
+        )
+    evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
     shapes = _shapes(fits, names, noise)
     columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
-    open_evidence = [_whatever_the_lift(fit, columns, noise) for fit in fits] if shapes else evidence
+    open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits]) if shapes else evidence
     prior, pull = _prior(columns, shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0

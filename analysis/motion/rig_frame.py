@@ -147,6 +147,17 @@ class RigFrame:
             [c * x - s * y + self.origin_m[0], s * x + c * y + self.origin_m[1], angle + self.turn_rad]
         )
 
+    def within(self, inner: RigFrame) -> RigFrame:
+        """The frame that leads from the world into ``inner``, whose own world is this frame (in metres and seconds)."""
+        c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        x, y = inner.origin_m
+        return RigFrame(
+            self.origin_m + np.array([c * x - s * y, s * x + c * y]),
+            self.turn_rad + inner.turn_rad,
+            tuple(a + b for a, b in zip(self.middle_s, inner.middle_s, strict=True)),
+            inner.length,
+        )
+
     def world_parameters(
         self, effect: str, parameters: dict[str, tuple[float, float]]
     ) -> dict[str, tuple[float, float]]:

@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
             diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
             summary, predictions, laws = diagnosis.summary, diagnosis.predictions, diagnosis.laws
             draw = partial(gap_page, diagnosis, name)
-            values = model_values(diagnosis.ladder)
+            values = model_values(diagnosis.ladder, diagnosis.estimates)
         for path in sources.values():
             LOGGER.info("reads %s", path)
         bar.update()

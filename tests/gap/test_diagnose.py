@@ -5,13 +5,16 @@ when unknown.
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
+from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.diagnose import diagnose
+from analysis.identify import identify_series
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
@@ -61,12 +64,27 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     tilt, true = summary["parameters"]["table_tilt"]["tilt_rad"], truth["parameters"]["table_tilt"]["tilt_rad"]
     # Linearised flights leave a bias of a few sd at most; the sd itself is about 1e-5 rad.
     assert abs(tilt["value"] - true) < 1e-4
+    one_estimator(found, tilt["value"])
     gap = summary["gap"]
     assert gap["with_effect"]["flight_m"] < gap["recalibrated"]["flight_m"]
     assert gap["shrinkage"] > 0.9 and gap["shrinkage_low"] <= gap["shrinkage"] <= gap["shrinkage_high"]
     table = found.predictions
     before, after = ((table[c] - table["measured"]).abs().median() for c in ("recalibrated", "with_effect"))
     assert after < before
+
+
+def one_estimator(found, tilt_rad: float) -> None:
+    """`ovines identify` tells the same numbers: of the nominal model, and where ``[model]`` names what was found."""
+    series = found.ladder.series
+    recordings = list(series.recordings)
+    named = recordings[0].model.model_copy(update={"effects": (*recordings[0].model.effects, "table_tilt")})
+    for model, which in ((recordings[0].model, "recalibrated"), (named, "with_effect")):
+        stated = [replace(r, settings=r.settings.model_copy(update={"model": model})) for r in recordings]
+        table = identify_series(series.motions, stated)[0].set_index("parameter")["value"]
+        for name, values in found.summary["nominal"].items():
+            assert values[which] == pytest.approx(table[name], rel=1e-6), (which, name)
+    pull = np.hypot(table["table_tilt_x_m_per_s2"], table["table_tilt_y_m_per_s2"])
+    assert pull / GRAVITY_M_PER_S2 == pytest.approx(tilt_rad, rel=1e-6)
 
 
 def practice(number: int, out: Path):

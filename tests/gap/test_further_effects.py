@@ -141,7 +141,9 @@ def test_the_model_that_is_written_leaves_nothing(diagnosed, tmp_path, effect, s
     folder, found, _ = diagnosed(effect, size, seed, "white")
     folder = Path(shutil.copytree(folder, tmp_path / "series"))
     assert found.summary["effects"] == [effect]
-    section = model_section(found.summary, found.ladder.series.recordings[0].model, model_values(found.ladder))
+    section = model_section(
+        found.summary, found.ladder.series.recordings[0].model, model_values(found.ladder, found.estimates)
+    )
     assert f"[model.effect_parameters.{effect}]" in section
     for recording in folder.glob("run-*/recording.toml"):
         text = recording.read_text()

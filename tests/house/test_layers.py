@@ -36,8 +36,8 @@ ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analys
     analysis.gap.selection
 analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
-analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.answer
-analysis.gap.laws
+analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates
+analysis.gap.laws analysis.gap.answer
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations

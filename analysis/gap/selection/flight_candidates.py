@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from analysis.flights.along_flights import unit_accelerations
@@ -20,6 +18,7 @@ from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flight_terms import EFFECT_TERMS, NEGLIGIBLE_BEND, FlightTerm
 from analysis.identification.floor import noise_of
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 
@@ -237,8 +236,8 @@ def fit(
     fits: list[FlightFits] = []
     for step in range(rounds + 1):
         last = step == rounds
-        # Compiled code gives up Python's lock, so threads do; each round starts from the flights of the one before.
-        fits = _in_threads(
+        # Each round starts from the flights of the one before.
+        fits = in_threads(
             fit_flights,
             [
                 (run.data, run.flights, model.of_run(places[i]), model.shared(), fits[i] if fits else None)
@@ -249,7 +248,7 @@ def fit(
         columns = sorted((*ALL, *held)) if last and every_column else columns_of([n for n in names if n in SHARED])
         if noise is None and step == 1:
             frames = noise_of(fits)
-        evidence = _in_threads(gather, [(f, columns, frames, usual) for f in fits])
+        evidence = in_threads(gather, [(f, columns, frames, usual) for f in fits])
         estimate, covariance, explained = solve_named(
             _with_drift(evidence, model, places), names, runs[0].data.contact_radius_m
         )
@@ -267,12 +266,6 @@ def fit(
         misfit,
         sum(e.count for e in evidence),
         frames,
-    )
-
-
-def _in_threads(function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
-    return Parallel(n_jobs=min(2, max(len(calls), 1)), prefer="threads")(
-        delayed(function)(*arguments) for arguments in calls
     )
 
 

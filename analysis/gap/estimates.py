@@ -1,0 +1,136 @@
+"""What the parameters and effects amount to, by the one estimator that ``ovines identify`` uses too.
+
+The ladder chooses which effects are there; :func:`analysis.identify.identify_runs` then says how large everything is:
+of the series as it came with the nominal model, and of the corrected series with the effects that were named.  Sizes
+that it does not fit (clocks, centres, walls, laws of the restitution) stay those of the steps that found them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.parameters import INDEX
+from analysis.flights.runs import prepare
+from analysis.flights.stated_terms import effects_as_laws
+from analysis.gap.cause import Cause
+from analysis.gap.ladder import Ladder
+from analysis.gap.series import Series
+from analysis.identify import Joint, identify_runs
+from analysis.motion.rig_frame import rig_frame
+from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
+from ovines.recording_schema import Nominal
+
+Array = NDArray[np.float64]
+#: effects whose sizes the steps that found them tell, and the estimator holds
+HELD = ("spin_coupling", "friction_drift", "nes_rocking", "inertia_error")
+#: effect -> its parameter, and the row of table ``identification`` that tells it
+ROWS = {
+    "floor_friction": ("coefficient", "floor_friction"),
+    "viscous_drag": ("rate_per_s", "viscous_drag_per_s"),
+    "air_drag": ("rate_per_m", "air_drag_per_m"),
+}
+#: what both models have, by its name in diagnosis.json
+NOMINAL = ("floor_friction", "restitution", "wall_friction", "tangential_restitution", "restitution_scatter")
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """``recalibrated``: of the series as it came, as ``ovines identify`` has it; ``with_effect``: of the corrected one
+    with everything that was named."""
+
+    recalibrated: Joint
+    with_effect: Joint
+
+    def nominal(self, model: Nominal | None) -> dict[str, Any]:
+        """The nominal parameters as given, recalibrated, and with the effect: recalibration can hide a gap by bending
+        them."""
+        tables = {"recalibrated": self.recalibrated.table, "with_effect": self.with_effect.table}
+        return {
+            name: {"as_given": getattr(model, name, None) if model else None}
+            | {which: value_of(table, name)[0] for which, table in tables.items()}
+            for name in NOMINAL
+        }
+
+
+def value_of(table: pd.DataFrame, name: str) -> tuple[float | None, float]:
+    """Value and sd of a parameter in table ``identification``; None where the data give none."""
+    row = table[table["parameter"] == name]
+    if not len(row) or not np.isfinite(row["value"].iloc[0]):
+        return None, float("inf")
+    return float(row["value"].iloc[0]), float(row["sd"].iloc[0])
+
+
+def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, Ladder]:
+    """The parameters of both models, and the ladder with its causes' sizes as the estimator gives them; ``laws`` of the
+    flights that were found, in the world."""
+    measured, model = ladder.measured, ladder.measured.recordings[0].model
+    before = _joint(measured, model, measured.laws)
+    if not (ladder.causes or laws or ladder.series is not measured):
+        return Estimates(before, before), ladder
+    better = improved(ladder, model)
+    named = effects_as_laws(better) if "nes_rocking" in [cause.effect for cause in ladder.causes] else []
+    held = [*measured.laws, *named, *(law for law in laws if law.stage == "flight")]
+    if sum(len(law.terms) for law in held) > MOST_TERMS:
+        held = list(measured.laws)
+    after = _joint(ladder.series, better, held)
+    causes = tuple(_sized(cause, after) for cause in ladder.causes)
+    return Estimates(before, after), replace(ladder, causes=causes)
+
+
+def _joint(series: Series, model: Nominal | None, laws: Sequence[WrittenLaw]) -> Joint:
+    """The estimator on a series, in the rig's own units; what it tells is the world's."""
+    inner = rig_frame(series.motions, series.contact_radius_m)
+    motions = [inner.motion(motion, k) for k, motion in enumerate(series.motions)]
+    runs = prepare(motions, series.recordings, inner)
+    return identify_runs(runs, model, series.frame.within(inner), laws)
+
+
+def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
+    """The nominal model with the named effects: those :data:`HELD` with their sizes, the others to be fitted."""
+    known = model or Nominal(effects=("floor_friction", "spin_coupling"))
+    frame, names = ladder.series.frame, [cause.effect for cause in ladder.causes]
+    sizes = {name: given for name, given in known.effect_parameters.items() if name not in names}
+    for cause in ladder.causes:
+        if cause.effect in HELD:
+            told = frame.world_parameters(cause.effect, cause.parameters)
+            sizes[cause.effect] = {name: value for name, (value, _) in told.items()}
+    effects = [*known.effects, *(name for name in names if name not in known.effects)]
+    if "floor_friction" in names and "spin_coupling" not in effects:
+        effects.append("spin_coupling")
+        sizes["spin_coupling"] = {"coupling": float(ladder.flights.fitted.model.parameters[INDEX["coupling"]])}
+    return known.model_copy(update={"effects": tuple(effects), "effect_parameters": sizes})
+
+
+def _sized(cause: Cause, joint: Joint) -> Cause:
+    """``cause`` with the size that the estimator gives it, where it does."""
+    if cause.effect == "table_tilt":
+        return _tilt(cause, joint)
+    if cause.effect not in ROWS:
+        return cause
+    parameter, row = ROWS[cause.effect]
+    value, sd = value_of(joint.table, row)
+    return cause if value is None else replace(cause, parameters={**cause.parameters, parameter: (value, sd)})
+
+
+def _tilt(cause: Cause, joint: Joint) -> Cause:
+    """The tilt from the acceleration's components, which Froude's similarity leaves as they are."""
+    floor, names = joint.rig.floor, ("tilt_x", "tilt_y")
+    if not set(names) <= set(floor.names):
+        return cause
+    at = [floor.names.index(name) for name in names]
+    pull, covariance = floor.estimate[at], floor.covariance[np.ix_(at, at)]
+    size = float(np.hypot(*pull))
+    along, across = pull / size, np.array([-pull[1], pull[0]]) / size
+    sd, turned = (float(np.sqrt(u @ covariance @ u)) for u in (along, across))
+    parameters = {
+        "tilt_rad": (size / GRAVITY_M_PER_S2, sd / GRAVITY_M_PER_S2),
+        "direction_rad": (float(np.arctan2(pull[1], pull[0])), turned / size),
+    }
+    return replace(cause, parameters=parameters)
