@@ -75,7 +75,7 @@ class Optics(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Of each layer what it does here (L,): ABSENT, WHOLE or EDGE, and the distance of its edge (L,) [px]; number of the
+    """Of each layer what it is here (L,): ABSENT, EDGE or WHOLE, and the distance of its edge (L,) [px]; number of the
     layer that is the opening, -1 for none.
     """
 
