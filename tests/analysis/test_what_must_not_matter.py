@@ -87,8 +87,14 @@ def series() -> list[Run]:
 
 
 @pytest.fixture(scope="module")
-def base(series, tmp_path_factory) -> Answer:
-    found = identified(series, tmp_path_factory.mktemp("base"))
+def base_folder(tmp_path_factory) -> Path:
+    """Where ``series`` and ``out`` of :func:`base` lie."""
+    return tmp_path_factory.mktemp("base")
+
+
+@pytest.fixture(scope="module")
+def base(series, base_folder) -> Answer:
+    found = identified(series, base_folder)
     assert sum(len(one) for one in found.impacts) > 30
     assert "table_tilt_x_m_per_s2" in found.parameters.index  # else a turn of the world would prove little
     return found
@@ -434,7 +440,7 @@ def test_a_calm_second_at_the_end(tmp_path):
     same(one, other, CALM)
 
 
-def test_the_whole_way_to_the_diagnosis(series, tmp_path):
+def test_the_whole_way_to_the_diagnosis(series, base, base_folder, tmp_path):
     """`ovines identify` and `ovines diagnose` of the series elsewhere, turned, in a mirror and later, its runs in
     another order: impacts, parameters, checks, verdict, effects, stage.
     """
@@ -443,16 +449,15 @@ def test_the_whole_way_to_the_diagnosis(series, tmp_path):
         motion = placed(mirrored(motion), SHIFT_M, TURN_RAD)
         return motion.assign(time_s=motion["time_s"] + LATE, frame=motion["frame"] + LATE)
 
-    told, diagnosed = {}, {}
-    for name, runs in (("here", series), ("there", changed(series, elsewhere)[::-1])):
-        told[name], out = identified(runs, tmp_path / name), tmp_path / name / "out"
-        assert main(["diagnose", str(tmp_path / name / "series"), "--out", str(out)]) == 0
-        diagnosed[name] = json.loads((out / "diagnosis.json").read_text())
+    found, diagnosed = identified(changed(series, elsewhere)[::-1], tmp_path), {}
+    for name, folder in (("here", base_folder), ("there", tmp_path)):
+        assert main(["diagnose", str(folder / "series"), "--out", str(folder / "out")]) == 0
+        diagnosed[name] = json.loads((folder / "out" / "diagnosis.json").read_text())
 
     def back(table: pd.DataFrame) -> pd.DataFrame:
         return mirrored_back(turned_back(table.assign(time_s=table["time_s"] - LATE), TURN_RAD))
 
-    here, there = told["here"], mapped(told["there"], back, tilt_rad=-TURN_RAD)
+    here, there = base, mapped(found, back, tilt_rad=-TURN_RAD)
     there = mapped(there, factors=MIRRORED)
     there = replace(there, impacts=there.impacts[::-1], checks=there.checks[::-1])
     names = ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board, printed_rectangles
@@ -17,6 +16,7 @@ Array = NDArray[np.float64]
 FINE = 4  # sub-samples per pixel and axis, each a box average of the print
 _REACH_BLURS, _REACH_PX = 5, 3  # about the board that are drawn: blurs, and pixels
 DOT_SHARE, RING_SHARE = 0.3, 0.55  # radius of a dot in pitches, and of a ring's hole in radii
+_BLUR_TRUNCATE = 5  # sds at which the blur ends
 _FAR_M = 1e3  # of a line of the print that is beyond every picture
 
 
@@ -74,10 +74,26 @@ def render_board(
     if (low <= high).all():
         xn, yn = view.normalised((low[0], high[0]), (low[1], high[1]))
         fine = _print(board, camera, _finer(xn), _finer(yn), paper)
-        fine = gaussian_filter(fine, look.blur_px * FINE, mode="nearest", truncate=5)
-        rows, columns = xn.shape
-        image[low[1] : high[1] + 1, low[0] : high[0] + 1] = fine.reshape(rows, FINE, columns, FINE).mean((1, 3))
+        image[low[1] : high[1] + 1, low[0] : high[0] + 1] = _seen(fine, look.blur_px)
     return finish(image, look, rng), camera.project(board.points_m()) - view.window_offset_px
+
+
+def _seen(fine: Array, blur_px: float) -> Array:
+    """Pixels' greys (rows, columns) of the sub-samples ``fine``: blurred, and the mean of each pixel's; nothing is
+    blurred that no pixel asks for.
+    """
+    reach = round(_BLUR_TRUNCATE * blur_px * FINE)
+    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (blur_px * FINE)) ** 2)
+    weights = np.convolve(bell / bell.sum(), np.full(FINE, 1 / FINE))
+    for _ in range(2):  # rows, then columns
+        padded = np.pad(fine, ((reach, reach), (0, 0)), mode="edge")
+        count = len(fine) // FINE
+        ends = FINE * (count - 1) + 1
+        total = np.zeros((count, fine.shape[1]))
+        for k, weight in enumerate(weights):
+            total += weight * padded[k : k + ends : FINE]
+        fine = np.ascontiguousarray(total.T)
+    return fine
 
 
 def _finer(grid: Array) -> Array:
@@ -94,8 +110,7 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     """
     normal, point = camera.rotation[:, 2], camera.translation_m
     depth = (normal @ point) / (normal[0] * xn + normal[1] * yn + normal[2])
-    ahead = np.stack([depth * xn, depth * yn, depth], -1) - point
-    x, y = ahead @ camera.rotation[:, 0], ahead @ camera.rotation[:, 1]
+    x, y = (depth * (along[0] * xn + along[1] * yn + along[2]) - along @ point for along in camera.rotation.T[:2])
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
     margin_m, background = paper.margin_m, paper.background_grey
     if board.of_dots:
@@ -113,6 +128,12 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
 
 
 @compiled
+def _cell(lines: Array, at: float) -> int:
+    """Number of the cell between ``lines`` that holds ``at``; the first or last for what is beyond."""
+    return min(max(int(np.searchsorted(lines, at)) - 1, 0), len(lines) - 2)
+
+
+@compiled
 def _box_sums(gx: Array, gy: Array, sums: Array, x: Array, y: Array, half: float) -> Array:
     """Integrals (as ``x``) over boxes of ``2 * half`` about (x, y) of what is constant in each cell between the lines
     ``gx`` and ``gy``, at whose crossings ``sums`` has the integral: bilinear in a cell, which is exact.
@@ -120,13 +141,19 @@ def _box_sums(gx: Array, gy: Array, sums: Array, x: Array, y: Array, half: float
     total = np.zeros(x.shape)
     for i in range(x.shape[0]):
         for j in range(x.shape[1]):
+            above, left = _cell(gy, y[i, j] - half), _cell(gx, x[i, j] - half)
+            if y[i, j] + half <= gy[above + 1] and x[i, j] + half <= gx[left + 1]:  # one cell holds the box
+                whole = sums[above + 1, left + 1] - sums[above, left + 1] - sums[above + 1, left] + sums[above, left]
+                area = (gy[above + 1] - gy[above]) * (gx[left + 1] - gx[left])
+                total[i, j] = whole * (2 * half) ** 2 / area
+                continue
             for sign_y in (-1.0, 1.0):
                 v = y[i, j] + sign_y * half
-                row = min(max(np.searchsorted(gy, v) - 1, 0), len(gy) - 2)
+                row = _cell(gy, v)
                 down = (v - gy[row]) / (gy[row + 1] - gy[row])
                 for sign_x in (-1.0, 1.0):
                     u = x[i, j] + sign_x * half
-                    column = min(max(np.searchsorted(gx, u) - 1, 0), len(gx) - 2)
+                    column = _cell(gx, u)
                     along = (u - gx[column]) / (gx[column + 1] - gx[column])
                     upper = (1.0 - along) * sums[row, column] + along * sums[row, column + 1]
                     lower = (1.0 - along) * sums[row + 1, column] + along * sums[row + 1, column + 1]

@@ -28,6 +28,7 @@ KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES, ON = 
 COLUMNS = 12
 FIRST_COLUMN, LAST_COLUMN, FIRST_ROW, LAST_ROW = range(4)  # of a layer's bounds
 FAR_PX = 1e9  # of an edge that is not there
+ABSENT, EDGE, WHOLE = 0, 1, 2  # a layer in a tile: nowhere, perhaps with its edge, everywhere
 TILE = 8  # side [px] of the squares in which nothing is drawn anew where no edge is near
 _SIGMAS = 6.0  # of the blur beyond which an edge is not seen: 1e-9 of the contrast
 _PIXEL_PX = 0.75  # half a pixel's diagonal and a little
@@ -74,8 +75,8 @@ class Optics(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Of each layer whether it may matter here (L,) 0/1, and the distance of its edge (L,) [px]; number of the layer
-    that is the opening, -1 for none.
+    """Of each layer what it is here (L,): ABSENT, EDGE or WHOLE, and the distance of its edge (L,) [px]; number of the
+    layer that is the opening, -1 for none.
     """
 
     used: Ints
@@ -169,15 +170,15 @@ def _colour(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> f
     layers, background, blur_px = scene.layers, scene.background, optics.blur_px
     used, edges, opening = work
     for k in range(len(used)):
-        if used[k]:
+        if used[k] == EDGE:
             edges[k] = _edge_px(scene, optics, k, xn, yn)
         else:
-            edges[k] = FAR_PX
+            edges[k] = FAR_PX if used[k] == ABSENT else -FAR_PX
     outer, inner, open_share = background, background, 0.0
     for k in range(len(used)):
         if k == opening:
             inner, open_share = layers[k, GREY], _coverage(edges[k], blur_px)
-        elif used[k]:
+        elif used[k] != ABSENT:
             alpha, grey, parent = _coverage(edges[k], blur_px), layers[k, GREY], int(layers[k, ON])
             below = layers[parent, GREY] if parent >= 0 else 0.0
             if layers[k, CLIP] < 0.0:
@@ -227,23 +228,27 @@ def shade(scene: Scene, optics: Optics, patch: Patch) -> Array:
     opening = -1
     for k in range(len(layers)):
         opening = max(opening, int(layers[k, CLIP]))
-    out = np.empty((rows, columns))
+    out, reach_px = np.empty((rows, columns)), _SIGMAS * optics.blur_px + _TILE_REACH * TILE
     work = Work(np.zeros(len(layers), np.int64), np.empty(len(layers)), opening)
     for top in range(0, rows, TILE):
         for left in range(0, columns, TILE):
             bottom, right = min(rows, top + TILE) - 1, min(columns, left + TILE) - 1
             for k in range(len(layers)):
-                work.used[k] = (
+                within = (
                     bounds_px[k, FIRST_COLUMN] <= patch.first_column + right
                     and patch.first_column + left <= bounds_px[k, LAST_COLUMN]
                     and bounds_px[k, FIRST_ROW] <= patch.first_row + bottom
                     and patch.first_row + top <= bounds_px[k, LAST_ROW]
                 )
+                work.used[k] = EDGE if within else ABSENT
             i, j = (top + bottom) // 2, (left + right) // 2
             flat = _colour(scene, optics, work, xn[i, j], yn[i, j])
-            if _nearest(work) > _SIGMAS * optics.blur_px + _TILE_REACH * TILE:  # no edge reaches into this tile
+            if _nearest(work) > reach_px:  # no edge reaches into this tile
                 out[top : bottom + 1, left : right + 1] = flat
                 continue
+            for k in range(len(layers)):
+                if abs(work.edges[k]) > reach_px:
+                    work.used[k] = ABSENT if work.edges[k] > 0.0 else WHOLE
             for i in range(top, bottom + 1):
                 for j in range(left, right + 1):
                     out[i, j] = _pixel(scene, optics, work, xn[i, j], yn[i, j])
