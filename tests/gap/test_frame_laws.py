@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
+from analysis.gap.diagnose import diagnose
 from analysis.gap.laws.frame_law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frame_rows import clock_rows
 from analysis.gap.laws.halves import Halves, halves_of
@@ -57,6 +58,14 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
     assert factor.scale == pytest.approx(at, abs=0.01)
     before, left = (np.mean(clock_rows(one).problem.residual ** 2) for one in (series, after))
     assert left < 1.3 < 0.1 * before
+
+
+def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
+    """Both cameras agree with each other: before, friction_drift was named."""
+    series = loaded(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
+    summary = diagnose(series, np.random.default_rng(0)).summary
+    assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", "measurement", [])
+    assert [law["stage"] for law in summary["laws"]] == ["measurement"]
 
 
 def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(tmp_path):
