@@ -37,7 +37,7 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.laws.candidate import with_coefficients
 from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
-from analysis.gap.laws.frame_law import find_frame_laws
+from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Profile, Regression, held_out_squares

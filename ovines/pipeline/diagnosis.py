@@ -40,7 +40,7 @@ def load_series(
     entries.  ``laws``: files of written laws that the nominal model holds beside those of ``[model]``.
     """
     from analysis.flights.stated_terms import held_laws, measurement_laws
-    from analysis.gap.laws.frames_corrected import without_frame_laws
+    from analysis.gap.laws.frames.corrected import without_frame_laws
     from analysis.gap.series import from_motions, from_points
     from analysis.motion.bodies import motion_from_points
 

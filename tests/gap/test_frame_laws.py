@@ -9,10 +9,9 @@ import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.laws.frame_law import find_clock_law, find_frame_laws
-from analysis.gap.laws.frame_rows import clock_rows
-from analysis.gap.laws.halves import Halves, halves_of
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
+from analysis.gap.laws.frames.rows import clock_rows
+from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.page.laws import by_halves
 from ovines.core.laws.terms import Factor, Term, WrittenLaw

@@ -17,9 +17,8 @@ from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
-from analysis.gap.laws.halves import Halves, halves_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Profile, Regression
+from analysis.gap.laws.regression import Halves, Profile, Regression, halves_of
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.fit import RunData
-from analysis.gap.laws.frame_rows import PICTURE, key_of, known_frames, picture_motion
+from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion
 from analysis.gap.series import Series, with_points, with_times
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of

@@ -11,7 +11,7 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frame_law import find_clock_law, find_frame_laws
+from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside

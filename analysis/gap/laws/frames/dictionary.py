@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.candidate import Candidate, waves
-from analysis.gap.laws.frame_rows import FrameRows, Key
+from analysis.gap.laws.frames.rows import FrameRows, Key
 from analysis.gap.laws.regression import Profile
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes

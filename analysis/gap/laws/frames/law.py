@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frame_dictionary import frame_candidates, moved_rms
-from analysis.gap.laws.frame_rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
-from analysis.gap.laws.frames_corrected import without_frame_laws
+from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.dictionary import frame_candidates, moved_rms
+from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.search import find_law
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
