@@ -1,6 +1,6 @@
 """What is left in flights, closed on runs held out: the law search against baselines and an oracle, on the same rows.
 
-``python benchmarks/law_baselines.py [--kinds a,b] [--runs 8] [--seed 5201] [--size 0.8] [--impacts]``
+``python benchmarks/law_baselines.py [--kinds a,b] [--runs 8] [--seed 5201] [--size 0.8] [--impacts] [--frames]``
 
 Causes in nobody's list, drawn by the blind plant.  Every method is given the same regression (residuals of the nominal
 fit, each flight's start and the nominal parameters projected out) and is judged by what it takes of the squared error
@@ -15,7 +15,8 @@ its size fitted like any other.
   Rahimi and Recht 2007), length and size by the likelihood.  It predicts, and names nothing.
 
 With ``--impacts`` causes of the impacts and of the wall's shape instead: the law found, and how far it closes what is
-above the noise on runs held out (1: all of it).
+above the noise on runs held out (1: all of it).  With ``--frames`` causes of cameras and clocks, four series each
+(severity 0.35 and 0.8 in turn; white, correlated, lens noise, white).
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.blind.causes.later import LATER
+from analysis.blind.causes.latest import LATEST
+from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.state import PlantParameters
@@ -34,6 +37,7 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.laws.candidate import with_coefficients
 from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
+from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Profile, Regression, held_out_squares
@@ -213,14 +217,35 @@ def tell_impacts(options):
             print(f"| {kind} | {words} | {value:.2f} | {low:.2f} to {high:.2f} |", flush=True)
 
 
+def tell_frames(options):
+    print("| cause | severity | noise | laws | closes | halves agree |", flush=True)
+    kinds = options.kinds or ",".join(c.name for c in (*UNLISTED, *LATER, *LATEST) if c.stage == "measurement")
+    for kind in kinds.split(","):
+        for number, noise in enumerate(("white", "ar1", "warp", "white")):
+            size = (0.35, 0.8)[number % 2]
+            made = make_series(kind, size, np.random.default_rng([options.seed, number]), options.runs, noise)
+            with tempfile.TemporaryDirectory() as folder:
+                write_series(made, Path(folder) / "series")
+                series, _ = load_series(read_series(Path(folder) / "series"), Path(folder) / "results")
+                laws, _ = find_frame_laws(series, np.random.default_rng(0))
+            said = "; ".join(as_text(one.law) for one in laws) or "none"
+            closes = ", ".join(f"{one.closed:.2f}" for one in laws)
+            agree = ", ".join("-" if one.halves is None else str(one.halves.agree) for one in laws)
+            print(f"| {kind} | {size} | {noise} | {said} | {closes} | {agree} |", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--kinds", default="")
     parser.add_argument("--impacts", action="store_true")
+    parser.add_argument("--frames", action="store_true")
     parser.add_argument("--runs", type=int, default=8)
     parser.add_argument("--seed", type=int, default=5201)
     parser.add_argument("--size", type=float, default=0.8)
     options = parser.parse_args()
+    if options.frames:
+        tell_frames(options)
+        return
     if options.impacts:
         tell_impacts(options)
         return

@@ -68,9 +68,22 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
 
 
 def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
-    """The laws that the nominal model of all ``recordings`` holds, in the world: of effects that act as one, of
-    ``[model] laws``, and of the files ``more``; `InputError` for one of the wall, which only the simulator holds, and
-    for more terms than the flights' model has parameters for."""
+    """The laws of flights and impacts that the nominal model of all ``recordings`` holds, in the world: of effects that
+    act as one, of ``[model] laws``, and of the files ``more``; `InputError` for one of the wall, which only the
+    simulator holds, and for more terms than the flights' model has parameters for."""
+    laws = [law for law in _written(recordings, more) if law.stage != "measurement"]
+    laws = [*effects_as_laws(recordings[0].model), *laws]
+    if sum(len(law.terms) for law in laws) > MOST_TERMS:
+        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
+    return laws
+
+
+def measurement_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
+    """The laws of cameras and clocks among ``[model] laws`` of all ``recordings`` and the files ``more``."""
+    return [law for law in _written(recordings, more) if law.stage == "measurement"]
+
+
+def _written(recordings: Sequence[Recording], more: Sequence[Path]) -> list[WrittenLaw]:
     stated = [recording.model.laws if recording.model else () for recording in recordings]
     for recording, names in zip(recordings, stated, strict=True):
         if names != stated[0]:
@@ -86,9 +99,6 @@ def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> lis
             raise InputError(
                 f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
             )
-    laws = [*effects_as_laws(recordings[0].model), *laws]
-    if sum(len(law.terms) for law in laws) > MOST_TERMS:
-        raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
     return laws
 
 

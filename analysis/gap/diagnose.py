@@ -16,7 +16,6 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.write import write_laws
 from analysis.gap.next_test.choice import NextTests, next_tests
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import detectable_sizes
@@ -25,6 +24,7 @@ from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
+from analysis.gap.written_laws import write_laws
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.645

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.flights.fit import RunData
 from analysis.flights.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
@@ -157,6 +158,23 @@ def retimed(series: Series, factor: float) -> Series:
     return _of_motions(
         series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions], series.frame, series.laws
     )
+
+
+def with_times(series: Series, truly: Callable[[Array, RunData], Array]) -> Series:
+    """Every run's times (N,) replaced by what ``truly`` makes of them."""
+    runs = [run.data for run in series.runs]
+
+    def retold(tables: Sequence[pd.DataFrame]) -> list[pd.DataFrame]:
+        return [
+            table.assign(time_s=truly(table["time_s"].to_numpy(float), data))
+            for table, data in zip(tables, runs, strict=True)
+        ]
+
+    if series.points is not None:
+        tracks = None if series.tracks is None else tuple(retold(series.tracks))
+        return with_points(replace(series, tracks=tracks), retold(series.points))
+    fresh = _of_motions(series.recordings, retold(series.motions), series.frame, series.laws)
+    return replace(series, motions=fresh.motions, runs=fresh.runs)
 
 
 def levelled(series: Series, slope_x: float, slope_y: float) -> Series:

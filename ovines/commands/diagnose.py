@@ -180,6 +180,8 @@ def details(summary: Mapping[str, Any]) -> list[str]:
         ends = interval(100 * law["shrinkage_low"], 100 * law["shrinkage_high"])
         lines.append(f"law of the {law['stage']}: {law['formula']}")
         lines.append(f"  closes {100 * law['shrinkage']:.0f} % ({ends} %) of what is left, in {law['file']}")
+        if law.get("halves") and not law["halves"]["agree"]:
+            lines.append("  do not use this law: the halves of the runs disagree on its size")
     return [*lines, f"Do: {summary['next_test']}"]
 
 

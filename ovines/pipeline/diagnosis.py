@@ -39,7 +39,8 @@ def load_series(
     """The series at its entry, and the files it was read from by name; all recordings enter at the latest of their
     entries.  ``laws``: files of written laws that the nominal model holds beside those of ``[model]``.
     """
-    from analysis.flights.stated_terms import held_laws
+    from analysis.flights.stated_terms import held_laws, measurement_laws
+    from analysis.gap.laws.frames.corrected import without_frame_laws
     from analysis.gap.series import from_motions, from_points
     from analysis.motion.bodies import motion_from_points
 
@@ -104,6 +105,7 @@ def load_series(
             triangulate_again,
             held,
         )
+    series = without_frame_laws(series, measurement_laws(recordings, laws))
     refuse_uninformative(series.motions, recordings)
     return series, sources
 

@@ -38,6 +38,8 @@ analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
 analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates
 analysis.gap.laws analysis.gap.answer
+analysis.gap.laws.frames
+analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations

@@ -18,7 +18,7 @@ from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Profile, Regression
+from analysis.gap.laws.regression import Halves, Profile, Regression, halves_of
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
@@ -52,7 +52,7 @@ def find_flight_law(
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much; and the steps without the names that the law makes needless."""
-    base = steps.named
+    first = base = steps.named
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
@@ -84,8 +84,15 @@ def find_flight_law(
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
         (law.runs, law.fit),
+        _halves(problem if base is first else flight_regression(base), law),
     )
     return told, steps
+
+
+def _halves(problem: FlightRegression, law: FittedLaw) -> Halves | None:
+    """A fitted law's size by halves of the runs, on the rows of the flights without it."""
+    terms = [term for part in law.parts for term in part.terms]
+    return halves_of(problem.problem, problem.columns(terms) @ law.values[: len(terms)])
 
 
 def _mean_square(errors: predict.Errors) -> Array:

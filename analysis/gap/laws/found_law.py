@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.flights.runs import Run
 from analysis.gap.laws.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
+from analysis.gap.laws.regression import Halves
 from analysis.gap.laws.search import Found, Rival
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.motion.rig_frame import RigFrame
@@ -36,7 +37,8 @@ class Other:
 class LawFound:
     """``law`` in the world's frame and ``rig_law`` in the rig's; ``numbers`` name -> (value, sd, unit) in the world;
     ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``;
-    ``paths`` of the flights by run, before and after; ``fitted``: runs that hold a flights' law, their fit."""
+    ``paths`` of the flights by run, before and after; ``fitted``: runs that hold a flights' law, their fit;
+    ``halves``: its size by halves of the runs; ``size``: RMS over all frames of what a law of the measurement does."""
 
     law: WrittenLaw
     rig_law: WrittenLaw
@@ -49,6 +51,8 @@ class LawFound:
     evidence: Evidence | None = None
     paths: tuple[list[Array], list[Array]] | None = None
     fitted: tuple[tuple[Run, ...], FlightFit] | None = None
+    halves: Halves | None = None
+    size: float = 0.0
 
     @property
     def closed(self) -> float:
@@ -81,6 +85,7 @@ class LawFound:
             "shrinkage_low": low,
             "shrinkage_high": high,
             "p": self.p,
+            "halves": None if self.halves is None else self.halves.entry(),
             "others": [
                 {"formula": as_text(one.law), "gain": one.share, "told_apart": one.told_apart} for one in self.others
             ],

@@ -13,6 +13,7 @@ from analysis.flights.runs import Run
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound
+from analysis.gap.laws.regression import Halves
 from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
@@ -44,8 +45,7 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
     if not diagnosis.laws:
         section.add_missing(
             "a formula for what is left",
-            "no candidate beats chance on runs held out, or what is left lies in the measurement, for which no law is "
-            "written.",
+            "no candidate beats chance on runs held out.",
         )
         return
     section.add_text(
@@ -65,8 +65,11 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     section.add_text(
         f"It closes {closes} ({low.removesuffix(' %')} to {high}, 90 %) of the squared error above the floor on runs "
         f"held out. By chance a formula of the dictionary does so well {chance(law.p)}. It stands in {entry['file']}: "
-        f"ovines simulate reads it (laws in a scenario), ovines diagnose --law {entry['file']} holds it."
+        + ("" if law.law.stage == "measurement" else "ovines simulate reads it (laws in a scenario), ")
+        + f"ovines diagnose --law {entry['file']} holds it."
     )
+    if law.halves is not None:
+        section.add_text(by_halves(law.halves))
     rows = [
         (
             name,
@@ -110,6 +113,18 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
         )
 
 
+def by_halves(halves: Halves) -> str:
+    """Whether every second run asks for the size that the others ask for."""
+    first, second = (
+        f"{size:.3g} ({interval(size - NORMAL_90 * sd, size + NORMAL_90 * sd)})"
+        for size, sd in zip(halves.sizes, halves.sds, strict=True)
+    )
+    said = f"Fitted to every second run alone its size is {first} of the one told, to the other runs {second}"
+    return said + (
+        ": the halves agree." if halves.agree else ": the halves disagree. Do not use this law; record more runs."
+    )
+
+
 def _plain_symbol(latex: str) -> str:
     for accent, mark in ACCENTS.items():
         latex = re.sub(rf"\\{accent} ?\{{?(\\[a-z]+|[A-Za-z])\}}?", rf"\1{mark}", latex)
@@ -151,7 +166,7 @@ def evidence_figure(found: Evidence) -> Figure:
 def _missing(found: Evidence) -> str:
     target = TARGETS[found.target]
     unit = "" if found.target_unit == "1" else f" [{found.target_unit}]"
-    what = {"flight": "missing acceleration", "impact": "missing", "geometry": "missing"}[target.stage]
+    what = "missing acceleration" if target.stage == "flight" else "missing"
     if target.unit == "1":
         what = "missing"
     return f"{what}{unit}\n{target.meaning}"

@@ -18,8 +18,12 @@ DRIVE_QUANTITIES = ("phase", "clock")
 
 
 def with_laws(packed: Packed, laws: Sequence[WrittenLaw]) -> Packed:
-    """``packed`` with the terms of ``laws``; refuses a wall's law that is no sum of cosines of the azimuth, and a law
-    in step with a drive that has no frequency."""
+    """``packed`` with the terms of ``laws``; refuses a wall's law that is no sum of cosines of the azimuth, a law in
+    step with a drive that has no frequency, and one of the measurement."""
+    for law in laws:
+        found = "a law of the measurement, and a simulation, which has no cameras"
+        use = "use it with ovines diagnose --law, or in [model] of recording.toml"
+        require(law.stage != "measurement", found, "laws of flights, impacts and the wall", use)
     terms = [term for law in laws for term in law.terms]
     for term in terms:
         if term.target == "contact_radius":

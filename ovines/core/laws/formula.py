@@ -13,6 +13,15 @@ CHANGES = {
     "spin_kept": (r"\Delta(\omega'/\omega)", "share of the spin kept +="),
     "contact_radius": (r"\Delta R_c", "contact radius +="),
     "spin": (r"\Delta\dot\omega", "spin' +="),
+    "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
+}
+#: the same of targets that a camera's number stands with
+OF_CAMERA = {
+    "picture_u": (r"\Delta u_{{{}}}", "picture u of camera {} +="),
+    "picture_v": (r"\Delta v_{{{}}}", "picture v of camera {} +="),
+    "picture_zoom": (r"\Delta z_{{{}}}", "zoom of camera {} +="),
+    "picture_turn": (r"\Delta\rho_{{{}}}", "turn of camera {} +="),
+    "camera_delay": (r"\Delta\tau_{{{}}}", "delay of camera {} +="),
 }
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
@@ -38,8 +47,16 @@ def as_latex(law: WrittenLaw) -> str:
 def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
     sides: dict[tuple[str, str], list[Term]] = {}
     for term in law.terms:
-        sides.setdefault(CHANGES.get(term.target, FLIGHT), []).append(term)
+        sides.setdefault(_changed(term), []).append(term)
     return list(sides.items())
+
+
+def _changed(term: Term) -> tuple[str, str]:
+    """What a term changes, in LaTeX and in text; cameras count from 1 for people."""
+    if term.target in OF_CAMERA:
+        latex, text = OF_CAMERA[term.target]
+        return latex.format(int(term.x) + 1), text.format(int(term.x) + 1)
+    return CHANGES.get(term.target, FLIGHT)
 
 
 def _number(value: float, first: bool) -> str:
@@ -52,7 +69,7 @@ def _number(value: float, first: bool) -> str:
 def _text_term(term: Term, first: bool) -> str:
     parts = [_number(term.coefficient, first) + ("" if term.unit == "1" else f" {term.unit}")]
     parts += [_text_factor(one, term) for one in term.factors]
-    if term.target not in CHANGES:
+    if _changed(term) == FLIGHT:
         own = TARGETS[term.target].own
         at = {
             "": "",
@@ -117,7 +134,7 @@ def _latex_unit(unit: str) -> str:
 def _latex_term(term: Term, first: bool) -> str:
     parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
     parts += [_latex_factor(one) for one in term.factors]
-    if term.target not in CHANGES:
+    if _changed(term) == FLIGHT:
         parts.append(TARGETS[term.target].symbol)
     return r"\,".join(parts)
 
@@ -153,7 +170,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
     """(LaTeX, meaning) of every symbol of the formula."""
     out: dict[str, str] = {}
     for term in law.terms:
-        if term.target not in CHANGES:
+        if _changed(term) == FLIGHT:
             entry = TARGETS[term.target]
             own = {"angle": f", at {term.x:.3g} rad", "axis": f", about the axis at {term.x:.3g} rad"}.get(
                 entry.own, f", at ({_place(term)})" if entry.own else ""

@@ -14,8 +14,8 @@ from ovines.core.laws import words as W
 ) = range(14)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
-    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK,
-) = range(18)  # fmt: skip
+    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE,
+) = range(19)  # fmt: skip
 POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN, PULSES, GATES = range(10)
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
@@ -58,6 +58,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.SLIP]
     if code == Q_BODY:
         return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
+    if code == Q_SHARE:
+        return known[W.SHARE] - x
     return known[W.CLOCK] - x
 
 

@@ -71,6 +71,8 @@ class Term:
         require(fine, f"a term of {self.target} with {self.coefficient}", "finite numbers", "correct the term")
         few = len(self.factors) <= W.MOST_FACTORS
         require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
+        counted = TARGETS[self.target].own != "camera" or (self.x >= 0 and self.x == int(self.x))
+        require(counted, f"camera {self.x:g} of {self.target}", "a number of a camera, from 0", "correct x")
 
     @property
     def powers(self) -> dict[str, float]:
@@ -96,7 +98,7 @@ class Term:
 
 @dataclass(frozen=True)
 class WrittenLaw:
-    """Terms that are added up; all act in one ``stage`` ("flight", "impact" or "geometry")."""
+    """Terms that are added up; all act in one ``stage`` ("flight", "impact", "geometry" or "measurement")."""
 
     terms: tuple[Term, ...]
 
@@ -105,6 +107,13 @@ class WrittenLaw:
         require(some, f"a law of {len(self.terms)} terms", f"1 to {MOST_TERMS}", "split the law, or merge its terms")
         one = len({TARGETS[t.target].stage for t in self.terms}) == 1
         require(one, "a law of several stages", "terms of one stage", "write a law for each stage")
+        for term in self.terms:
+            for factor in term.factors:
+                if self.stage == "measurement":
+                    known, expected = factor.quantity in W.OF_FRAMES, "one of " + ", ".join(W.OF_FRAMES)
+                else:
+                    known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
+                require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
 
     @property
     def stage(self) -> str:
@@ -118,7 +127,7 @@ class WrittenLaw:
 
     def in_units(self, length_m: float, time_s: float) -> WrittenLaw:
         """The same law in numbers that count lengths in units of ``length_m`` and times in units of ``time_s``."""
-        units = {"m": length_m, "s": time_s}
+        units = {"m": length_m, "s": time_s, "px": 1.0}
         return WrittenLaw(tuple(_in_units(one, units) for one in self.terms))
 
     def later(self, time_s: float, clock_rad: float = 0.0, since_start: bool = False) -> WrittenLaw:

@@ -21,12 +21,13 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: the floor under it (m/s), place in the room (m), place from the Host's centre (m), contact radius (m), angle (rad),
 #: spin (rad/s), time from the run's start (s), phase of the drive (rad), time since the impact before (s), number of
 #: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
-#: that the floor's friction gives, the run's time at the drive's frequency (rad)
+#: that the floor's friction gives, the run's time at the drive's frequency (rad), share of the run that has gone (of a
+#: measurement only)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
-    CLOCK,
-) = range(21)  # fmt: skip
-KNOWN_SIZE = 21
+    CLOCK, SHARE,
+) = range(22)  # fmt: skip
+KNOWN_SIZE = 22
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -34,7 +35,7 @@ LONG_AGO_S = 1e6
 @dataclass(frozen=True)
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
-    its own means (none, "angle", "axis" of a mirror, "room" or "host" place), and the stage."""
+    its own means (none, "angle", "axis" of a mirror, "room" or "host" place, number of a "camera"), and the stage."""
 
     code: int
     unit: str
@@ -70,6 +71,21 @@ TARGETS: dict[str, Target] = {
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
             ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
             ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
+            ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
+            ("picture_v", "px", r"v", "camera", "measurement", "the place of a camera's picture along v"),
+            (
+                "picture_zoom", "1", r"z", "camera", "measurement",
+                "the size of a camera's picture about its principal point, as a share",
+            ),
+            (
+                "picture_turn", "rad", r"\rho", "camera", "measurement",
+                "the turn of a camera's picture about its principal point, from u to v",
+            ),
+            (
+                "camera_delay", "s", r"\tau_c", "camera", "measurement",
+                "how much later than the other a camera sees what it says it sees",
+            ),
+            ("clock_delay", "s", r"\tau", "", "measurement", "how much later than they say all cameras see"),
         )
     )
 }  # fmt: skip
@@ -109,6 +125,7 @@ QUANTITIES: dict[str, Quantity] = {
             ("slip", "m/s", "v_t", False, "", "tangential speed of the contact point before the impact"),
             ("body_angle", "rad", r"\theta-\psi", True, "angle", "direction of the contact seen from the disk"),
             ("clock", "rad", r"\omega_d t", True, "angle", "the run's time at the drive's frequency"),
+            ("share", "1", r"\sigma", False, "", "share of the run that has gone; of measurements only"),
         )
     )
 }
@@ -128,4 +145,6 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
+#: what a law of the measurement may follow: what is known of a frame whatever it shows
+OF_FRAMES = ("time", "share", "run", "phase", "clock")
 TURN = 2 * math.pi

@@ -7,15 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.gap.cause import Cause
-from analysis.gap.ladder import Ladder
+from analysis.gap.cause import Cause, Structure
+from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
-from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE, NEGLIGIBLE_FRAMES
 from ovines.core.laws.terms import WrittenLaw
 
 #: effects that are found by the search of laws
@@ -29,11 +30,13 @@ LEAST_CLOSED = 0.1
 def write_laws(
     ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
 ) -> tuple[tuple[LawFound, ...], Ladder]:
-    """Laws for what is left in flights, impacts and the wall's shape, in this order, none where nothing is left or
-    chance would find as much; and the ladder without the named effects that had imitated a part of a law, and with the
-    effect that a law is, unless it is ``withheld``.
+    """Laws for what is left in the measurement, in flights, impacts and the wall's shape, in this order, none where
+    nothing is left or chance would find as much; and the ladder without the named effects that had imitated a part of a
+    law, and with the effect that a law is, unless it is ``withheld``.
 
-    A law comes on top of what the named effects explain, and is asked of the same runs."""
+    A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
+    out first, and everything asked again."""
+    measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
     runs, frame, impacts = ladder.series.runs, ladder.series.frame, ladder.impacts.fitted
     fits = ladder.flights.fitted.fits
@@ -55,7 +58,42 @@ def write_laws(
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
         laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
-    return tuple(one for one in laws if one is not None and one.closed > LEAST_CLOSED), ladder
+    return (*measured, *(one for one in laws if one is not None and one.closed > LEAST_CLOSED)), ladder
+
+
+def _measurement_laws(
+    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[tuple[LawFound, ...], Ladder]:
+    """Laws of cameras and clocks where something is left in the measurement or beside the drive, and the ladder of the
+    series without what they say, in which what is left of the measurement stays told."""
+    told = [one for one in ladder.structure if one.stage == "measurement"]
+    if told:
+        laws, series = find_frame_laws(ladder.measured, rng)
+    else:  # a clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing
+        clock, series = find_clock_law(ladder.measured, rng)
+        laws = () if clock is None else (clock,)
+    if not laws:
+        return (), ladder
+    again = run_ladder(series, rng, withheld)
+    if not told:
+        # By the nominal model: an effect named before may have imitated the clock.
+        before, after = (one.flights.nominal for one in (ladder, again))
+        if after.misfit / max(after.count, 1) >= before.misfit / max(before.count, 1):
+            return (), ladder  # the disk does not believe it: the drive is what is uneven
+        told = [_clock_structure(laws[0], ladder)]
+    others = [one for one in again.structure if one.stage != "measurement"]
+    structure = tuple(sorted([*told, *others], key=lambda one: -one.strength))
+    return laws, replace(again, measured=ladder.measured, structure=structure)
+
+
+def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:
+    """A clock that no effect of the library is: what its law leaves, in the smallest scatter of times that counts."""
+    factor = law.law.terms[0].factors[0]
+    gain = float(np.sum(law.before - law.after))
+    size_s = law.size
+    least_s = NEGLIGIBLE_FRAMES["trigger_jitter"] * ladder.series.period_s
+    goes_with = f"the {factor.quantity} of a run: all cameras are late by a time that changes"
+    return Structure("measurement", "all", "x", goes_with, size_s / least_s, gain, size_s, "s", law.p)
 
 
 def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]]] | None:

@@ -1,0 +1,1 @@
+"""Laws of cameras and clocks, found in frames."""

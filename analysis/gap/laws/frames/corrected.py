@@ -1,0 +1,110 @@
+"""Tracks without what laws of cameras and clocks say: pictures moved back, delays taken out, times corrected."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
+
+from analysis.flights.fit import RunData
+from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion
+from analysis.gap.series import Series, with_points, with_times
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Term, WrittenLaw, rows_of
+from ovines.errors import InputError
+
+Array = NDArray[np.float64]
+# A path is not interpolated over a longer gap (periods), nor from fewer frames: Akima's curve needs five.
+LONGEST_GAP, FEWEST = 2.5, 5
+
+
+def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
+    """``series`` measured again without what ``laws`` of the measurement do to its frames; `InputError` where a camera
+    is named that the series does not bring."""
+    terms = [term for law in laws for term in law.terms]
+    if not terms:
+        return series
+    of_cameras = [term for term in terms if term.target != "clock_delay"]
+    if of_cameras:
+        series = _without_cameras(series, of_cameras)
+    late = [term for term in terms if term.target == "clock_delay"]
+    if not late:
+        return series
+
+    def truly(time_s: Array, data: RunData) -> Array:
+        return time_s + given(late, known_frames(time_s, data))
+
+    return with_times(series, truly)
+
+
+def given(terms: Sequence[Term], known: Array) -> Array:
+    """Sum (N,) of the terms in each frame."""
+    out = np.empty((len(known), len(terms)))
+    sizes(rows_of(terms), known, out)
+    return np.asarray(out.sum(1), float)
+
+
+def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:
+    if series.tracks is None or series.cameras is None or series.triangulate is None:
+        raise InputError(
+            "a law of a camera, and a series without tracks of two cameras",
+            "tracks.parquet or frames in every recording",
+            "leave the law away, or bring the tracks",
+        )
+    strange = max(key_of(term)[1] for term in terms)
+    if strange >= len(series.cameras):
+        raise InputError(
+            f"a law of camera {strange + 1}", f"one of the {len(series.cameras)} cameras", "correct x of its terms"
+        )
+    tracks = tuple(
+        _corrected(one, run.data, series, terms) for one, run in zip(series.tracks, series.runs, strict=True)
+    )
+    points = [
+        series.triangulate(one, series.cameras, recording, (0.0, 0.0))
+        for one, recording in zip(tracks, series.recordings, strict=True)
+    ]
+    return with_points(replace(series, tracks=tracks), points)
+
+
+def _corrected(tracks: pd.DataFrame, data: RunData, series: Series, terms: Sequence[Term]) -> pd.DataFrame:
+    assert series.cameras is not None
+    parts = []
+    for number, camera in enumerate(series.cameras):
+        own = tracks[tracks["camera"] == camera.name]
+        of = {name: [t for t in terms if key_of(t) == (name, number)] for name in (*PICTURE, "camera_delay")}
+        known = known_frames(own["time_s"].to_numpy(float), data)
+        if any(of[name] for name in PICTURE):
+            offset = np.asarray(series.recordings[0].window_offset_px.get(camera.name, (0, 0)), float)
+            pixels = own[["u_px", "v_px"]].to_numpy(float) + offset
+            amounts = np.column_stack([given(of[name], known) if of[name] else 0.0 * pixels[:, 0] for name in PICTURE])
+            back = np.einsum("nij,nj->ni", picture_motion(camera, pixels), amounts)
+            own = own.assign(u_px=own["u_px"] - back[:, 0], v_px=own["v_px"] - back[:, 1])
+        if of["camera_delay"]:
+            own = _on_time(own, given(of["camera_delay"], known), LONGEST_GAP * data.period_s)
+        parts.append(own)
+    rest = tracks[~tracks["camera"].isin([camera.name for camera in series.cameras])]
+    return pd.concat([*parts, rest]).sort_values(["frame", "camera", "marker"], ignore_index=True)
+
+
+def _on_time(tracks: pd.DataFrame, late_s: Array, longest_s: float) -> pd.DataFrame:
+    """Tracks of a camera whose frames were taken ``late_s`` (N,) after their times, at their times: between the frames
+    about each, where the marker was seen there."""
+    out = []
+    for _, own in tracks.assign(late_s=late_s).groupby("marker", sort=False):
+        own = own.sort_values("frame")
+        time_s = own["time_s"].to_numpy(float)
+        taken_s = time_s + own["late_s"].to_numpy(float)
+        apart = np.flatnonzero((np.diff(taken_s) > longest_s) | (np.diff(taken_s) <= 0))
+        pixels = own[["u_px", "v_px"]].to_numpy(float)
+        moved = np.full_like(pixels, np.nan)
+        for part in np.split(np.arange(len(own)), apart + 1):
+            if len(part) >= FEWEST:
+                inside = (time_s >= taken_s[part[0]]) & (time_s <= taken_s[part[-1]])
+                moved[inside] = Akima1DInterpolator(taken_s[part], pixels[part])(time_s[inside])
+        own = own.assign(u_px=moved[:, 0], v_px=moved[:, 1])
+        out.append(own[np.isfinite(moved[:, 0])])
+    return pd.concat(out).drop(columns="late_s") if out else tracks

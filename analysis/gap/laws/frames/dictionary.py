@@ -1,0 +1,132 @@
+"""What a camera or a clock may do: shift, zoom, turn or delay times functions of time, of the share of a run, of the
+run and of the drive's phase.
+
+What is constant is not here: a window's place and a camera's delay are effects of the library, a zoom or a turn that
+stays is the calibration's.  No list holds every frequency: of each target all are held against the frames at once, and
+the best becomes a candidate that pays what the best gains where the signs of parts of the runs are turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.candidate import Candidate, waves
+from analysis.gap.laws.frames.rows import FrameRows, Key
+from analysis.gap.laws.regression import Profile
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Factor, Term, rows_of
+
+Array = NDArray[np.float64]
+WORDS = {
+    "picture_u": "picture along u", "picture_v": "picture along v", "picture_zoom": "zoom", "picture_turn": "turn",
+    "camera_delay": "delay of a camera", "clock_delay": "delay of all cameras",
+}  # fmt: skip
+# Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
+STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
+# Frequencies in steps of this over a run, up to this share of the frame rate; in turned series, too.
+APART, HIGHEST, TURNS = 0.25, 0.25, 19
+# Frequencies at a time: their cosines over all frames fit into a cache of some megabytes.
+AT_ONCE = 64
+
+
+def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidate]:
+    """Every candidate for the targets that the rows answer."""
+    known = rows.known
+    run_s = float(known[:, W.TIME].max())
+    runs = int(known[:, W.RUN].max()) + 1
+    driven = bool(np.any(known[:, W.CLOCK] > 0))
+    out: list[Candidate] = []
+    for key in rows.units:
+        out += _of(key, run_s, runs, driven)
+    return [*out, *_lines(rows, run_s, rng)]
+
+
+def _of(key: Key, run_s: float, runs: int, driven: bool) -> Iterator[Candidate]:
+    word = WORDS[key[0]]
+
+    def plain(name: str, *factors: Factor) -> Candidate:
+        terms = tuple(_term(key, factor) for factor in factors)
+        return Candidate(f"{word}, {name}", lambda: terms)
+
+    for quantity, span in (("time", run_s), ("share", 1.0)):
+        line = Factor(quantity)
+        yield plain(f"linear in {quantity}", line)
+        yield plain(f"linear and square in {quantity}", line, Factor(quantity, "power", 2.0))
+        for share in STEPS:
+            step = partial(_scaled, key, quantity, "below")
+            yield Candidate(f"{word}, a step in {quantity}", step, (share * span,), (0.05,), (True,))
+    for share in SETTLES:
+        settling = partial(_scaled, key, "time", "exponential")
+        yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
+    if runs > 2:
+        yield plain("linear in the run", Factor("run"))
+    # A step between runs has two on either side at the least: each predicts the other.
+    for first in range(2, runs - 1):
+        yield plain(f"a step before run {first}", Factor("run", "below", 1.0, first - 0.5))
+    if driven:
+        for order in (1.0, 2.0):
+            yield plain(f"with the drive's phase, order {order:g}", *waves("phase", order))
+
+
+def _term(key: Key, factor: Factor) -> Term:
+    return Term(key[0], 1.0, (factor,), x=float(key[1]))
+
+
+def _scaled(key: Key, quantity: str, function: str, scale: float) -> tuple[Term, ...]:
+    return (_term(key, Factor(quantity, function, 1.0, scale)),)
+
+
+def _swinging(key: Key, rate: float) -> tuple[Term, ...]:
+    return tuple(_term(key, wave) for wave in waves("time", 1.0, 1.0 / rate))
+
+
+def _lines(rows: FrameRows, run_s: float, rng: np.random.Generator) -> list[Candidate]:
+    """The best frequency of each target, at the price of having looked for it."""
+    problem = rows.problem
+    period_s = float(np.median(np.diff(rows.known[:, W.TIME])))
+    rates: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * run_s, APART) / run_s, float)
+    left = Profile.of(problem).residual[: len(problem.residual)]
+    blocks, block = np.unique(problem.block, return_inverse=True)
+    turned = np.vstack([np.ones(len(blocks)), rng.choice([-1.0, 1.0], (TURNS, len(blocks)))])
+    signs = np.asarray(turned[:, block], float)
+    out, price = [], 0.0
+    for key, unit in rows.units.items():
+        weight = np.asarray(np.bincount(rows.at, unit**2, len(rows.known)), float)
+        score = np.array([np.bincount(rows.at, unit * left * sign, len(rows.known)) for sign in signs])
+        gains = _gains(rows.known[:, W.TIME], weight, score, rates)
+        best = int(np.argmax(gains[0]))
+        price = max(price, float(gains[1:].max()))
+        numbers, step = (float(rates[best]),), (APART / run_s * math.pi / float(rates[best]),)
+        out.append(Candidate(f"{WORDS[key[0]]}, swinging in time", partial(_swinging, key), numbers, step, (True,)))
+    price /= problem.excess
+    return [Candidate(c.name, c.make, c.numbers, c.steps, c.positive, price) for c in out]
+
+
+def _gains(time_s: Array, weight: Array, score: Array, rates: Array) -> Array:
+    """Fall of the sum of squares (K, F) that a cosine and a sine of each rate explain of each of ``score`` (K, N)."""
+    out = np.zeros((len(score), len(rates)))
+    for first in range(0, len(rates), AT_ONCE):
+        turn = np.outer(time_s, rates[first : first + AT_ONCE])
+        c, s = np.cos(turn), np.sin(turn)
+        a, b, ab = weight @ (c * c), weight @ (s * s), weight @ (c * s)
+        x, y = score @ c, score @ s
+        out[:, first : first + AT_ONCE] = (b * x**2 - 2 * ab * x * y + a * y**2) / np.maximum(a * b - ab**2, 1e-300)
+    return out
+
+
+def moved_rms(rows: FrameRows, terms: Sequence[Term], coefficients: Array) -> dict[Key, float]:
+    """RMS over all frames of what the terms do to each target of a camera."""
+    size = np.empty((len(rows.known), len(terms)))
+    sizes(rows_of(terms), rows.known, size)
+    out: dict[Key, float] = {}
+    for key in rows.units:
+        own = [j for j, term in enumerate(terms) if (term.target, int(term.x)) == key]
+        if own:
+            given = size[:, own] @ coefficients[own]
+            out[key] = float(np.std(given))
+    return out

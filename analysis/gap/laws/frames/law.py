@@ -1,0 +1,84 @@
+"""The missing law of the measurement: what a camera's picture or a clock does, found in still markers, two views and
+the Host's path, each taken out before the next is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.dictionary import frame_candidates, moved_rms
+from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
+from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.search import find_law
+from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.series import Series
+from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
+
+# A law that closes less than this of what is left on runs held out explains nothing, however rare by chance.
+LEAST_CLOSED = 0.1
+
+
+def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
+    """Laws of the cameras' pictures, of the second camera's delay and of the clock, in this order, each where chance
+    would not find as much and where it is larger than what is negligible; and the series without what they say."""
+    laws: list[LawFound] = []
+    cameras = range(0 if series.cameras is None else len(series.cameras))
+    still: list[LawFound] = []
+    seen = False
+    for camera in cameras:
+        rows = picture_rows(series, camera)
+        seen = seen or rows is not None
+        still += _law_of(rows, series, rng)
+    series = without_frame_laws(series, [one.law for one in still])
+    laws += still
+    asked: Sequence[Callable[[Series], FrameRows | None]] = (lambda s: view_rows(s, with_picture=not seen), clock_rows)
+    for rows_of in asked:
+        found = _law_of(rows_of(series), series, rng)
+        series = without_frame_laws(series, [one.law for one in found])
+        laws += found
+    return tuple(laws), series
+
+
+def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
+    """The law of the clock that all cameras share, and the series in the times that it tells."""
+    found = _law_of(clock_rows(series), series, rng)
+    return (found[0], without_frame_laws(series, [found[0].law])) if found else (None, series)
+
+
+def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
+    """The law that rows of frames ask for: one or none."""
+    if rows is None:
+        return []
+    found, p = find_law(rows.problem, rows.columns, frame_candidates(rows, rng), rng)
+    if found is None:
+        return []
+    moved = moved_rms(rows, found.terms, found.coefficients)
+    if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
+        return []
+    law = told_law(rows, found, p, series.frame)
+    # No floor is above the best model.
+    law = replace(law, size=max(moved.values()), floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
+    return [law] if law.closed > LEAST_CLOSED else []
+
+
+def _negligible(rows: FrameRows, series: Series) -> dict[Key, float]:
+    """Sizes (RMS) that are not worth a law: what moves a still marker by less than counts as still, what is less than
+    the smallest delay of a camera, or than the smallest scatter of frame times."""
+    out: dict[Key, float] = {}
+    for key in rows.units:
+        if key[0] in PICTURE:
+            assert series.cameras is not None
+            camera, still_m = series.cameras[key[1]], STILL_SHARE * series.contact_radius_m
+            away_m = float(np.linalg.norm(camera.centre_m))
+            still_px = still_m * float(camera.matrix[0, 0]) / away_m
+            # Shares and turns count by what they do at the picture's half width.
+            lever_px = 0.5 * camera.sensor_size_px[0] if key[0] in ("picture_zoom", "picture_turn") else 1.0
+            out[key] = still_px / lever_px
+        else:
+            effect = "camera_clock_offset" if key[0] == "camera_delay" else "trigger_jitter"
+            out[key] = NEGLIGIBLE_FRAMES[effect] * series.period_s
+    return out

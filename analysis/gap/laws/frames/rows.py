@@ -1,0 +1,332 @@
+"""Frames as a regression: what still markers, two views and the Host's path say of cameras and clocks in each frame.
+
+Three kinds of rows, each over its own noise.  Ground markers tell shift, zoom and turn of each camera's picture; their
+noise is what they do apart, so that what they do together is no noise, however slowly it goes.  Epipolar lines and
+heights of both bodies tell a delay of the second camera, and without ground markers its picture.  The Host's path
+beside its drive tells a delay of all cameras.  A law gives a size in each frame; how the rows answer a unit of each
+target stands in ``units``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from analysis.flights.fit import RunData
+from analysis.flights.runs import Run
+from analysis.gap.laws.regression import Regression
+from analysis.gap.measurement.two_views import body_rows
+from analysis.gap.series import Series
+from analysis.motion.host_path import HostMotion
+from analysis.statistics.robust import least_squares
+from ovines.camera import Camera
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Term, rows_of
+from ovines.robust import residual_sd
+
+Array = NDArray[np.float64]
+Key = tuple[str, int]
+PICTURE = ("picture_u", "picture_v", "picture_zoom", "picture_turn")
+# Rows of so long a part of a run share what noise did to them: longer than a body takes through a lens residual.
+BLOCKS_OF_RUN = 8
+# Parts of a run whose delay is free when the noise of two views is measured, and the degree of what a lens residual
+# makes of epipolar lines and heights over the places of the bodies.
+FREE_PARTS, LENS_DEGREE = 24, 4
+# Rounds in which those delays and everything else are fitted in turns.
+BACKFITS = 6
+# Gross errors count as so many sds.
+CLIP_SD = 5.0
+# Overtones of the drive, which say nothing of a clock; frames that a path must have.
+OVERTONES, FEWEST_FRAMES = 6, 60
+# A line of the Host beside its drive is one of the drive from this share of its amplitude on: a delay that swings makes
+# small ones.
+LEAST_LINE = 0.1
+# What no line explains is less than this share of the drive: else it starts, stops or sweeps.
+MOST_BESIDE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class FrameRows:
+    """The ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE), the frame ``at`` (M,) of each
+    row, and what a ``unit`` (M,) of each target of a camera adds to it; ``bases`` of each run, orthonormal (N_r, Q),
+    over its ``rows``, what is projected out of every column of rows that follow each other in time."""
+
+    problem: Regression
+    known: Array
+    at: NDArray[np.int64]
+    units: dict[Key, Array]
+    bases: tuple[tuple[slice, Array], ...] = ()
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds to the residuals' model."""
+        size = np.empty((len(self.known), len(terms)))
+        sizes(rows_of(terms), self.known, size)
+        out = np.zeros((len(self.at), len(terms)))
+        for j, term in enumerate(terms):
+            if (unit := self.units.get(key_of(term))) is not None:
+                out[:, j] = unit * size[self.at, j]
+        return self._projected(out)
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
+        size = np.empty((len(self.known), 1))
+        sizes(rows_of([term]), self.known, size)
+        unit = self.units.get(key_of(term), np.zeros(len(self.at)))
+        return self._projected(unit[:, None] * (cut(self.known) * size)[self.at])
+
+    def _projected(self, columns: Array) -> Array:
+        for rows, basis in self.bases:
+            columns[rows] -= basis @ (basis.T @ columns[rows])
+        return columns
+
+
+def key_of(term: Term) -> Key:
+    """Target and camera of a term; all cameras are number 0."""
+    return term.target, int(term.x)
+
+
+def known_frames(time_s: Array, data: RunData) -> Array:
+    """What laws of the measurement know (N, KNOWN_SIZE) of frames at ``time_s`` of a run."""
+    rig, known = data.flight_rig, np.zeros((len(time_s), W.KNOWN_SIZE))
+    gone_s = time_s - rig.start_s
+    known[:, W.TIME], known[:, W.RUN] = gone_s, rig.number
+    known[:, W.CLOCK] = rig.omega_rad_per_s * gone_s
+    known[:, W.PHASE] = rig.omega_rad_per_s * time_s + rig.phase_rad
+    known[:, W.SHARE] = gone_s / (float(data.time_s[-1]) - rig.start_s + data.period_s)
+    return known
+
+
+def every_frame(series: Series) -> tuple[Array, list[int]]:
+    """What laws know of all frames of the motions, run after run, and where each run begins."""
+    parts = [known_frames(run.data.time_s, run.data) for run in series.runs]
+    begins = np.concatenate([[0], np.cumsum([len(one) for one in parts])])
+    return np.vstack(parts), [int(b) for b in begins]
+
+
+def _blocks(known: Array, at: NDArray[np.int64]) -> NDArray[np.int64]:
+    part = np.minimum((known[:, W.SHARE] * BLOCKS_OF_RUN).astype(np.int64), BLOCKS_OF_RUN - 1)
+    return (known[:, W.RUN].astype(np.int64) * BLOCKS_OF_RUN + part)[at]
+
+
+def _problem(residual: Array, nuisances: Array, known: Array, at: NDArray[np.int64]) -> Regression:
+    run = known[:, W.RUN].astype(np.int64)[at]
+    return Regression(residual, nuisances, np.zeros(nuisances.shape[1]), _blocks(known, at), run)
+
+
+def picture_rows(series: Series, camera: int) -> FrameRows | None:
+    """What the ground markers say of one camera's picture; None without two of them in its tracks."""
+    ground = series.recordings[0].bodies.get("ground")
+    if ground is None or series.tracks is None or series.cameras is None or len(ground.markers) < 2:
+        return None
+    known, _ = every_frame(series)
+    pairs = zip(series.tracks, series.runs, strict=True)
+    seen = np.vstack([_pixels(tracks, series, camera, run, ground.markers) for tracks, run in pairs])
+    enough = np.isfinite(seen[..., 0]).sum(0) > FEWEST_FRAMES
+    if np.count_nonzero(enough) < 2:
+        return None
+    seen = seen[:, enough]
+    moved = seen - np.nanmedian(seen, axis=0)
+    markers = moved.shape[1]
+    places = np.nanmedian(seen, axis=0)
+    # How each coordinate of each marker moves with a unit of each of four numbers, (2 K, 4).
+    motion = picture_motion(series.cameras[camera], places).reshape(2 * markers, len(PICTURE))
+    flat = moved.reshape(len(moved), 2 * markers)
+    sd = np.array([residual_sd(column[np.isfinite(column)]) for column in flat.T])
+    flat = np.clip(flat, -CLIP_SD * sd, CLIP_SD * sd)
+    noise = _noise_apart(flat, motion)
+    if not noise > 0:
+        return None
+    at, column = np.nonzero(np.isfinite(flat))
+    units = {(name, camera): motion[column, j] / noise for j, name in enumerate(PICTURE)}
+    nuisances = (column[:, None] == np.arange(2 * markers)) / noise
+    return FrameRows(_problem(flat[at, column] / noise, nuisances, known, at), known, at, units)
+
+
+def _noise_apart(moved: Array, motion: Array) -> float:
+    """Noise (px) of coordinates (N, 2 K) that no ``motion`` (2 K, 4) of the picture makes; of two markers, which leave
+    nothing of the kind, from frame to frame."""
+    whole = moved[np.isfinite(moved).all(1)]
+    free = motion.shape[0] - motion.shape[1]
+    if not len(whole):
+        return 0.0
+    if free == 0:
+        return float(np.median([residual_sd(np.diff(column)) for column in whole.T]) / np.sqrt(2))
+    basis = np.linalg.qr(motion)[0]
+    apart = np.sum((whole - np.median(whole, 0)) ** 2, 1) - np.sum(((whole - np.median(whole, 0)) @ basis) ** 2, 1)
+    return float(np.sqrt(np.median(apart) / chi2.median(free)))
+
+
+def _pixels(
+    tracks: pd.DataFrame, series: Series, camera: int, run: Run, markers: Sequence[str]
+) -> Array:  # fmt: skip
+    """Pixels of the whole sensor (N, K, 2) of ``markers`` in the frames of a run, NaN where unseen."""
+    assert series.cameras is not None
+    name = series.cameras[camera].name
+    own = tracks[(tracks["camera"] == name) & tracks["marker"].isin(list(markers))]
+    offset = series.recordings[0].window_offset_px.get(name, (0, 0))
+    out = np.full((len(run.frame), len(markers), 2), np.nan)
+    at = np.searchsorted(run.frame, own["frame"].to_numpy())
+    inside = (at < len(run.frame)) & (run.frame[np.minimum(at, len(run.frame) - 1)] == own["frame"].to_numpy())
+    number = own["marker"].map({marker: k for k, marker in enumerate(markers)}).to_numpy(int)
+    for axis, column in enumerate(("u_px", "v_px")):
+        out[at[inside], number[inside], axis] = own[column].to_numpy(float)[inside] + offset[axis]
+    return out
+
+
+def picture_motion(camera: Camera, pixels: Array) -> Array:
+    """How pixels (N, 2) move with a unit of each of :data:`PICTURE`, (N, 2, 4)."""
+    u, v = (pixels - camera.matrix[:2, 2]).T
+    one, none = np.ones(len(pixels)), np.zeros(len(pixels))
+    return np.stack([np.column_stack([one, none, u, -v]), np.column_stack([none, one, v, u])], 1)
+
+
+def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
+    """What two views of both bodies say of the second camera's delay, and ``with_picture`` of its picture; None of
+    series without two views."""
+    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
+        return None
+    known, begins = every_frame(series)
+    runs = len(series.runs)
+    parts: list[tuple[Array, Array, Array, NDArray[np.int64], Array]] = []
+    for number, (points, motion, run) in enumerate(zip(series.points, series.motions, series.runs, strict=True)):
+        for kind, body in enumerate(("host", "nes")):
+            block = body_rows(series, points, motion, run, body)
+            if block is None:
+                continue
+            epipolar, height, x, y, velocity, lines, lifts, line_sd, lift_sd, phase, share = block
+            at = begins[number] + np.round(share * len(motion)).astype(np.int64)
+            place = np.column_stack([x, y, np.zeros(len(x))])
+            moves = picture_motion(series.cameras[1], series.cameras[1].project(place))
+            shapes = _over_places(x, y, series.contact_radius_m)
+            swing = np.zeros((len(x), 2 * runs))
+            if run.data.host.omega_rad_per_s:
+                swing[:, 2 * number], swing[:, 2 * number + 1] = np.cos(phase), np.sin(phase)
+            for what, (value, sd, derivative) in enumerate(((epipolar, line_sd, lines), (height, lift_sd, lifts))):
+                unit = np.column_stack([np.sum(derivative * velocity, 1), np.einsum("ni,nij->nj", derivative, moves)])
+                own = np.zeros((len(x), 2 * shapes.shape[1] + 4 + 2 * runs))
+                own[:, what * shapes.shape[1] : (what + 1) * shapes.shape[1]] = shapes
+                own[:, 2 * shapes.shape[1] + 2 * kind + what] = 1.0
+                own[:, 2 * shapes.shape[1] + 4 :] = swing * what
+                rows = np.hstack([unit, own]) / sd[:, None]
+                fine = np.isfinite(rows).all(1) & np.isfinite(value)
+                label = np.full(np.count_nonzero(fine), 2 * kind + what)
+                parts.append((value[fine] / sd[fine], rows[fine, :5], rows[fine, 5:], at[fine], label))
+    if not parts:
+        return None
+    value, unit, own, at, kinds = (np.concatenate(each) for each in zip(*parts, strict=True))
+    value, weight = _over_noise(value, np.column_stack([unit[:, :1], own]), unit[:, 0], known, at, kinds)
+    unit, own = unit * weight[:, None], own * weight[:, None]
+    units: dict[Key, Array] = {("camera_delay", 1): unit[:, 0]}
+    if with_picture:
+        units |= {(name, 1): unit[:, 1 + j] for j, name in enumerate(PICTURE)}
+    # A constant delay and window are effects of the library, whether or not they were found.
+    used = np.any(own != 0, 0)
+    nuisances = np.column_stack([unit[:, :3], own[:, used]])
+    return FrameRows(_problem(value, nuisances, known, at), known, at, units)
+
+
+def _over_places(x: Array, y: Array, radius_m: float) -> Array:
+    """Polynomials over the places of a body (N, Q), but for the constant."""
+    a, b = x / radius_m, y / radius_m
+    powers = [(i, n - i) for n in range(1, LENS_DEGREE + 1) for i in range(n + 1)]
+    return np.column_stack([a**i * b**j for i, j in powers])
+
+
+def _over_noise(
+    value: Array, nuisances: Array, delay: Array, known: Array, at: NDArray[np.int64], kinds: Array
+) -> tuple[Array, Array]:
+    """Values over the noise that they show beside a delay that is free in every part of a run, gross ones clipped; and
+    what rows are to be multiplied with."""
+    part = (known[:, W.RUN] * FREE_PARTS + np.floor(known[:, W.SHARE] * FREE_PARTS)).astype(np.int64)[at]
+    late = np.zeros(len(value))
+    for _ in range(BACKFITS):
+        fit = least_squares(nuisances, value - late, np.ones(len(value)), rounds=2, ridge=1e-12)
+        left = value - nuisances @ fit.coefficients
+        limit = CLIP_SD * residual_sd(left)
+        slope = np.bincount(part, delay * np.clip(left, -limit, limit)) / np.maximum(
+            np.bincount(part, delay**2), 1e-300
+        )
+        late = slope[part] * delay
+    free = left - late
+    weight = np.ones(len(value))
+    for kind in np.unique(kinds):
+        weight[kinds == kind] = 1 / max(residual_sd(free[kinds == kind]), 1e-12)
+    gross = np.abs(free * weight) > CLIP_SD
+    weight[gross] *= CLIP_SD / np.abs(free * weight)[gross]
+    return value * weight, weight
+
+
+def clock_rows(series: Series) -> FrameRows | None:
+    """What the Host's path beside its drive says of a delay of all cameras; None where no run has a drive of harmonics.
+
+    Of each run the drive's lines are projected out, their frequency and the level's drift among them."""
+    known, begins = every_frame(series)
+    values: list[Array] = []
+    units: list[Array] = []
+    ats: list[NDArray[np.int64]] = []
+    bases: list[tuple[slice, Array]] = []
+    row = 0
+    for number, run in enumerate(series.runs):
+        path = _beside_drive(run.data.time_s, run.data.host)
+        if path is None:
+            continue
+        use, residual, velocity, basis = path
+        for axis in range(2):
+            sd = residual_sd(_without_delay(residual[:, axis], velocity[:, axis], known[begins[number] + use, W.SHARE]))
+            own = np.clip(residual[:, axis] / max(sd, 1e-12), -1e3, 1e3)
+            values.append(own - basis @ (basis.T @ own))
+            units.append(velocity[:, axis] / max(sd, 1e-12))
+            ats.append(begins[number] + use)
+            bases.append((slice(row, row + len(use)), basis))
+            row += len(use)
+    if not values:
+        return None
+    at = np.concatenate(ats).astype(np.int64)
+    problem = _problem(np.concatenate(values), np.zeros((row, 0)), known, at)
+    return FrameRows(problem, known, at, {("clock_delay", 0): np.concatenate(units)}, tuple(bases))
+
+
+def _beside_drive(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], Array, Array, Array] | None:
+    """Frames used, what the Host's path is off its drive (N, 2), its velocity (N, 2), and an orthonormal basis (N, Q)
+    of what the drive's lines may take."""
+    if not host.omega_rad_per_s or len(host.residual) != len(time_s):
+        return None
+    use = np.flatnonzero(np.isfinite(host.residual[:, :2]).all(1))
+    if len(use) < FEWEST_FRAMES:
+        return None
+    t = time_s[use] - float(np.mean(time_s))
+    turn = host.omega_rad_per_s * t
+    lines = [np.ones_like(t)]
+    for k in range(1, OVERTONES + 1):
+        lines += [np.cos(k * turn), np.sin(k * turn)]
+    lines += [t * np.cos(turn), t * np.sin(turn)]
+    for rate, size in zip(host.lines_rad_per_s, _line_sizes(host), strict=True):
+        if size > LEAST_LINE * host.amplitude_m:
+            lines += [np.cos(rate * t), np.sin(rate * t)]
+    basis = np.linalg.qr(np.column_stack(lines))[0]
+    # What no line explains may be the delay itself: it is asked again, whatever has described the path.
+    velocity, place = host.at(time_s, 1)[use, :2], host.at(time_s)[use, :2] + host.residual[use, :2]
+    place = place - basis @ (basis.T @ place)
+    if np.std(place, 0).max() > MOST_BESIDE * host.amplitude_m:
+        return None
+    limit = CLIP_SD * np.array([residual_sd(column) for column in place.T])
+    place = np.clip(place, -limit, limit)
+    return use, place, velocity, basis
+
+
+def _line_sizes(host: HostMotion) -> Array:
+    """Amplitude (m) of each further line, along the axis that it moves most."""
+    pairs = host.line_coefficients[:2].reshape(2, -1, 2)
+    return np.asarray(np.hypot(pairs[..., 0], pairs[..., 1]).max(0), float)
+
+
+def _without_delay(residual: Array, velocity: Array, share: Array) -> Array:
+    """What is left of a path when each part of the run may be late by a time of its own."""
+    part = np.floor(share * FREE_PARTS).astype(np.int64)
+    slope = np.bincount(part, velocity * residual) / np.maximum(np.bincount(part, velocity**2), 1e-300)
+    return np.asarray(residual - slope[part] * velocity, float)

@@ -1,0 +1,78 @@
+"""A law that acts linearly on the rows it was found in, as it is told: impacts, distances, frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.candidate import law_at, with_sds
+from analysis.gap.laws.evidence import evidence_of
+from analysis.gap.laws.found_law import LawFound, in_world, others_of
+from analysis.gap.laws.regression import Regression, halves_of, held_out_squares, scatter_of_runs
+from analysis.gap.laws.search import Found
+from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.terms import Term
+
+Array = NDArray[np.float64]
+
+
+class Rows(Protocol):
+    """A regression that makes columns of any law's terms."""
+
+    @property
+    def problem(self) -> Regression:
+        """Residual and nuisances."""
+
+    @property
+    def known(self) -> Array:
+        """What laws know, (N, KNOWN_SIZE)."""
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds."""
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times weights of what is known."""
+
+
+def values_of(found: Found) -> Array:
+    """Coefficients of all terms, then the numbers inside each part."""
+    return np.concatenate([found.coefficients, [n for part in found.parts for n in part.numbers]])
+
+
+def told_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:
+    """The law of ``found`` as it is told, held out run by run on ``rows`` whose noise is 1."""
+    values = values_of(found)
+    covariance = np.zeros((len(values), len(values)))
+    count = len(found.coefficients)
+    covariance[:count, :count] = found.covariance
+    covariance[count:, count:] = np.diag(np.concatenate([np.zeros(0), *found.number_sd]) ** 2)
+    columns, whole = rows.columns(found.terms), rows.problem
+    moved = columns @ found.coefficients
+    covariance *= scatter_of_runs(whole, moved) ** 2
+    rig_law = law_at(found.parts, values, covariance)
+    before, after = held_out_squares(whole, columns[:, :0]), held_out_squares(whole, columns)
+    floor = np.bincount(whole.folds, _noise_of(whole, columns))
+    explained: Any = replace(rows, problem=replace(whole, residual=whole.residual - moved))  # type: ignore[type-var]
+    return LawFound(
+        in_world(rig_law, frame),
+        rig_law,
+        with_sds(lambda v: in_world(law_at(found.parts, v), frame), values, covariance),
+        p,
+        before / len(whole.residual),
+        after / len(whole.residual),
+        floor / len(whole.residual),
+        others_of(found, frame),
+        evidence_of(rows, explained, rig_law),
+        halves=halves_of(whole, moved),
+    )
+
+
+def _noise_of(problem: Regression, columns: Array) -> Array:
+    """Square (M,) that noise alone leaves in rows that the law acts on, 1; in the others what they show either way."""
+    touched = np.any(columns != 0.0, 1)
+    left = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior)
+    return np.where(touched, 1.0, left**2)

@@ -1,0 +1,108 @@
+"""Laws of cameras and clocks: form, size, and a series that is whole again without them.
+
+Causes of the plant, whose code shares nothing with the search; kinds in view: no blind result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.diagnose import diagnose
+from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
+from analysis.gap.laws.frames.rows import clock_rows
+from analysis.gap.laws.regression import Halves, Regression, halves_of
+from analysis.gap.measurement.fixed_markers import ground_motion
+from analysis.gap.page.laws import by_halves
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.refusal import ScenarioError
+from ovines.law_file import law_text
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=4):
+    made = make_series(kind, size, np.random.default_rng(seed), runs, "white")
+    if not folder.exists():
+        write_series(made, folder)
+    return made, load_series(read_series(folder), folder / "results", laws)[0]
+
+
+def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
+    """Right camera, amplitude within three sd, frequency; held by the next diagnosis the ground stands still."""
+    made, series = loaded(tmp_path / "s", "unknown_swinging_zoom")
+    assert ground_motion(series)
+    (law,), _ = find_frame_laws(series, np.random.default_rng(0))
+    (term,) = law.law.terms
+    true = made.truth["parameters"]["unknown_swinging_zoom"]
+    assert (term.target, term.x, term.factors[0].quantity) == ("picture_zoom", 0.0, "time")
+    assert abs(term.coefficient - true["zoom"]) < 3 * term.sd
+    assert 1 / (2 * np.pi * term.factors[0].scale) == pytest.approx(true["frequency_hz"], rel=2e-3)
+    assert law.closed > 0.9 and law.halves.agree
+    path = tmp_path / "law-1.toml"
+    path.write_text(law_text(law.law, "zoom"))
+    assert not ground_motion(loaded(tmp_path / "s", "unknown_swinging_zoom", laws=[path])[1])
+
+
+def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
+    """A period, at the share of the run; in true times the Host keeps its drive."""
+    made, series = loaded(tmp_path / "s", "unknown_skipped_frame")
+    law, after = find_clock_law(series, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    (factor,) = term.factors
+    at = made.truth["parameters"]["unknown_skipped_frame"]["at_share_of_run"]
+    assert (term.target, factor.quantity, factor.function) == ("clock_delay", "share", "below")
+    assert -term.coefficient == pytest.approx(series.period_s, rel=0.03)
+    assert factor.scale == pytest.approx(at, abs=0.01)
+    before, left = (np.mean(clock_rows(one).problem.residual ** 2) for one in (series, after))
+    assert left < 1.3 < 0.1 * before
+
+
+def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
+    """Both cameras agree with each other: before, friction_drift was named."""
+    series = loaded(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
+    summary = diagnose(series, np.random.default_rng(0)).summary
+    assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", "measurement", [])
+    assert [law["stage"] for law in summary["laws"]] == ["measurement"]
+
+
+def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(tmp_path):
+    _, series = loaded(tmp_path / "s", "unknown_lost_frame")
+    laws, _ = find_frame_laws(series, np.random.default_rng(0))
+    term = laws[0].law.terms[0]
+    assert (term.target, term.x, term.factors[0].function) == ("camera_delay", 1.0, "below")
+    assert -term.coefficient == pytest.approx(series.period_s, rel=0.03)
+
+
+@pytest.mark.parametrize("noise", ["ar1", "warp"])
+def test_cameras_without_fault_have_no_law(tmp_path, noise):
+    write_series(make_series("none", 1.0, np.random.default_rng(7), 3, noise), tmp_path / "s")
+    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
+    assert find_frame_laws(series, np.random.default_rng(0))[0] == ()
+
+
+def test_a_law_of_frames_follows_what_is_known_of_them():
+    """No speed of the disk in a camera's law, no share of a run in a force, no camera one and a half."""
+    with pytest.raises(ScenarioError, match="speed in a law of the measurement"):
+        WrittenLaw((Term("picture_u", 1.0, (Factor("speed"),)),))
+    with pytest.raises(ScenarioError, match="share in a law of the flight"):
+        WrittenLaw((Term("outwards", 1.0, (Factor("share"),)),))
+    with pytest.raises(ScenarioError, match=r"camera 1\.5"):
+        Term("picture_u", 1.0, x=1.5)
+
+
+def halves(second):
+    """A law of size 1 in the first, third, ... of eight runs and of size ``second`` in the others."""
+    rng = np.random.default_rng(1)
+    run = np.repeat(np.arange(8), 50)
+    moved = rng.standard_normal(400)
+    residual = moved * np.where(run % 2 == 1, second, 1.0) + rng.standard_normal(400)
+    return halves_of(Regression(residual, np.ones((400, 1)), np.zeros(1), run, run), moved)
+
+
+def test_halves_that_disagree_say_so():
+    assert halves(1.0).agree and not halves(0.3).agree
+    assert "Do not use this law" in by_halves(halves(0.3))
+    assert "agree." in by_halves(Halves((1.0, 1.0), (0.1, 0.1)))
+    assert halves(0.3).entry()["sizes"][1]["value"] == pytest.approx(0.3, abs=0.25)
