@@ -28,6 +28,7 @@ FEWEST_FRAMES = 20
 # LaTeX of the symbols as plain characters.
 PLAIN = {
     r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
+    r"\rho": "ρ", r"\sigma": "σ", r"\tau": "τ",
     r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", "{": "", "}": "", "_": "",
 }  # fmt: skip
 ACCENTS = {"hat": "\u0302", "vec": "\u20d7"}
