@@ -12,7 +12,7 @@ import pandas as pd
 
 from analysis.flights.parameters import LAW_TERMS
 from analysis.flights.runs import Run, prepare
-from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, stated_sizes, stated_terms
+from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import Merged, accepted, merge
 from analysis.identification.fit import RigFit, fit_rig, refit_law
@@ -31,6 +31,10 @@ from ovines.tables import checked
 NOISIER = 1.3
 #: how the note on it begins
 FORCE_SAID = "Something acts on the disk"
+NOT_HELD = (
+    "[model] laws has a law of cameras or clocks. Only ovines diagnose takes it out of the tracks: the points here "
+    "still hold what it describes."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +67,13 @@ def identify_series(
     runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], recordings, frame)
     joint = identify_runs(runs, recordings[0].model, frame, held_laws(recordings))
     rig, law, merged = joint.rig, joint.law, joint.merged
+    notes = (*([NOT_HELD] if measurement_laws(recordings) else []), *joint.notes)
     return joint.table, [
         Identified(
             joint.table,
             checked(frame.world_table(impacts_table(rig, k, law, merged), k), "impacts"),
             checked(frame.world_table(flights_table(rig, k, merged), k), "flights"),
-            joint.notes,
+            notes,
             rig,
         )
         for k in range(len(runs))

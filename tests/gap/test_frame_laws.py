@@ -4,6 +4,8 @@ Causes of the plant, whose code shares nothing with the search; kinds in view: n
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from analysis.gap.laws.frames.rows import clock_rows
 from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.page.laws import by_halves
+from analysis.identify import NOT_HELD, identify
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.law_file import law_text
@@ -42,6 +45,11 @@ def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "zoom"))
     assert not ground_motion(loaded(tmp_path / "s", "unknown_swinging_zoom", laws=[path])[1])
+    # Identification has no tracks to take it out of, and says so.
+    recording = series.recordings[0]
+    model = recording.model.model_copy(update={"laws": (str(path),)})
+    stated = replace(recording, settings=recording.settings.model_copy(update={"model": model}))
+    assert NOT_HELD in identify(series.motions[0], stated).notes
 
 
 def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
