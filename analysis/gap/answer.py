@@ -49,8 +49,8 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
         if effect in EFFECTS
     }
     for effect, given in sizes.items():
-        inside = {p.name: given[p.name] for p in EFFECTS[effect].parameters if p.name in given}
-        if any(p.default is None and p.name not in given for p in EFFECTS[effect].parameters):
+        inside = EFFECTS[effect].nearest(given)
+        if any(p.default is None and p.name not in inside for p in EFFECTS[effect].parameters):
             continue  # a recoil of a disk whose mass nobody has told
         lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
     return "\n".join(lines) + "\n"

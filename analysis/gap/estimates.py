@@ -24,6 +24,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
 from analysis.identify import Joint, identify_runs
 from analysis.motion.rig_frame import rig_frame
+from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.recording_schema import Nominal
 
@@ -100,11 +101,12 @@ def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
     for cause in ladder.causes:
         if cause.effect in HELD:
             told = frame.world_parameters(cause.effect, cause.parameters)
-            sizes[cause.effect] = {name: value for name, (value, _) in told.items()}
+            sizes[cause.effect] = EFFECTS[cause.effect].nearest({name: value for name, (value, _) in told.items()})
     effects = [*known.effects, *(name for name in names if name not in known.effects)]
     if "floor_friction" in names and "spin_coupling" not in effects:
         effects.append("spin_coupling")
-        sizes["spin_coupling"] = {"coupling": float(ladder.flights.fitted.model.parameters[INDEX["coupling"]])}
+        coupling = float(ladder.flights.fitted.model.parameters[INDEX["coupling"]])
+        sizes["spin_coupling"] = EFFECTS["spin_coupling"].nearest({"coupling": coupling})
     return known.model_copy(update={"effects": tuple(effects), "effect_parameters": sizes})
 
 

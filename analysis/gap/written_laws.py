@@ -25,6 +25,8 @@ NAMED_BY_LAW = ("nes_rocking",)
 MOST_OF_FRICTION = -1.0
 # A formula that closes less than this of what is left on runs held out explains nothing, however rare by chance.
 LEAST_CLOSED = 0.1
+# A camera's law that makes the flights fit worse than this is none of a camera.
+WORSE = 1.01
 
 
 def write_laws(
@@ -67,23 +69,32 @@ def _measurement_laws(
     """Laws of cameras and clocks where something is left in the measurement or beside the drive, and the ladder of the
     series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
+    laws, series, best = tuple[LawFound, ...](), ladder.measured, ladder
     if told:
-        laws, series = find_frame_laws(ladder.measured, rng)
-    else:  # a clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing
-        clock, series = find_clock_law(ladder.measured, rng)
-        laws = () if clock is None else (clock,)
+        found, corrected = find_frame_laws(series, rng)
+        if found:
+            again = run_ladder(corrected, rng, withheld)
+            if _misfit(again) <= WORSE * _misfit(ladder):
+                laws, series, best = found, corrected, again
+    # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
+    # that sweeps passes for a clock: the disk's flights are asked, too.
+    clock, corrected = find_clock_law(series, rng)
+    if clock is not None:
+        again = run_ladder(corrected, rng, withheld)
+        if _misfit(again) < _misfit(best):
+            laws, best = (*laws, clock), again
+            told = told or [_clock_structure(clock, ladder)]
     if not laws:
         return (), ladder
-    again = run_ladder(series, rng, withheld)
-    if not told:
-        # By the nominal model: an effect named before may have imitated the clock.
-        before, after = (one.flights.nominal for one in (ladder, again))
-        if after.misfit / max(after.count, 1) >= before.misfit / max(before.count, 1):
-            return (), ladder  # the disk does not believe it: the drive is what is uneven
-        told = [_clock_structure(laws[0], ladder)]
-    others = [one for one in again.structure if one.stage != "measurement"]
+    others = [one for one in best.structure if one.stage != "measurement"]
     structure = tuple(sorted([*told, *others], key=lambda one: -one.strength))
-    return laws, replace(again, measured=ladder.measured, structure=structure)
+    return laws, replace(best, measured=ladder.measured, structure=structure)
+
+
+def _misfit(ladder: Ladder) -> float:
+    """What the nominal model's flights leave, per number: effects named may have imitated a clock."""
+    nominal = ladder.flights.nominal
+    return nominal.misfit / max(nominal.count, 1)
 
 
 def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:

@@ -5,11 +5,13 @@ Causes of the plant, whose code shares nothing with the search; kinds in view: n
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
+from analysis.gap import written_laws
 from analysis.gap.diagnose import diagnose
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frames.rows import clock_rows
@@ -114,3 +116,18 @@ def test_halves_that_disagree_say_so():
     assert "Do not use this law" in by_halves(halves(0.3))
     assert "agree." in by_halves(Halves((1.0, 1.0), (0.1, 0.1)))
     assert halves(0.3).entry()["sizes"][1]["value"] == pytest.approx(0.3, abs=0.25)
+
+
+@pytest.mark.parametrize("stage", ["measurement", "flight"])
+def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, stage):
+    """A drive that sweeps passes for a clock (a chirp of the second trial did): the disk's flights then fit worse."""
+
+    def ladder_of(misfit):
+        flights = SimpleNamespace(nominal=SimpleNamespace(misfit=misfit, count=1))
+        return SimpleNamespace(structure=(SimpleNamespace(stage=stage),), measured="as it came", flights=flights)
+
+    law, before = SimpleNamespace(), ladder_of(1.17)
+    monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((law,), "corrected"))
+    monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (law, "in other times"))
+    monkeypatch.setattr(written_laws, "run_ladder", lambda series, rng, withheld: ladder_of(2.04))
+    assert written_laws._measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)

@@ -4,6 +4,8 @@ size, and nothing else with them."""
 from __future__ import annotations
 
 import shutil
+import tomllib
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,14 +14,18 @@ import pytest
 
 from analysis.blind.recording.place import draw_place
 from analysis.blind.series import make_series, write_series
+from analysis.flights.parameters import INDEX
 from analysis.gap.answer import model_section, model_values
 from analysis.gap.diagnose import diagnose
 from analysis.gap.drive.pushes import Pushes, answers
 from analysis.gap.drive.steps import DriveSteps
+from analysis.gap.estimates import improved
+from analysis.gap.ladder import run_ladder
 from analysis.gap.page.figures_drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.lobed_wall import LobedWall, best_order, lobe_columns
 from analysis.walls.wall import Wall
+from ovines.core.effects import EFFECTS
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
@@ -195,3 +201,27 @@ def test_the_order_of_lobes_is_that_of_the_residual():
         assert best_order(azimuth, design, residual) == order
         assert best_order(azimuth, design, residual, without=order) != order
     assert best_order(azimuth[:8], design[:8], residual[:8]) == 0
+
+
+def test_an_estimate_beyond_a_bound_by_its_error_is_taken_at_the_bound():
+    """A coupling measured as 1.006 is one: the diagnosis goes on with it, and writes a model that is read again."""
+    assert EFFECTS["spin_coupling"].nearest({"coupling": 1.0063}) == {"coupling": 1.0}
+    assert EFFECTS["nes_rocking"].nearest({"relative": -1.02, "decay_s": np.nan}) == {"relative": -1.0}
+    told = {"coupling": {"value": 1.0063, "low": 0.99, "high": 1.02}}
+    summary = {"verdict": "effect", "effects": ["spin_coupling"], "parameters": {"spin_coupling": told}}
+    given = tomllib.loads(model_section(summary, None, {}))["model"]["effect_parameters"]["spin_coupling"]
+    assert EFFECTS["spin_coupling"].complete(given) == {"coupling": 1.0}
+
+
+def test_a_coupling_beyond_one_stops_no_diagnosis(tmp_path):
+    """Without friction in ``[model]`` its coupling is measured, and held by the estimator of the sizes."""
+    write_series(make_series("floor_friction", 1.0, np.random.default_rng(3), runs=3, noise="white"), tmp_path / "s")
+    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    model = ladder.flights.fitted.model
+    parameters = model.parameters.copy()
+    parameters[INDEX["coupling"]] = 1.0063
+    fitted = replace(ladder.flights.fitted, model=replace(model, parameters=parameters))
+    held = improved(replace(ladder, flights=replace(ladder.flights, fitted=fitted)), series.recordings[0].model)
+    assert "floor_friction" in [cause.effect for cause in ladder.causes]
+    assert held.effect_parameters["spin_coupling"] == {"coupling": 1.0}

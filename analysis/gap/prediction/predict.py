@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential
 from analysis.flights.fit import FlightFits, fit_flights
-from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import share_at_start, stated_sizes
 from analysis.gap.selection.flight_candidates import (
@@ -257,8 +256,3 @@ def table(runs: Sequence[Run], columns: Mapping[str, Sequence[Array] | None], fr
                 part[name] = paths[i][known, j] if paths is not None else np.nan
             parts.append(part)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
-def friction_of(model: FlightModel) -> float:
-    """The floor's friction coefficient in a flight model."""
-    return float(model.parameters[INDEX["friction"]])

@@ -79,6 +79,15 @@ class Effect:
             full[name] = float(value)
         return full
 
+    def nearest(self, measured: Values) -> dict[str, float]:
+        """The ``measured`` parameters that it has, each at the nearest value inside its bounds: an estimate may lie
+        beyond one by its error (a coupling of 1.006)."""
+        return {
+            one.name: min(max(float(measured[one.name]), one.low), one.high)
+            for one in self.parameters
+            if one.name in measured and math.isfinite(measured[one.name])
+        }
+
 
 def with_lobe(packed: Packed, size: float, order: float, direction_rad: float) -> Packed:
     """A copy of ``packed`` with one more lobe of its round wall: contact radius times 1 + size cos(order (azimuth -

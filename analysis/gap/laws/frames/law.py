@@ -3,7 +3,6 @@ the Host's path, each taken out before the next is asked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,8 +22,8 @@ LEAST_CLOSED = 0.1
 
 
 def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
-    """Laws of the cameras' pictures, of the second camera's delay and of the clock, in this order, each where chance
-    would not find as much and where it is larger than what is negligible; and the series without what they say."""
+    """Laws of the cameras' pictures and of the second camera's delay, in this order, each where chance would not find
+    as much and where it is larger than what is negligible; and the series without what they say."""
     laws: list[LawFound] = []
     cameras = range(0 if series.cameras is None else len(series.cameras))
     still: list[LawFound] = []
@@ -35,11 +34,9 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
         still += _law_of(rows, series, rng)
     series = without_frame_laws(series, [one.law for one in still])
     laws += still
-    asked: Sequence[Callable[[Series], FrameRows | None]] = (lambda s: view_rows(s, with_picture=not seen), clock_rows)
-    for rows_of in asked:
-        found = _law_of(rows_of(series), series, rng)
-        series = without_frame_laws(series, [one.law for one in found])
-        laws += found
+    found = _law_of(view_rows(series, with_picture=not seen), series, rng)
+    series = without_frame_laws(series, [one.law for one in found])
+    laws += found
     return tuple(laws), series
 
 
