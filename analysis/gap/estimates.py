@@ -73,7 +73,7 @@ def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, La
     flights that were found, in the world."""
     measured, model = ladder.measured, ladder.measured.recordings[0].model
     before = _joint(measured, model, measured.laws)
-    if not (ladder.causes or laws or ladder.series is not measured):
+    if not (ladder.causes or laws) and ladder.series.motions is measured.motions:
         return Estimates(before, before), ladder
     better = improved(ladder, model)
     named = effects_as_laws(better) if "nes_rocking" in [cause.effect for cause in ladder.causes] else []

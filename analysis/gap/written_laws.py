@@ -16,15 +16,13 @@ from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
-from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE, NEGLIGIBLE_FRAMES
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE, LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 from ovines.core.laws.terms import WrittenLaw
 
 #: effects that are found by the search of laws
 NAMED_BY_LAW = ("nes_rocking",)
 # A friction law counts as the disk's rocking where it takes no more than the friction that there is.
 MOST_OF_FRICTION = -1.0
-# A formula that closes less than this of what is left on runs held out explains nothing, however rare by chance.
-LEAST_CLOSED = 0.1
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
 
@@ -45,7 +43,7 @@ def write_laws(
     laws: list[LawFound | None] = []
     if "flight" in left:
         law, steps = find_flight_law(runs, ladder.flights, frame, rng)
-        if law is not None and not law.closed > LEAST_CLOSED:
+        if law is not None and not law.closed > LAW_LEAST_CLOSED:
             law, steps = None, ladder.flights  # nor does it change the names beside it, or their sizes
         gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
         if law is not None and law.fitted is not None:
@@ -60,7 +58,7 @@ def write_laws(
         laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
     if impacts is not None and "geometry" in left:
         laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
-    return (*measured, *(one for one in laws if one is not None and one.closed > LEAST_CLOSED)), ladder
+    return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
 
 
 def _measurement_laws(

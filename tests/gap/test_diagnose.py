@@ -14,6 +14,8 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.diagnose import diagnose
+from analysis.gap.estimates import estimated
+from analysis.gap.ladder import run_ladder
 from analysis.identify import identify_series
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
@@ -85,6 +87,15 @@ def one_estimator(found, tilt_rad: float) -> None:
             assert values[which] == pytest.approx(table[name], rel=1e-6), (which, name)
     pull = np.hypot(table["table_tilt_x_m_per_s2"], table["table_tilt_y_m_per_s2"])
     assert pull / GRAVITY_M_PER_S2 == pytest.approx(tilt_rad, rel=1e-6)
+
+
+def test_without_a_finding_the_estimator_runs_once(tmp_path):
+    """Nothing named, nothing corrected: both models are one."""
+    write_series(make_series("none", 1.0, np.random.default_rng(8), runs=2, noise="white"), tmp_path / "s")
+    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    estimates, _ = estimated(ladder, [])
+    assert not ladder.causes and estimates.with_effect is estimates.recalibrated
 
 
 def practice(number: int, out: Path):

@@ -15,10 +15,7 @@ from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.search import find_law
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
-from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
-
-# A law that closes less than this of what is left on runs held out explains nothing, however rare by chance.
-LEAST_CLOSED = 0.1
+from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 
 
 def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
@@ -59,7 +56,7 @@ def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) ->
     law = told_law(rows, found, p, series.frame)
     # No floor is above the best model.
     law = replace(law, size=max(moved.values()), floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
-    return [law] if law.closed > LEAST_CLOSED else []
+    return [law] if law.closed > LAW_LEAST_CLOSED else []
 
 
 def _negligible(rows: FrameRows, series: Series) -> dict[Key, float]:
