@@ -92,9 +92,16 @@ class Joint:
     table: pd.DataFrame
 
 
-def identify_runs(runs: Sequence[Run], model: Nominal | None, frame: RigFrame, laws: Sequence[WrittenLaw]) -> Joint:
+def identify_runs(
+    runs: Sequence[Run],
+    model: Nominal | None,
+    frame: RigFrame,
+    laws: Sequence[WrittenLaw],
+    search: bool = True,
+) -> Joint:
     """The one estimator of a rig's parameters, for ``ovines identify`` and ``diagnose`` alike: ``runs`` in the rig's
-    own units, the nominal ``model`` and its written ``laws`` in the world, to which ``frame`` leads."""
+    own units, the nominal ``model`` and its written ``laws`` in the world, to which ``frame`` leads; ``search``:
+    whether what the model does not name is fitted along where the flights need it."""
     unseen = [
         f"{run.data.name}: the Host was never seen; no flight could be placed in it."
         for run in runs
@@ -119,7 +126,7 @@ def identify_runs(runs: Sequence[Run], model: Nominal | None, frame: RigFrame, l
         )
         for run, share in zip(runs, shares, strict=True)
     ]
-    rig = fit_rig(runs, model.effects if model else None, stated)
+    rig = fit_rig(runs, model.effects if model else None, stated, search)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)

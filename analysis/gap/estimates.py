@@ -1,8 +1,8 @@
 """What the parameters and effects amount to, by the one estimator that ``ovines identify`` uses too.
 
-The ladder chooses which effects are there; :func:`analysis.identify.identify_runs` then says how large everything is:
-of the series as it came with the nominal model, and of the corrected series with the effects that were named.  Sizes
-that it does not fit (clocks, centres, walls, laws of the restitution) stay those of the steps that found them.
+The ladder chooses which effects are there; :func:`analysis.identify.identify_runs` then says how large everything is on
+the corrected series with the effects that were named.  Sizes that it does not fit (clocks, centres, walls, laws of the
+restitution) stay those of the steps that found them.
 """
 
 from __future__ import annotations
@@ -43,19 +43,21 @@ NOMINAL = ("floor_friction", "restitution", "wall_friction", "tangential_restitu
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """``recalibrated``: of the series as it came, as ``ovines identify`` has it; ``with_effect``: of the corrected one
-    with everything that was named."""
+    """``with_effect``: of the corrected series with everything that was named; ``recalibrated``: value by parameter of
+    the nominal model refitted to the series, from which the gap is told."""
 
-    recalibrated: Joint
+    recalibrated: dict[str, float | None]
     with_effect: Joint
 
     def nominal(self, model: Nominal | None) -> dict[str, Any]:
         """The nominal parameters as given, recalibrated, and with the effect: recalibration can hide a gap by bending
         them."""
-        tables = {"recalibrated": self.recalibrated.table, "with_effect": self.with_effect.table}
         return {
-            name: {"as_given": getattr(model, name, None) if model else None}
-            | {which: value_of(table, name)[0] for which, table in tables.items()}
+            name: {
+                "as_given": getattr(model, name, None) if model else None,
+                "recalibrated": self.recalibrated.get(name),
+                "with_effect": value_of(self.with_effect.table, name)[0],
+            }
             for name in NOMINAL
         }
 
@@ -71,26 +73,37 @@ def value_of(table: pd.DataFrame, name: str) -> tuple[float | None, float]:
 def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, Ladder]:
     """The parameters of both models, and the ladder with its causes' sizes as the estimator gives them; ``laws`` of the
     flights that were found, in the world."""
-    measured, model = ladder.measured, ladder.measured.recordings[0].model
-    before = _joint(measured, model, measured.laws)
-    if not (ladder.causes or laws) and ladder.series.motions is measured.motions:
-        return Estimates(before, before), ladder
+    given, model = ladder.measured.laws, ladder.measured.recordings[0].model
+    if not (ladder.causes or laws) and ladder.series.motions is ladder.measured.motions:
+        # Nothing named, nothing corrected: both models are one.
+        joint = _joint(ladder.measured, model, given)
+        return Estimates({name: value_of(joint.table, name)[0] for name in NOMINAL}, joint), ladder
     better = improved(ladder, model)
     named = effects_as_laws(better) if "nes_rocking" in [cause.effect for cause in ladder.causes] else []
-    held = [*measured.laws, *named, *(law for law in laws if law.stage == "flight")]
+    held = [*given, *named, *(law for law in laws if law.stage == "flight")]
     if sum(len(law.terms) for law in held) > MOST_TERMS:
-        held = list(measured.laws)
-    after = _joint(ladder.series, better, held)
-    causes = tuple(_sized(cause, after) for cause in ladder.causes)
-    return Estimates(before, after), replace(ladder, causes=causes)
+        held = list(given)
+    joint = _joint(ladder.series, better, held)
+    causes = tuple(_sized(cause, joint) for cause in ladder.causes)
+    return Estimates(_recalibrated(ladder), joint), replace(ladder, causes=causes)
+
+
+def _recalibrated(ladder: Ladder) -> dict[str, float | None]:
+    """The nominal model as the ladder refitted it: what the gap of the recalibrated model is told of."""
+    values = {"floor_friction": float(ladder.flights.nominal.model.parameters[INDEX["friction"]])}
+    if ladder.impacts.nominal is not None:
+        law = ladder.impacts.nominal.law
+        values |= {name: float(getattr(law, name)) for name in NOMINAL[1:4]} | {NOMINAL[4]: law.scatter}
+    return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
 def _joint(series: Series, model: Nominal | None, laws: Sequence[WrittenLaw]) -> Joint:
-    """The estimator on a series, in the rig's own units; what it tells is the world's."""
+    """The estimator on a series, in the rig's own units; what it tells is the world's.  The ladder has looked for what
+    else is there: it does not look again."""
     inner = rig_frame(series.motions, series.contact_radius_m)
     motions = [inner.motion(motion, k) for k, motion in enumerate(series.motions)]
     runs = prepare(motions, series.recordings, inner)
-    return identify_runs(runs, model, series.frame.within(inner), laws)
+    return identify_runs(runs, model, series.frame.within(inner), laws, search=False)
 
 
 def improved(ladder: Ladder, model: Nominal | None) -> Nominal:

@@ -108,25 +108,31 @@ class RigFit:
         return wall_force(self.floor.fits, columns_of(self.floor.names), self.wall.impacts)
 
 
-def fit_rig(runs: Sequence[Run], effects: Sequence[str] | None, stated: Mapping[str, float] | None = None) -> RigFit:
+def fit_rig(
+    runs: Sequence[Run],
+    effects: Sequence[str] | None,
+    stated: Mapping[str, float] | None = None,
+    search: bool = True,
+) -> RigFit:
     """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default, and what
     it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`).
 
-    Where spins and impulses do not balance, the disk's radius and its inertia factor are each tried with what they
-    need, and the one taken with which the impacts follow the law better; the notes say so.
+    ``search``: whether what ``[model]`` does not name is looked for.  Where spins and impulses then do not balance, the
+    disk's radius and its inertia factor are each tried with what they need, and the one taken with which the impacts
+    follow the law better; the notes say so.
     """
     named = DEFAULT_EFFECTS if effects is None else tuple(effects)
     held = stated or {}
-    rig = _fit(runs, named, held)
+    rig = _fit(runs, named, held, search)
     if _swings(rig):
         runs = cut_again(runs, rig.floor.fits[0].shared[:2])
-        rig = _fit(runs, named, held)
+        rig = _fit(runs, named, held, search)
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
-    if not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
+    if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
         return rig
     tried = {
-        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held)
+        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search)
         for name in ("radius_m", "inertia_factor")
     }
     best = min(tried, key=lambda name: _misfit(tried[name]))
@@ -171,9 +177,9 @@ def _scaled(run: Run, name: str, ratio: float) -> Run:
     return replace(run, data=replace(data, inertia_factor=max(ratio * (1 + q) - 1, LEAST_INERTIA)))
 
 
-def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -> RigFit:
+def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float], search: bool) -> RigFit:
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    runs, floor, notes = choose_floor(runs, named, angle, held)
+    runs, floor, notes = choose_floor(runs, named, angle, held, search)
     wall, more = _wall(floor, named, angle)
     first = runs[0].data
     lens = lens_residual(

@@ -54,10 +54,14 @@ FORMS: dict[str, tuple[str, ...]] = {
 
 
 def choose_floor(
-    runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: Mapping[str, float] | None = None
+    runs: Sequence[Run],
+    effects: Sequence[str],
+    angle: bool,
+    stated: Mapping[str, float] | None = None,
+    search: bool = True,
 ) -> tuple[list[Run], FloorFit, list[str]]:
-    """The floor as ``[model]`` has it, with what else the flights need beyond doubt: friction, its spin coupling,
-    further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
+    """The floor as ``[model]`` has it, and with ``search`` with what else the flights need beyond doubt: friction, its
+    spin coupling, further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
 
     A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
     Returns the runs too: without the frames that no flight explains.
@@ -69,7 +73,7 @@ def choose_floor(
     if friction:
         names = ["friction", *names]
     floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}), []
-    if not friction or (angle and not coupled):
+    if search and (not friction or (angle and not coupled)):
         names = ["friction", *(n for n in names if n != "friction")]
         richer = fit_floor(runs, names, {**held, "coupling": 1.0 if angle else 0.0})
         if _cost(floor, richer) - _cost(richer, richer) > ANOTHER_LAW:
@@ -82,6 +86,8 @@ def choose_floor(
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
         floor = fit_floor(runs, floor.names, held, floor)
+    if not search:
+        return list(runs), floor, notes
     floor, added = _with_terms(runs, floor, effects, held)
     if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
         # Last: what a tilt or a drag leaves over may look like friction that knows no spin.

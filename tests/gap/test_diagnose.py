@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.blind.series import make_series, write_series
@@ -75,27 +76,33 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     assert after < before
 
 
+def identified(series, effects=()) -> pd.Series:
+    """What `ovines identify` tells of a series whose ``[model]`` names ``effects`` beside its own."""
+    model = series.recordings[0].model
+    named = model.model_copy(update={"effects": (*model.effects, *effects)})
+    stated = [replace(r, settings=r.settings.model_copy(update={"model": named})) for r in series.recordings]
+    return identify_series(series.motions, stated)[0].set_index("parameter")["value"]
+
+
 def one_estimator(found, tilt_rad: float) -> None:
-    """`ovines identify` tells the same numbers: of the nominal model, and where ``[model]`` names what was found."""
-    series = found.ladder.series
-    recordings = list(series.recordings)
-    named = recordings[0].model.model_copy(update={"effects": (*recordings[0].model.effects, "table_tilt")})
-    for model, which in ((recordings[0].model, "recalibrated"), (named, "with_effect")):
-        stated = [replace(r, settings=r.settings.model_copy(update={"model": model})) for r in recordings]
-        table = identify_series(series.motions, stated)[0].set_index("parameter")["value"]
-        for name, values in found.summary["nominal"].items():
-            assert values[which] == pytest.approx(table[name], rel=1e-6), (which, name)
+    """`ovines identify` tells the same numbers where ``[model]`` names what was found."""
+    table = identified(found.ladder.series, ["table_tilt"])
+    for name, values in found.summary["nominal"].items():
+        assert values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
     pull = np.hypot(table["table_tilt_x_m_per_s2"], table["table_tilt_y_m_per_s2"])
     assert pull / GRAVITY_M_PER_S2 == pytest.approx(tilt_rad, rel=1e-6)
 
 
-def test_without_a_finding_the_estimator_runs_once(tmp_path):
-    """Nothing named, nothing corrected: both models are one."""
+def test_without_a_finding_the_diagnosis_tells_what_identification_tells(tmp_path):
+    """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
     write_series(make_series("none", 1.0, np.random.default_rng(8), runs=2, noise="white"), tmp_path / "s")
     series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
     ladder = run_ladder(series, np.random.default_rng(0))
     estimates, _ = estimated(ladder, [])
-    assert not ladder.causes and estimates.with_effect is estimates.recalibrated
+    table = identified(series)
+    assert not ladder.causes
+    for name, values in estimates.nominal(series.recordings[0].model).items():
+        assert values["recalibrated"] == values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
 
 
 def practice(number: int, out: Path):
