@@ -38,7 +38,8 @@ ROWS = {
     "air_drag": ("rate_per_m", "air_drag_per_m"),
 }
 #: what both models have, by its name in diagnosis.json
-NOMINAL = ("floor_friction", "restitution", "wall_friction", "tangential_restitution", "restitution_scatter")
+LAW = ("restitution", "wall_friction", "tangential_restitution")
+NOMINAL = ("floor_friction", *LAW, "restitution_scatter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +94,15 @@ def _recalibrated(ladder: Ladder) -> dict[str, float | None]:
     values = {"floor_friction": float(ladder.flights.nominal.model.parameters[INDEX["friction"]])}
     if ladder.impacts.nominal is not None:
         law = ladder.impacts.nominal.law
-        values |= {name: float(getattr(law, name)) for name in NOMINAL[1:4]} | {NOMINAL[4]: law.scatter}
+        values |= {name: float(getattr(law, name)) for name in LAW} | {"restitution_scatter": law.scatter}
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
 def _joint(series: Series, model: Nominal | None, laws: Sequence[WrittenLaw]) -> Joint:
     """The estimator on a series, in the rig's own units; what it tells is the world's.  The ladder has looked for what
     else is there: it does not look again."""
-    inner = rig_frame(series.motions, series.contact_radius_m)
+    # Directions are those of the series' own frame, however little a correction has turned its drive.
+    inner = replace(rig_frame(series.motions, series.contact_radius_m), turn_rad=0.0)
     motions = [inner.motion(motion, k) for k, motion in enumerate(series.motions)]
     runs = prepare(motions, series.recordings, inner)
     return identify_runs(runs, model, series.frame.within(inner), laws, search=False)

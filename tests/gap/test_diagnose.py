@@ -89,8 +89,10 @@ def one_estimator(found, tilt_rad: float) -> None:
     table = identified(found.ladder.series, ["table_tilt"])
     for name, values in found.summary["nominal"].items():
         assert values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
-    pull = np.hypot(table["table_tilt_x_m_per_s2"], table["table_tilt_y_m_per_s2"])
-    assert pull / GRAVITY_M_PER_S2 == pytest.approx(tilt_rad, rel=1e-6)
+    x, y = table["table_tilt_x_m_per_s2"], table["table_tilt_y_m_per_s2"]
+    assert np.hypot(x, y) / GRAVITY_M_PER_S2 == pytest.approx(tilt_rad, rel=1e-6)
+    (tilt,) = found.ladder.causes
+    assert tilt.parameters["direction_rad"][0] == pytest.approx(np.arctan2(y, x), abs=1e-6)
 
 
 def test_without_a_finding_the_diagnosis_tells_what_identification_tells(tmp_path):
