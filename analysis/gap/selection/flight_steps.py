@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.fit import RunData
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
@@ -313,14 +314,7 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> C
             ),
         }
     elif name == "vertical_motion":
-        amplitude = np.array(
-            [
-                np.hypot(r.data.host.harmonics[2, 1], r.data.host.harmonics[2, 2])
-                if r.data.host.harmonics.shape[1] > 2
-                else 0.0
-                for r in series.runs
-            ]
-        )
+        amplitude = np.array([_vertical_amplitude_m(r.data) for r in series.runs])
         load = p[INDEX["load"]]
         sd = np.hypot(
             _sd(trial, "load") * amplitude.mean() / max(abs(load), 0.1),
@@ -347,6 +341,14 @@ def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> C
         _main_coordinate(gain),
         "free flight",
     )
+
+
+def _vertical_amplitude_m(run: RunData) -> float:
+    """Of the Host's vertical motion: of its line at the drive's frequency, or what a line as strong as its path has."""
+    host = run.host
+    if not host.harmonic:
+        return float(np.sqrt(2) * np.std(host.at(run.time_s)[:, 2]))
+    return float(np.hypot(*host.harmonics[2, 1:3])) if host.harmonics.shape[1] > 2 else 0.0
 
 
 def _main_coordinate(gain: Gain) -> str:
