@@ -34,8 +34,9 @@ from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.series import make_series, write_series
-from analysis.gap.laws.candidate import with_coefficients
-from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
+from analysis.gap.laws.dictionary.candidate import with_coefficients
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
