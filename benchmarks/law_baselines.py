@@ -176,7 +176,7 @@ def one_case(kind, options, rng):
     problem = regression.problem
     scales = RigScales.of(regression.known, float(series.runs[0].data.host.omega_rad_per_s))
     candidates = [*flight_candidates(scales), *pulse_candidates(regression, scales.run_s, np.random.default_rng(2))]
-    table, groups = columns_of(candidates, regression.columns)
+    table, groups = columns_of(candidates, regression.columns, problem.block)
     nothing = table[:, :0]
     found, _ = find_law(problem, regression.columns, candidates, np.random.default_rng(0))
     law = nothing if found is None else regression.columns(found.terms)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.regression import Profile, Regression, forms_of, gains_by_chance, held_out_gains
@@ -25,6 +26,9 @@ LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
 # unknown).
 PER_UNKNOWN = 4.0
+# A column that fewer blocks than this tell of explains them whatever it is; chance, drawn from what is left of them,
+# would not know.
+FEWEST_BLOCKS = 4.0
 # Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
 SHORTLIST, NEAR = 4, 0.7
 # Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
@@ -72,7 +76,7 @@ def find_law(
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
-    table, groups = columns_of(candidates, columns)
+    table, groups = columns_of(candidates, columns, problem.block)
     scale, looked = problem.excess, np.array([one.looked for one in candidates])
     while len(parts) < MOST_PARTS:
         held = with_parts(problem, columns, parts)
@@ -87,7 +91,9 @@ def find_law(
         if p > LEVEL or gains[best] < LEAST_SHARE * gained:
             break
         shortlist = _shortlist(held, columns, candidates, gains, scale)
-        part = shortlist[0][0]
+        part, own = shortlist[0]
+        if own <= 0:
+            break
         if sum(len(one.terms) for one in (*parts, part)) > MOST_TERMS:
             break
         if not parts:
@@ -100,14 +106,27 @@ def find_law(
     return _measured(problem, columns, parts, first_p, rivals, scale), first_p
 
 
-def columns_of(candidates: Sequence[Candidate], columns: Columns) -> tuple[Array, list[list[int]]]:
-    """Columns (M, C) of all candidates, scaled to unit length, and the places of each."""
+def columns_of(
+    candidates: Sequence[Candidate], columns: Columns, block: NDArray[np.int64]
+) -> tuple[Array, list[list[int]]]:
+    """Columns (M, C) of all candidates, scaled to unit length, and the places of each; zero where fewer than
+    :data:`FEWEST_BLOCKS` blocks would tell of them: what one flight shows is no law."""
     terms = [term for one in candidates for term in one.terms]
     table = columns(terms)
+    table = np.where(blocks_telling(table, block) >= FEWEST_BLOCKS, table, 0.0)
     size = np.sqrt(np.sum(table**2, 0))
     table = table / np.where(size > 0, size, 1.0)
     ends = np.cumsum([len(one.terms) for one in candidates])
     return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
+
+
+def blocks_telling(table: Array, block: NDArray[np.int64]) -> Array:
+    """Over how many blocks each column (M, C) is spread: the square of the sum of its lengths in each block, over the
+    sum of their squares (C,)."""
+    number = np.unique(block, return_inverse=True)[1]
+    ones = csr_matrix((np.ones(len(number)), (number, np.arange(len(number)))))
+    length = np.sqrt(np.asarray(ones @ table**2, float))
+    return np.asarray(length.sum(0) ** 2 / np.maximum(np.sum(length**2, 0), 1e-300), float)
 
 
 def with_parts(problem: Regression, columns: Columns, parts: Sequence[Candidate]) -> Regression:
@@ -221,7 +240,7 @@ def _rivals(
 
 
 def _gain(problem: Regression, columns: Columns, one: Candidate) -> float:
-    table, groups = columns_of([one], columns)
+    table, groups = columns_of([one], columns, problem.block)
     forms = forms_of(problem, table, groups)
     return float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0])
 
