@@ -34,8 +34,9 @@ from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.series import make_series, write_series
-from analysis.gap.laws.candidate import with_coefficients
-from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
+from analysis.gap.laws.dictionary.candidate import with_coefficients
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
@@ -175,7 +176,7 @@ def one_case(kind, options, rng):
     problem = regression.problem
     scales = RigScales.of(regression.known, float(series.runs[0].data.host.omega_rad_per_s))
     candidates = [*flight_candidates(scales), *pulse_candidates(regression, scales.run_s, np.random.default_rng(2))]
-    table, groups = columns_of(candidates, regression.columns)
+    table, groups = columns_of(candidates, regression.columns, problem.block)
     nothing = table[:, :0]
     found, _ = find_law(problem, regression.columns, candidates, np.random.default_rng(0))
     law = nothing if found is None else regression.columns(found.terms)

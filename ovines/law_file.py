@@ -22,7 +22,9 @@ MARK = "# law written by ovines"  # whose file it is
 class FactorEntry(Section):
     """A function of a quantity: `power` q^n, `absolute_power` |q|^n, `cosine` cos(n q / s), `sine`, `exponential`
     exp(-q / s), `gaussian` exp(-(q / s)^2 / 2), `below` (1 where q < s), `sign`, `pulses` (a Gaussian of width n about
-    every multiple of the period s), `gates` (1 over a width n about every multiple of the period s)."""
+    every multiple of the period s), `gates` (1 over a width n about every multiple of the period s), `above`
+    max(q - s, 0)^n, `tanh` tanh(q / s), `decay` exp(-|q| / s), `rational` 1 / (1 + |q / s|^n), `within` (1 where
+    |q| < s)."""
 
     quantity: str
     """What it follows ([quantities](#quantities)). Example: `"radius"`."""
@@ -31,9 +33,9 @@ class FactorEntry(Section):
     order: float = 1.0
     """n: power, multiple of an angle, or width of pulses and gates. Example: `2.0`."""
     scale: float = 1.0
-    """s, in the quantity's unit; the period of pulses and gates. Example: `0.004`."""
+    """s, in the quantity's unit; period of pulses and gates, threshold of `below` and `above`. Example: `0.004`."""
     x: float = 0.0
-    """Place (m), angle (rad) or instant (s) from which q counts. Example: `0.0`."""
+    """Place (m), angle (rad), instant (s) or value from which q counts. Example: `0.0`."""
     y: float = 0.0
     """Second coordinate of a place (m); direction of a line (rad). Example: `0.0`."""
 

@@ -34,6 +34,10 @@ def added_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Hos
     known[:, W.CLOCK] = host_motion.omega_rad_per_s * time_s
     known[:, W.PHASE] = host_motion.omega_rad_per_s * (time_s - host_motion.zero_s) + host_motion.phase_rad
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
+    normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
+    rate = host_motion.at(time_s, 1)
+    known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]
+    known[:, W.PASSING] = known[:, W.SLIP] - scenario.nes.radius_m * known[:, W.SPIN]
     return {
         name: np.array([law_of(target.code, rows, one) for one in known])
         for name, target in TARGETS.items()

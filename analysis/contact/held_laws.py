@@ -66,7 +66,18 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     since = np.minimum(time_s - np.array(before), since_before(data))
     known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
     known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
+    normal = _normals(data, state[:, 9:11] - state[:, 3:5])
+    along = state[:, 3:5] - rate[:, :2]
+    known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)
+    known[:, W.PASSING] = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]
     return known
+
+
+def _normals(data: LawData, jump: Array) -> Array:
+    """Outward normals (K, 2) of the wall, by the impulses along and across it that made each ``jump`` (K, 2) of the
+    velocity."""
+    turn = np.arctan2(jump[:, 1], jump[:, 0]) - np.arctan2(data.tangential_impulse, -data.normal_impulse)
+    return np.column_stack([np.cos(turn), np.sin(turn)])
 
 
 def since_before(data: LawData) -> Array:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
-from analysis.gap.laws.impact_dictionary import law_candidates
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push, size
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -14,7 +15,7 @@ from ovines.core.laws.words import TARGETS
 
 LENGTH_M, TIME_S = 2.7, 1.9
 PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS)
-SPEEDS = (W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP)
+SPEEDS = (W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING)
 
 
 def in_units(known):
@@ -33,7 +34,7 @@ def in_units(known):
 def test_every_candidate_is_the_same_law_in_other_units():
     known = np.random.default_rng(3).uniform(0.02, 0.9, W.KNOWN_SIZE)
     told = np.tile(known, (5, 1))
-    candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0)), *law_candidates(told)]
+    candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)), *law_candidates(told)]
     pulses = Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4)
     terms = {one.name: one.terms for one in candidates} | {"pulses": (pulses,)}
     terms["gates"] = (Term("swirl", 1.6, (Factor("time", "gates", 0.2, 0.3, 0.1),)),)

@@ -20,10 +20,11 @@ RIG = Scenario(
 )  # fmt: skip
 TARGET_CODES = (
     "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
-    "FRICTION MIRRORED_FRICTION SPIN"
+    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN"
 )
 QUANTITY_CODES = (
-    "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK SHARE"
+    "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
+    "SHARE ANGLE WALL_SPEED PASSING INCIDENCE"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -56,12 +57,8 @@ def test_a_listed_effect_written_as_a_formula_moves_the_disk_alike(effect, sizes
     np.testing.assert_allclose(written, listed, rtol=0, atol=1e-7)
 
 
-def test_every_law_turns_with_the_world():
-    """Start, drive and law turned by one angle give the turned path; every target and quantity is asked."""
-    turn = 0.7
-    c, s = math.cos(turn), math.sin(turn)
-    matrix = np.array([[c, -s], [s, c]])
-    law = WrittenLaw(
+PLAIN_LAWS = (
+    WrittenLaw(
         (
             Term("fixed_direction", 0.3, (Factor("phase", "cosine"),), x=0.2),
             Term("mirrored_velocity", -0.4, (Factor("speed"),), x=0.5),
@@ -71,14 +68,49 @@ def test_every_law_turns_with_the_world():
             Term("swirl", -3.0, (Factor("radius"),)),
             Term("fixed_direction", -0.3, (Factor("velocity_along", x=1.1),), x=1.1),
         )
-    )
-    impact = WrittenLaw((Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),))
-    x = simulate(replace(RIG, laws=(law, impact), duration_s=0.1))
+    ),
+    WrittenLaw((Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),)),
+)
+# What bends, ends or knows the disk's angle; numbers of the impact that no other law asks for.
+BENT_LAWS = (
+    WrittenLaw(
+        (
+            Term("from_place_in_room", -60.0, (Factor("distance_in_room", "above", 1.0, 0.01, 0.01, 0.0),), 0.01, 0.0),
+            Term("along_body", 0.8, (Factor("spin", "decay", 1.0, 30.0),), x=0.4),
+            Term("fixed_direction", 0.5, (Factor("along_host", "tanh", 1.0, 0.01, 0.002, 0.3),), x=0.3),
+            Term("spin", 200.0, (Factor("angle", "cosine", 2.0, x=0.3),)),
+            Term("outwards", -0.6, (Factor("azimuth", "within", 1.0, 1.2, 0.5),)),
+            Term("floor_friction", -0.4, (Factor("speed", "rational", 2.0, 0.2, 0.05),)),
+        )
+    ),
+    WrittenLaw(
+        (
+            Term("restitution", -0.1, (Factor("incidence", "cosine", 2.0),)),
+            Term("restitution", 0.2, (Factor("wall_speed"),)),
+            Term("wall_friction", 0.5, (Factor("passing", "absolute_power"),)),
+        )
+    ),
+)
+
+
+@pytest.mark.parametrize("laws", [PLAIN_LAWS, BENT_LAWS], ids=["plain", "bent"])
+def test_every_law_turns_with_the_world(laws):
+    """Start, drive and law turned by one angle give the turned path, and each term of the laws moves the disk."""
+    turn = 0.7
+    c, s = math.cos(turn), math.sin(turn)
+    matrix = np.array([[c, -s], [s, c]])
+    x = simulate(replace(RIG, laws=laws, duration_s=0.1))
+    for law in laws:
+        for term in law.terms:
+            fewer = WrittenLaw(tuple(one for one in law.terms if one is not term)) if len(law.terms) > 1 else None
+            others = tuple(one for one in (*(o for o in laws if o is not law), fewer) if one is not None)
+            moved = simulate(replace(RIG, laws=others, duration_s=0.1)).motion["nes_x_m"] - x.motion["nes_x_m"]
+            assert np.abs(moved).max() > 1e-6, as_text(WrittenLaw((term,)))
     start = np.array(RIG.initial_nes)
     turned = replace(
         RIG,
         duration_s=0.1,
-        laws=(law.moved(turn), impact.moved(turn)),
+        laws=tuple(law.moved(turn) for law in laws),
         host=replace(RIG.host, drive=(Harmonic("x", 0.0164 * c, 11.0, 0.3), Harmonic("y", 0.0164 * s, 11.0, 0.3))),
         initial_nes=(*(matrix @ start[:2]), *(matrix @ start[2:4]), turn, 20.0),
     )
@@ -94,6 +126,7 @@ def test_words_and_compiled_codes_are_the_same():
     numbered = [getattr(kernel, f"Q_{name}") for name in QUANTITY_CODES.split()]
     assert numbered == [one.code for one in QUANTITIES.values()]
     functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES", "GATES"]
+    functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN"]
     assert [getattr(kernel, name) for name in functions] == [code for code, _ in FUNCTIONS.values()]
 
 

@@ -10,9 +10,11 @@ from matplotlib.mathtext import MathTextParser
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.laws.candidate import with_coefficients
-from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
-from analysis.gap.laws.impact_dictionary import law_candidates, wall_candidates
+from analysis.gap.laws.dictionary.candidate import with_coefficients
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
 from analysis.gap.laws.search import _Numbers
 from analysis.gap.page.gap_page import gap_page
@@ -104,7 +106,7 @@ def test_chance_is_found_as_often_as_it_says():
 def test_held_out_gains_are_those_of_fits_without_the_run():
     """Against five separate least-squares fits."""
     problem, x, _ = linear_problem(0, 0.3)
-    gain = held_out_gains(forms_of(problem, x), [[0], [1, 2]], np.ones((1, 100)))[0]
+    gain = held_out_gains(forms_of(problem, x, [[0], [1, 2]]), np.ones((1, 100)))[0]
     none = held_out_squares(problem, x[:, :0]).sum()
     np.testing.assert_allclose(
         gain, [none - held_out_squares(problem, x[:, c]).sum() for c in ([0], [1, 2])], rtol=1e-8
@@ -120,9 +122,9 @@ def test_held_out_gains_are_those_of_fits_without_the_run():
 
 def test_every_candidate_is_set_as_a_formula():
     """Each formula of the dictionaries, pulses too, in LaTeX that the page's figure can draw, and in a line."""
-    scales = RigScales(0.04, 1.6, 0.04, 1.2, 69.0)
+    scales = RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)
     known = np.full((9, KNOWN_SIZE), 0.02)
-    candidates = [*flight_candidates(scales), *law_candidates(known), *wall_candidates()]
+    candidates = [*flight_candidates(scales), *law_candidates(known), *wall_candidates(known)]
     terms = {one.name: one.terms for one in candidates}
     terms["pulses"] = (Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4),)
     parser = MathTextParser("path")
@@ -136,7 +138,7 @@ def test_every_candidate_is_set_as_a_formula():
 
 def test_a_place_that_is_searched_stays_about_the_rig():
     """A Gaussian's flank from far away fits any slope: its place is told only where it is one."""
-    patch = next(one for one in flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0)) if "patch" in one.name)
+    patch = next(one for one in flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)) if "patch" in one.name)
     x, y, width = _Numbers(patch).at(np.array([-1e3, 1e3, 0.0])).numbers
     assert np.hypot(x - patch.numbers[0], y - patch.numbers[1]) < 2 * 0.04
     assert width == patch.numbers[2]

@@ -36,7 +36,8 @@ ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analys
     analysis.gap.selection
 analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
-analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates
+analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates \
+    analysis.gap.laws.dictionary
 analysis.gap.laws analysis.gap.answer
 analysis.gap.laws.frames
 analysis.gap.written_laws

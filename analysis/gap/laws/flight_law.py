@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from analysis.flights.fit import SHARED
 from analysis.flights.parameters import LAW, LAW_TERMS
 from analysis.flights.runs import Run
-from analysis.gap.laws.candidate import Candidate, law_at, with_sds
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.evidence import evidence_of
-from analysis.gap.laws.flight_dictionary import RigScales, flight_candidates
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates

@@ -31,13 +31,15 @@ SUBSTEPS = 3
 
 @dataclass(frozen=True, eq=False)
 class _Flight:
-    """One flight: ``times`` (S,) of the integration with what laws ``know`` there and how the acceleration answers
-    velocities (``damping``, (S, 3, 3)), the frames' places ``at`` (N,) among them, whitening, robust weights (N, 3) and
-    an orthonormal basis (3 N, 6) of what the start state moves."""
+    """One flight: ``times`` (S,) of the integration with what laws ``know`` there, what each step makes of the
+    velocity (``turn``, (S - 1, 3, 3)) and of the accelerations at its ends (``pushed``, (S - 1, 3, 3)), the frames'
+    places ``at`` (N,) among them, whitening, robust weights (N, 3) and an
+    orthonormal basis (3 N, 6) of what the start state moves."""
 
     times: Array
     know: Array
-    damping: Array
+    turn: Array
+    pushed: Array
     at: NDArray[np.int64]
     place: Array
     angle: Array
@@ -113,7 +115,8 @@ def _linearised(fits: FlightFits, k: int, columns: Sequence[int], fitted: Flight
     size = np.sqrt(np.sum(local**2, 0))
     u, s, _ = np.linalg.svd(local / np.where(size > 0, size, 1.0), full_matrices=False)
     times, at = _grid(seen.time_s)
-    one = _Flight(times, *known_states(fits, k, times), at, *white, weight, u[:, s > 1e-9 * s.max()])
+    know, damping = known_states(fits, k, times)
+    one = _Flight(times, know, *_steps(times, damping), at, *white, weight, u[:, s > 1e-9 * s.max()])
     moved = one.projected(np.concatenate([residual[:, :, None], rows[:, :, STATES:]], 2))
     return one, moved[:, 0], moved[:, 1:]
 
@@ -127,23 +130,28 @@ def _grid(time_s: Array) -> tuple[Array, NDArray[np.int64]]:
     return np.interp(np.arange(at[-1] + 1), at, time_s), at
 
 
+def _steps(times: Array, damping: Array) -> tuple[Array, Array]:
+    """What each step of the trapezoid rule makes of the velocity, and of the sum of the accelerations at its ends
+    (S - 1, 3, 3), implicit in what ``damping`` (S, 3, 3; 1/s) makes of the velocity."""
+    half = 0.5 * np.diff(times)[:, None, None]
+    inverse = np.linalg.inv(np.eye(3) - half * damping[1:])
+    return np.ascontiguousarray(inverse @ (np.eye(3) + half * damping[:-1])), np.ascontiguousarray(half * inverse)
+
+
 @compiled
-def _respond(times: Array, damping: Array, given: Array, moved: Array) -> None:
-    """``moved`` (S, 3, T): displacements under accelerations ``given`` (S, 3, T), from rest; trapezoid rule, implicit
-    in what ``damping`` makes of the velocities."""
+def _respond(times: Array, turn: Array, pushed: Array, given: Array, moved: Array) -> None:
+    """``moved`` (S, 3, T): displacements under accelerations ``given`` (S, 3, T), from rest, by the steps of
+    :func:`_steps`."""
     count = given.shape[2]
-    speed, ahead, unit = np.zeros((3, count)), np.zeros((3, count)), np.eye(3)
+    speed, ahead = np.zeros((3, count)), np.zeros((3, count))
     for i in range(len(times) - 1):
         h = times[i + 1] - times[i]
-        inverse = np.linalg.inv(unit - 0.5 * h * damping[i + 1])
-        forward = unit + 0.5 * h * damping[i]
-        turn = inverse @ forward
         for j in range(count):
             for m in range(3):
                 total = 0.0
                 for n in range(3):
-                    total += turn[m, n] * speed[n, j]
-                    total += inverse[m, n] * 0.5 * h * (given[i, n, j] + given[i + 1, n, j])
+                    total += turn[i, m, n] * speed[n, j]
+                    total += pushed[i, m, n] * (given[i, n, j] + given[i + 1, n, j])
                 ahead[m, j] = total
             for m in range(3):
                 moved[i + 1, m, j] = moved[i, m, j] + 0.5 * h * (speed[m, j] + ahead[m, j])
@@ -160,7 +168,7 @@ def _given(one: _Flight, packed: Array) -> Array:
 def _columns(one: _Flight, given: Array) -> Array:
     """What accelerations ``given`` (S, 3, C) make of the frames: whitened, without the start state, (3 N, C)."""
     moved = np.zeros_like(given)
-    _respond(one.times, one.damping, given, moved)
+    _respond(one.times, one.turn, one.pushed, given, moved)
     rows = np.ascontiguousarray(moved[one.at])
     whiten(rows, np.zeros(rows.shape[:2]), one.place, one.angle)
     return one.projected(rows)

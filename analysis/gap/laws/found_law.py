@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.runs import Run
-from analysis.gap.laws.candidate import with_coefficients
+from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression import Halves
 from analysis.gap.laws.search import Found, Rival

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.flights.fit import FlightFits
-from analysis.gap.laws.candidate import law_at
+from analysis.gap.laws.dictionary.candidate import law_at
+from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.impact_dictionary import law_candidates, wall_candidates
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.search import find_law
@@ -47,7 +48,7 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS or not wall.ellipse_terms:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(), rng)
+    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng)
     if found is None:
         return None
     moved = problem.columns(found.terms) @ found.coefficients / problem.answers["contact_radius"]

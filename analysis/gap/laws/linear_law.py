@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.candidate import law_at, with_sds
+from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.regression import Regression, halves_of, held_out_squares, scatter_of_runs
@@ -55,7 +55,8 @@ def told_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:
     covariance *= scatter_of_runs(whole, moved) ** 2
     rig_law = law_at(found.parts, values, covariance)
     before, after = held_out_squares(whole, columns[:, :0]), held_out_squares(whole, columns)
-    floor = np.bincount(whole.folds, _noise_of(whole, columns))
+    noise = np.bincount(whole.folds, _noise_of(whole, columns)).astype(float)
+    floor = noise * min(1.0, float(after.sum() / noise.sum()))  # noise told too large: never above the best model
     explained: Any = replace(rows, problem=replace(whole, residual=whole.residual - moved))  # type: ignore[type-var]
     return LawFound(
         in_world(rig_law, frame),

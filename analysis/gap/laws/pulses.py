@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.gap.laws.candidate import Candidate
+from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression
 from analysis.gap.laws.regression import Profile
 from ovines.core.laws import words as W

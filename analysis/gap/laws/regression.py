@@ -14,12 +14,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
 # Blocks stand in for runs where there is only one.
 FOLDS_OF_ONE_RUN = 5
 # A column of which so little is left beside the others is none: rounding's.
 LEAST_LEFT = 1e-9
+# Added to unit diagonals, so that columns that are the same have an inverse.
+LEAST_RIDGE = 1e-11
 NORMAL_90 = 1.645
 
 
@@ -65,27 +68,57 @@ class Regression:
 
 
 @dataclass(frozen=True, eq=False)
-class Forms:
-    """Normal equations of nuisances (P) and columns: ``information`` (R, C, C) of each fold, ``scores`` (B, C) of each
-    block, ``fold`` (B,) of each block; ``prior`` (C,)."""
+class Kin:
+    """Groups of one size: their places ``number`` (G,) among all, their columns ``at`` (G, S), and the columns'
+    products ``information`` (R, G, S, S) in each fold."""
 
+    number: NDArray[np.int64]
+    at: NDArray[np.int64]
     information: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """Normal equations of nuisances (P) and groups of columns (C): ``nuisance`` (R, P, P) and ``cross`` (R, P, C) of
+    each fold, ``kin`` of each size, ``scores`` (B, P + C) of each block, ``fold`` (B,) of each block; ``prior`` (P,).
+
+    Columns of different groups never stand together, so nothing of size C by C is needed."""
+
+    nuisance: Array
+    cross: Array
+    kin: tuple[Kin, ...]
     scores: Array
     fold: NDArray[np.int64]
     prior: Array
-    held: int
 
 
-def forms_of(problem: Regression, columns: Array) -> Forms:
-    """Normal equations of a problem with further ``columns`` (M, C)."""
-    every = np.column_stack([problem.nuisances, columns])
-    blocks, block = np.unique(problem.block, return_inverse=True)
+def forms_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> Forms:
+    """Normal equations of a problem with ``groups`` of further ``columns`` (M, C)."""
     folds = problem.folds
-    fold_of = np.zeros(len(blocks), np.int64)
-    fold_of[block] = folds
-    information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
-    prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
-    return Forms(information, _scores(problem, columns, problem.residual), fold_of, prior, problem.nuisances.shape[1])
+    parts = [np.flatnonzero(folds == r) for r in range(folds.max() + 1)]
+    first, nuisances = np.unique(problem.block, return_index=True)[1], problem.nuisances
+    own = [columns[rows] for rows in parts]
+    nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
+    cross = np.array([nuisances[rows].T @ mine for rows, mine in zip(parts, own, strict=True)])
+    size = np.array([len(group) for group in groups])
+    kin = []
+    for s in np.unique(size):
+        number = np.flatnonzero(size == s)
+        at = np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), s)
+        kin.append(Kin(number, at, np.array([_products(mine, at) for mine in own])))
+    scores = _scores(problem, columns, problem.residual)
+    return Forms(nuisance, cross, tuple(kin), scores, folds[first], problem.prior)
+
+
+def _products(columns: Array, at: NDArray[np.int64]) -> Array:
+    """Products (G, S, S) of the columns of each group (G, S)."""
+    size = at.shape[1]
+    out = np.empty((len(at), size, size))
+    for a in range(size):
+        for b in range(a, size):
+            out[:, a, b] = np.einsum("mg,mg->g", columns[:, at[:, a]], columns[:, at[:, b]])
+            out[:, b, a] = out[:, a, b]
+    return out
 
 
 def gains_by_chance(
@@ -94,12 +127,13 @@ def gains_by_chance(
     groups: Sequence[Sequence[int]],
     best: int,
     drawn: tuple[int, np.random.Generator],
+    forms: Forms | None = None,
 ) -> tuple[Array, Array]:
     """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
     many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), each
-    block's sign drawn."""
-    forms = forms_of(problem, columns)
-    gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0]
+    block's sign drawn.  ``forms``: those of the problem, where they are known."""
+    forms = forms_of(problem, columns, groups) if forms is None else forms
+    gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0]
     if best < 0:
         best = int(np.argmax(gains))
     taken = problem.with_columns(columns[:, list(groups[best])])
@@ -110,50 +144,64 @@ def gains_by_chance(
     noise = replace(forms, scores=_scores(problem, columns, left))
     draws, rng = drawn
     signs = rng.choice([-1.0, 1.0], (draws, count))
-    return gains, held_out_gains(noise, groups, signs).max(1)
+    return gains, held_out_gains(noise, signs).max(1)
 
 
 def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
-    """Scores (B, C) of each block."""
-    every = np.column_stack([problem.nuisances, columns])
-    blocks, block = np.unique(problem.block, return_inverse=True)
-    scores = np.zeros((len(blocks), every.shape[1]))
-    np.add.at(scores, block, every * residual[:, None])
-    return scores
+    """Scores (B, P + C) of each block."""
+    block = np.unique(problem.block, return_inverse=True)[1]
+    count = len(residual)
+    told = csr_matrix((residual, (block, np.arange(count))), shape=(int(block.max(initial=-1)) + 1, count))
+    return np.hstack([told @ problem.nuisances, told @ columns])
 
 
-def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) -> Array:
-    """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns (places among
-    those of :func:`forms_of`) is fitted beside the nuisances; ``signs`` (D, B) of the blocks' residuals."""
-    by_fold = np.stack(
-        [signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(len(forms.information))]
-    )
-    total, score = forms.information.sum(0) + np.diag(forms.prior), by_fold.sum(0)
-    gains = np.zeros((len(signs), len(groups)))
-    held = forms.held
-    for own, here in zip(forms.information, by_fold, strict=True):
-        rest, rest_score = total - own, score - here
-        inverse = _inverse(rest[:held, :held])
-        turn = inverse @ rest[:held, held:]  # (P, C): what nuisances take of each column
-        left = rest[held:, held:] - rest[:held, held:].T @ turn
+def held_out_gains(forms: Forms, signs: Array) -> Array:
+    """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns is fitted beside
+    the nuisances; ``signs`` (D, B) of the blocks' residuals."""
+    folds = len(forms.nuisance)
+    by_fold = np.stack([signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(folds)])
+    held = forms.nuisance.shape[1]
+    nuisance, cross = forms.nuisance.sum(0) + np.diag(forms.prior), forms.cross.sum(0)
+    score = by_fold.sum(0)
+    gains = np.zeros((len(signs), sum(len(one.number) for one in forms.kin)))
+    for r in range(folds):
+        rest, rest_score, here = nuisance - forms.nuisance[r], score - by_fold[r], by_fold[r]
+        inverse = _inverse(rest)
+        rest_cross = cross - forms.cross[r]
+        turn = inverse @ rest_cross  # (P, C): what nuisances take of each column
         pushed = rest_score[:, held:] - rest_score[:, :held] @ turn
         # Own fold's forms once the nuisances follow the others' solution.
-        nuisance = rest_score[:, :held] @ inverse
-        own_left = own[held:, held:] - turn.T @ own[:held, held:] - own[held:, :held] @ turn
-        own_left += turn.T @ own[:held, :held] @ turn
-        own_score = here[:, held:] - here[:, :held] @ turn
-        own_score -= nuisance @ (own[:held, held:] - own[:held, :held] @ turn)
-        full = np.diag(rest)[held:]
-        for g, group in enumerate(groups):
-            at = np.asarray(group)
-            block = left[np.ix_(at, at)]
-            if np.any(np.diag(block) <= LEAST_LEFT * full[at]):
-                continue
-            step = pushed[:, at] @ _inverse(block)
-            gains[:, g] += 2 * np.sum(step * own_score[:, at], 1) - np.einsum(
-                "da,ab,db->d", step, own_left[np.ix_(at, at)], step
-            )
+        nuisances = rest_score[:, :held] @ inverse
+        own_cross = forms.cross[r] - forms.nuisance[r] @ turn
+        own_score = here[:, held:] - here[:, :held] @ turn - nuisances @ own_cross
+        for one in forms.kin:
+            whole = one.information.sum(0) - one.information[r]
+            left = whole - _between(rest_cross, turn, one.at)
+            own = one.information[r] - _between(turn, forms.cross[r], one.at) - _between(own_cross, turn, one.at)
+            told = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
+            step = np.einsum("dga,gab->dgb", pushed[:, one.at], _inverses(left))
+            gain = 2 * np.einsum("dga,dga->dg", step, own_score[:, one.at])
+            gain -= np.einsum("dga,gab,dgb->dg", step, own, step, optimize=True)
+            gains[:, one.number] += np.where(told, gain, 0.0)
     return gains
+
+
+def _between(first: Array, second: Array, at: NDArray[np.int64]) -> Array:
+    """Products (G, S, S) of columns of two matrices (P, C), group by group."""
+    return np.einsum("pga,pgb->gab", first[:, at], second[:, at], optimize=True)
+
+
+def _diagonals(matrices: Array) -> Array:
+    return np.diagonal(matrices, axis1=1, axis2=2)
+
+
+def _inverses(matrices: Array) -> Array:
+    """:func:`_inverse` of each of (G, S, S)."""
+    size = np.sqrt(np.maximum(_diagonals(matrices), 0.0))
+    scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    outer = scale[:, :, None] * scale[:, None, :]
+    some = LEAST_RIDGE * np.eye(matrices.shape[1])
+    return np.asarray(np.linalg.inv(matrices * outer + some) * outer, float)
 
 
 def held_out_squares(problem: Regression, columns: Array) -> Array:

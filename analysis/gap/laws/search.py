@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
 
-from analysis.gap.laws.candidate import Candidate
-from analysis.gap.laws.regression import Forms, Profile, Regression, forms_of, gains_by_chance, held_out_gains
+from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.regression import Profile, Regression, forms_of, gains_by_chance, held_out_gains
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
@@ -20,11 +21,16 @@ Array = NDArray[np.float64]
 Columns = Callable[[Sequence[Term]], Array]
 # Signs drawn; one series in a hundred over four stages; parts of a law at the most.
 DRAWS, LEVEL, MOST_PARTS = 199, 0.01 / 4, 3
-# A further part must explain this share of what the law explains.
+# A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
 # unknown).
 PER_UNKNOWN = 4.0
+# A column that fewer blocks than this tell of explains them whatever it is; chance, drawn from what is left of them,
+# would not know.
+FEWEST_BLOCKS = 4.0
+# Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
+SHORTLIST, NEAR = 4, 0.7
 # Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
 NEIGHBOURS, AS_GOOD = 2, 9.0
 # Evaluations of the search inside a candidate, per number; places and angles stay within so many of their steps: a
@@ -70,26 +76,29 @@ def find_law(
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
-    table, groups = columns_of(candidates, columns)
+    table, groups = columns_of(candidates, columns, problem.block)
     scale, looked = problem.excess, np.array([one.looked for one in candidates])
     while len(parts) < MOST_PARTS:
         held = with_parts(problem, columns, parts)
-        forms = forms_of(held, table)
-        gains = held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0] / scale
+        forms = forms_of(held, table, groups)
+        gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale
         gains = gains - looked
         best = _simplest(candidates, gains)
-        null = gains_by_chance(held, table, groups, best, (DRAWS, rng))[1] / scale
+        null = gains_by_chance(held, table, groups, best, (DRAWS, rng), forms)[1] / scale
         p = by_chance(null, float(gains[best]))
         if not parts:
             first_p = p
         if p > LEVEL or gains[best] < LEAST_SHARE * gained:
             break
-        part = searched(held, columns, candidates[best])
+        shortlist = _shortlist(held, columns, candidates, gains, scale)
+        part, own = shortlist[0]
+        if own <= 0:
+            break
         if sum(len(one.terms) for one in (*parts, part)) > MOST_TERMS:
             break
         if not parts:
             gained = float(gains[best])
-            rivals = _rivals(held, columns, candidates, gains, part, scale)
+            rivals = _rivals(held, columns, candidates, gains, shortlist, scale)
         parts.append(part)
         parts = _replaced(problem, columns, parts, candidates, forms_table=(table, groups))
     if not parts:
@@ -97,14 +106,27 @@ def find_law(
     return _measured(problem, columns, parts, first_p, rivals, scale), first_p
 
 
-def columns_of(candidates: Sequence[Candidate], columns: Columns) -> tuple[Array, list[list[int]]]:
-    """Columns (M, C) of all candidates, scaled to unit length, and the places of each."""
+def columns_of(
+    candidates: Sequence[Candidate], columns: Columns, block: NDArray[np.int64]
+) -> tuple[Array, list[list[int]]]:
+    """Columns (M, C) of all candidates, scaled to unit length, and the places of each; zero where fewer than
+    :data:`FEWEST_BLOCKS` blocks would tell of them: what one flight shows is no law."""
     terms = [term for one in candidates for term in one.terms]
     table = columns(terms)
+    table = np.where(blocks_telling(table, block) >= FEWEST_BLOCKS, table, 0.0)
     size = np.sqrt(np.sum(table**2, 0))
     table = table / np.where(size > 0, size, 1.0)
     ends = np.cumsum([len(one.terms) for one in candidates])
     return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
+
+
+def blocks_telling(table: Array, block: NDArray[np.int64]) -> Array:
+    """Over how many blocks each column (M, C) is spread: the square of the sum of its lengths in each block, over the
+    sum of their squares (C,)."""
+    number = np.unique(block, return_inverse=True)[1]
+    ones = csr_matrix((np.ones(len(number)), (number, np.arange(len(number)))))
+    length = np.sqrt(np.asarray(ones @ table**2, float))
+    return np.asarray(length.sum(0) ** 2 / np.maximum(np.sum(length**2, 0), 1e-300), float)
 
 
 def with_parts(problem: Regression, columns: Columns, parts: Sequence[Candidate]) -> Regression:
@@ -118,11 +140,36 @@ def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:
     return int(np.argmax(gains - PER_UNKNOWN * np.array([one.unknowns for one in candidates])))
 
 
-def searched(problem: Regression, columns: Columns, candidate: Candidate) -> Candidate:
+def _shortlist(
+    problem: Regression, columns: Columns, candidates: Sequence[Candidate], gains: Array, scale: float
+) -> list[tuple[Candidate, float]]:
+    """The :data:`SHORTLIST` of forms, the numbers inside each searched, with their gains on held-out runs, best first:
+    a form that starts far from its numbers is not yet behind.
+
+    A number inside must earn its price, and a share of what is explained: near enough, it bends any form."""
+    price = PER_UNKNOWN * np.array([one.unknowns for one in candidates])
+    first: dict[str, int] = {}
+    for i in np.argsort(price - gains):
+        first.setdefault(candidates[i].name, int(i))
+        if len(first) == SHORTLIST:
+            break
+    chosen = list(first.values())
+    least = NEAR * (gains[chosen[0]] - price[chosen[0]])
+    close = [i for i in chosen if i == chosen[0] or gains[i] - price[i] >= max(least, 0.0)]
+    profile = Profile.of(problem)
+    trials = [searched(profile, columns, candidates[i]) for i in close]
+    told = [(one, _gain(problem, columns, one) / scale - one.looked) for one in trials]
+    return sorted(told, key=lambda one: -_worth(*one))
+
+
+def _worth(candidate: Candidate, gain: float) -> float:
+    return gain * (1 - LEAST_SHARE * len(candidate.numbers)) - PER_UNKNOWN * candidate.unknowns
+
+
+def searched(profile: Profile, columns: Columns, candidate: Candidate) -> Candidate:
     """The candidate at the numbers that explain most of all runs."""
     if not candidate.numbers:
         return candidate
-    profile = Profile.of(problem)
     free = _Numbers(candidate)
 
     def misfit(moved: Array) -> float:
@@ -170,33 +217,32 @@ def _rivals(
     columns: Columns,
     candidates: Sequence[Candidate],
     gains: Array,
-    chosen: Candidate,
+    shortlist: Sequence[tuple[Candidate, float]],
     scale: float,
 ) -> tuple[Rival, ...]:
-    """The nearest other forms, their numbers searched, too."""
-    order = np.argsort(-gains)
-    names: list[str] = []
-    out = []
-    ours = _gain(problem, columns, chosen) / scale
-    for i in order:
-        one = candidates[i]
-        if one.name == chosen.name or one.name in names or gains[i] <= 0:
-            continue
-        names.append(one.name)
-        other = searched(problem, columns, one)
-        profile = Profile.of(problem)
-        _, step, covariance = profile.gain(columns(other.terms))
-        gain = _gain(problem, columns, other) / scale
-        out.append(Rival(other, step, covariance * scale, gain / ours if ours > 0 else 0.0, ours - gain > AS_GOOD))
-        if len(out) == NEIGHBOURS:
+    """The nearest other forms, their numbers searched, too: those of the ``shortlist`` behind its first, then the next
+    of all."""
+    (_, ours), *others = shortlist
+    told = [(one, gain) for one, gain in others if gain > 0]
+    names, profile = [one.name for one, _ in shortlist], Profile.of(problem)
+    for i in np.argsort(-gains):
+        if len(told) >= NEIGHBOURS or gains[i] <= 0:
             break
+        if candidates[i].name not in names:
+            names.append(candidates[i].name)
+            other = searched(profile, columns, candidates[i])
+            told.append((other, _gain(problem, columns, other) / scale - other.looked))
+    out = []
+    for other, gain in sorted(told, key=lambda one: -one[1])[:NEIGHBOURS]:
+        _, step, covariance = profile.gain(columns(other.terms))
+        out.append(Rival(other, step, covariance * scale, gain / ours if ours > 0 else 0.0, ours - gain > AS_GOOD))
     return tuple(out)
 
 
 def _gain(problem: Regression, columns: Columns, one: Candidate) -> float:
-    table, groups = columns_of([one], columns)
-    forms = forms_of(problem, table)
-    return float(held_out_gains(forms, groups, np.ones((1, len(forms.fold))))[0, 0])
+    table, groups = columns_of([one], columns, problem.block)
+    forms = forms_of(problem, table, groups)
+    return float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0])
 
 
 def _replaced(
@@ -213,13 +259,13 @@ def _replaced(
     for i in range(len(parts) - 1):
         others = [one for j, one in enumerate(parts) if j != i]
         held = with_parts(problem, columns, others)
-        forms = forms_of(held, table)
+        forms = forms_of(held, table, groups)
         ones = np.ones((1, len(forms.fold)))
-        gains = held_out_gains(forms, groups, ones)[0] / problem.excess
+        gains = held_out_gains(forms, ones)[0] / problem.excess
         best = candidates[_simplest(candidates, gains)]
         if best.name == parts[i].name or best.name in [one.name for one in others]:
             continue
-        trial = searched(held, columns, best)
+        trial = searched(Profile.of(held), columns, best)
         if _gain(held, columns, trial) > _gain(held, columns, parts[i]) + AS_GOOD * problem.excess:
             parts = [*parts[:i], trial, *parts[i + 1 :]]
     return parts
@@ -253,6 +299,6 @@ def _measured(
         sds.append(free.sd(np.sqrt(np.maximum(np.diag(covariance)[at : at + n], 0.0))))
         at += n
     table = columns(terms)
-    forms: Forms = forms_of(problem, table)
-    gain = float(held_out_gains(forms, [list(range(count))], np.ones((1, len(forms.fold))))[0, 0]) / scale
+    forms = forms_of(problem, table, [list(range(count))])
+    gain = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / scale
     return Found(tuple(parts), step, covariance[:count, :count], tuple(sds), gain, p, rivals)

@@ -11,7 +11,7 @@ from ovines.core.laws.words import TARGETS
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations, push
 from ovines.core.system.impact import effective_restitution, impulses
-from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
+from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place, wall_and_centre
 from ovines.core.system.known import contact_known
 from ovines.core.system.packed import System
 
@@ -81,7 +81,8 @@ def resolve(
     restitution = effective_restitution(normal, azimuth, t, p)
     friction, reversal, kept = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0
     if system.law.shape[0] > 0:
-        known = contact_known(t, y, at, (azimuth, normal, tangential), p, k)
+        wall_speed, passing = wall_and_centre(face, at)
+        known = contact_known(t, y, at, (azimuth, normal, tangential, wall_speed, passing), p, k)
         restitution = min(max(restitution + law_of(RESTITUTION, system.law, known), 0.0), 1.0)
         friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)

@@ -75,6 +75,7 @@ def _text_term(term: Term, first: bool) -> str:
             "": "",
             "angle": f"({term.x:.3g} rad)",
             "axis": f"({term.x:.3g} rad)",
+            "body": f"({term.x:.3g} rad)",
         }.get(own, f"({_place(term)})")
         parts.append(f"{term.target}{at}")
     return " * ".join(parts)
@@ -110,6 +111,17 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
     if one.function == "below":
         return f"[{name} < {one.scale:.4g} {unit}]"
+    if one.function == "above":
+        inside = f"max({name} - {one.scale:.4g} {unit}, 0)"
+        return inside if one.order == 1 else f"{inside}^{one.order:g}"
+    if one.function == "tanh":
+        return f"tanh({name} / {one.scale:.4g} {unit})"
+    if one.function == "decay":
+        return f"exp(-|{name}| / {one.scale:.4g} {unit})"
+    if one.function == "rational":
+        return f"1/(1 + |{name} / {one.scale:.4g} {unit}|^{one.order:g})"
+    if one.function == "within":
+        return f"[|{name}| < {one.scale:.4g} {unit}]"
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
@@ -159,11 +171,27 @@ def _latex_factor(one: Factor) -> str:
         return rf"e^{{-\frac{{1}}{{2}}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
+    if one.function in ("above", "tanh", "decay", "rational", "within"):
+        return _latex_bent(one, symbol, scale)
     if one.function == "pulses":
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
     if one.function == "gates":
         return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
     return rf"\mathrm{{sgn}}({symbol})"
+
+
+def _latex_bent(one: Factor, symbol: str, scale: str) -> str:
+    """Factors that bend at their scale, or fade to both sides of it."""
+    power = "" if one.order == 1 else f"^{{{one.order:g}}}"
+    if one.function == "above":
+        return rf"\max({symbol}-{scale},\,0){power}".replace("--", "+")
+    if one.function == "tanh":
+        return rf"\tanh({symbol}/{scale})"
+    if one.function == "decay":
+        return rf"e^{{-|{symbol}|/{scale}}}"
+    if one.function == "rational":
+        return rf"\frac{{1}}{{1+|{symbol}/{scale}|{power}}}"
+    return rf"[\,|{symbol}|<{scale}\,]"
 
 
 def legend(law: WrittenLaw) -> list[tuple[str, str]]:
@@ -172,9 +200,11 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
     for term in law.terms:
         if _changed(term) == FLIGHT:
             entry = TARGETS[term.target]
-            own = {"angle": f", at {term.x:.3g} rad", "axis": f", about the axis at {term.x:.3g} rad"}.get(
-                entry.own, f", at ({_place(term)})" if entry.own else ""
-            )
+            own = {
+                "angle": f", at {term.x:.3g} rad",
+                "axis": f", about the axis at {term.x:.3g} rad",
+                "body": f", at {term.x:.3g} rad from its own axis",
+            }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
             out[entry.symbol] = entry.meaning + own
         for one in term.factors:
             quantity = QUANTITIES[one.quantity]

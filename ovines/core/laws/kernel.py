@@ -10,36 +10,68 @@ from ovines.core.laws import words as W
 # As the targets and quantities are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
-    FRICTION, MIRRORED_FRICTION, SPIN,
-) = range(14)  # fmt: skip
+    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN,
+) = range(15)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
-    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE,
-) = range(19)  # fmt: skip
-POWER, ABSOLUTE, COSINE, SINE, EXPONENTIAL, GAUSSIAN, BELOW, SIGN, PULSES, GATES = range(10)
+    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
+    Q_PASSING, Q_INCIDENCE,
+) = range(23)  # fmt: skip
+(
+    POWER,
+    ABSOLUTE,
+    COSINE,
+    SINE,
+    EXPONENTIAL,
+    GAUSSIAN,
+    BELOW,
+    SIGN,
+    PULSES,
+    GATES,
+    ABOVE,
+    TANH,
+    DECAY,
+    RATIONAL,
+    WITHIN,
+) = range(15)
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
 
 @compiled
+def before_impact(code: int, known: Floats) -> float:
+    """Value of a quantity that is known of impacts only."""
+    if code == Q_APPROACH:
+        return known[W.APPROACH]
+    if code == Q_SLIP:
+        return known[W.SLIP]
+    if code == Q_WALL_SPEED:
+        return known[W.WALL_SPEED]
+    if code == Q_PASSING:
+        return known[W.PASSING]
+    return math.atan2(abs(known[W.SLIP]), known[W.APPROACH])
+
+
+@compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
-    """Value of a quantity; ``x``, ``y`` its own place, or angle in ``x``; of a line its angle in ``y``."""
+    """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle
+    in ``y``."""
     if code == Q_SPEED:
-        return math.hypot(known[W.VX], known[W.VY])
+        return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
-        return math.hypot(known[W.UX], known[W.UY])
+        return math.hypot(known[W.UX], known[W.UY]) - x
     if code == Q_RADIUS:
-        return math.hypot(known[W.HX], known[W.HY])
+        return math.hypot(known[W.HX], known[W.HY]) - x
     if code == Q_GAP:
-        return known[W.CONTACT_RADIUS] - math.hypot(known[W.HX], known[W.HY])
+        return known[W.CONTACT_RADIUS] - math.hypot(known[W.HX], known[W.HY]) - x
     if code == Q_SPIN:
-        return known[W.SPIN]
+        return known[W.SPIN] - x
     if code == Q_TIME:
         return known[W.TIME] - x
     if code == Q_PHASE:
         return known[W.PHASE] - x
     if code == Q_SINCE:
-        return known[W.SINCE]
+        return known[W.SINCE] - x
     if code == Q_AZIMUTH:
         return math.atan2(known[W.HY], known[W.HX]) - x
     if code == Q_RUN:
@@ -52,15 +84,15 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
     if code == Q_VELOCITY:
         return math.cos(x) * known[W.VX] + math.sin(x) * known[W.VY]
-    if code == Q_APPROACH:
-        return known[W.APPROACH]
-    if code == Q_SLIP:
-        return known[W.SLIP]
     if code == Q_BODY:
         return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
     if code == Q_SHARE:
         return known[W.SHARE] - x
-    return known[W.CLOCK] - x
+    if code == Q_ANGLE:
+        return known[W.ANGLE] - x
+    if code == Q_CLOCK:
+        return known[W.CLOCK] - x
+    return before_impact(code, known) - x
 
 
 @compiled
@@ -79,10 +111,20 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.sin(order * q / scale)
     if function == EXPONENTIAL:
         return math.exp(-q / scale)
-    if function == GAUSSIAN:
-        if code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK:
+    if function == GAUSSIAN or function == WITHIN:
+        if code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE:
             q = math.atan2(math.sin(q), math.cos(q))
+        if function == WITHIN:
+            return 1.0 if abs(q) < scale else 0.0
         return math.exp(-0.5 * (q / scale) ** 2)
+    if function == ABOVE:
+        return (q - scale) ** order if q > scale else 0.0
+    if function == TANH:
+        return math.tanh(q / scale)
+    if function == DECAY:
+        return math.exp(-abs(q) / scale)
+    if function == RATIONAL:
+        return 1.0 / (1.0 + abs(q / scale) ** order)
     if function == BELOW:
         return 1.0 if q < scale else 0.0
     if function == PULSES or function == GATES:
@@ -114,6 +156,10 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         return
     if target == SPIN:
         out[2] += value
+        return
+    if target == ALONG_BODY:
+        out[0] += value * math.cos(known[W.ANGLE] + row[W.TARGET_X])
+        out[1] += value * math.sin(known[W.ANGLE] + row[W.TARGET_X])
         return
     if target == FRICTION:
         out[0] += value * known[W.FX]

@@ -16,17 +16,24 @@ from ovines.core.refusal import require
 #: terms of a law at the most: each is a parameter of the flights' model
 MOST_TERMS = 8
 #: functions that divide their quantity by a scale of its unit
-SCALED = ("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS)
+SCALED = (
+    *("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS),
+    *("above", "tanh", "decay", "rational", "within"),
+)
+#: functions whose scale is a threshold, which may lie anywhere
+THRESHOLDS = ("below", "above")
 
 
 @dataclass(frozen=True)
 class Factor:
     """A function of a quantity: ``power`` q^n, ``absolute_power`` |q|^n, ``cosine`` cos(n q / s), ``sine``,
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
-    Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there.
+    Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there, ``above``
+    max(q - s, 0)^n, ``tanh`` tanh(q / s), ``decay`` exp(-|q| / s), ``rational`` 1 / (1 + |q / s|^n), ``within``
+    (1 where |q| < s).
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
-    angle or instant that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
+    angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
 
     quantity: str
     function: str = "power"
@@ -41,8 +48,8 @@ class Factor:
         known = self.function in FUNCTIONS
         require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
         numbers = (self.order, self.scale, self.x, self.y)
-        fine = all(map(math.isfinite, numbers)) and self.scale > 0
-        fine = fine and (self.function not in W.TRAINS or self.order > 0)
+        fine = all(map(math.isfinite, numbers)) and (self.scale > 0 or self.function in THRESHOLDS)
+        fine = fine and (self.function not in (*W.TRAINS, "above", "rational") or self.order > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property

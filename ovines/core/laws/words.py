@@ -22,12 +22,13 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: spin (rad/s), time from the run's start (s), phase of the drive (rad), time since the impact before (s), number of
 #: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
 #: that the floor's friction gives, the run's time at the drive's frequency (rad), share of the run that has gone (of a
-#: measurement only)
+#: measurement only), speeds before an impact (m/s) of the wall outwards along its normal, and of the disk's centre
+#: along the wall
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
-    CLOCK, SHARE,
-) = range(22)  # fmt: skip
-KNOWN_SIZE = 22
+    CLOCK, SHARE, WALL_SPEED, PASSING,
+) = range(24)  # fmt: skip
+KNOWN_SIZE = 24
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -35,7 +36,8 @@ LONG_AGO_S = 1e6
 @dataclass(frozen=True)
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
-    its own means (none, "angle", "axis" of a mirror, "room" or "host" place, number of a "camera"), and the stage."""
+    its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
+    number of a "camera"), and the stage."""
 
     code: int
     unit: str
@@ -65,6 +67,7 @@ TARGETS: dict[str, Target] = {
                 "mirrored_floor_friction", "1", r"M_{\varphi}\vec a_\mu", "axis", "flight",
                 "the floor's friction, mirrored, as a share of it",
             ),
+            ("along_body", "m/s^2", r"\vec e_{\psi}", "body", "flight", "a direction that turns with the disk"),
             ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
@@ -126,6 +129,10 @@ QUANTITIES: dict[str, Quantity] = {
             ("body_angle", "rad", r"\theta-\psi", True, "angle", "direction of the contact seen from the disk"),
             ("clock", "rad", r"\omega_d t", True, "angle", "the run's time at the drive's frequency"),
             ("share", "1", r"\sigma", False, "", "share of the run that has gone; of measurements only"),
+            ("angle", "rad", r"\psi", True, "angle", "angle of the disk in the room"),
+            ("wall_speed", "m/s", "w_n", False, "", "speed of the wall along its outward normal before the impact"),
+            ("passing", "m/s", "v_p", False, "", "speed of the disk's centre along the wall before the impact"),
+            ("incidence", "rad", r"\alpha", False, "", "angle of the contact point's velocity from the wall's normal"),
         )
     )
 }
@@ -142,6 +149,11 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
     "sign": (7, False),
     "pulses": (8, False),
     "gates": (9, False),
+    "above": (10, True),
+    "tanh": (11, False),
+    "decay": (12, False),
+    "rational": (13, False),
+    "within": (14, False),
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")

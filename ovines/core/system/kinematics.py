@@ -108,6 +108,14 @@ def contact_velocity(face: Face, spin: float, at: Floats, p: Floats) -> tuple[fl
 
 
 @compiled
+def wall_and_centre(face: Face, at: Floats) -> tuple[float, float]:
+    """Speed of the wall at the disk's centre along its outward normal, and of that centre along the wall (m/s)."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    wx, wy = at[7] - at[9] * y, at[8] + at[9] * x
+    return wx * face.x + wy * face.y, (at[3] - wy) * face.x - (at[2] - wx) * face.y
+
+
+@compiled
 def relative_acceleration(y: Floats, at: Floats, dy: Floats, k: Ints, scratch: Floats) -> tuple[float, float, float]:
     """Acceleration of the disk's geometric centre less the Host's (world axes), and the Host's angular one.
 

@@ -32,9 +32,13 @@ def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
 
 
 @making_arrays
-def contact_known(t: float, y: Floats, at: Floats, contact: tuple[float, float, float], p: Floats, k: Ints) -> Floats:
-    """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed."""
+def contact_known(
+    t: float, y: Floats, at: Floats, contact: tuple[float, float, float, float, float], p: Floats, k: Ints
+) -> Floats:
+    """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed, speed of the wall
+    along its outward normal, and of the disk's centre along the wall."""
     known = known_of(t, y, at, p, k)
     known[W.HX], known[W.HY] = math.cos(contact[0]), math.sin(contact[0])
     known[W.APPROACH], known[W.SLIP] = contact[1], contact[2]
+    known[W.WALL_SPEED], known[W.PASSING] = contact[3], contact[4]
     return known

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.frames.rows import FrameRows, Key
 from analysis.gap.laws.regression import Profile
 from ovines.core.laws import words as W

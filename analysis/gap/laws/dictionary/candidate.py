@@ -16,7 +16,7 @@ from ovines.core.laws.words import QUANTITIES, TARGETS, TRAINS
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
 UNITS = {"m": "_m", "m/s": "_m_per_s", "rad": "_rad", "rad/s": "_rad_per_s", "s": "_s", "1": ""}
-SCALED = ("exponential", "gaussian", "below", *TRAINS)
+SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
 # Step of a difference, over a number's sd.
 STEP_SD = 0.1
 
@@ -80,7 +80,7 @@ def _merged(first: Term, second: Term, covariance: Array) -> Term | None:
     along = np.array([a, b]) / size
     sd = math.sqrt(max(float(along @ covariance @ along), 0.0))
     own = TARGETS[first.target].own
-    if own in ("angle", "axis") and first.factors == second.factors and first.x != second.x:
+    if own in ("angle", "axis", "body") and first.factors == second.factors and first.x != second.x:
         times = 2.0 if own == "axis" else 1.0
         if abs(wrapped(second.x - first.x - 0.5 * math.pi / times, math.pi)) > 1e-9:
             return None
@@ -129,6 +129,8 @@ def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
     kind = TARGETS[term.target].own
     if kind == "angle":
         out["direction_rad"] = (term.x, "rad")
+    elif kind == "body":
+        out["body_direction_rad"] = (term.x, "rad")
     elif kind == "axis":
         out["axis_rad"] = (term.x, "rad")
     elif kind:

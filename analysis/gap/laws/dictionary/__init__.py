@@ -1,0 +1,1 @@
+"""What a missing law may look like: candidates for flights, the floor, impacts and the wall."""

@@ -1,0 +1,19 @@
+"""Everything that a law of the flights may be."""
+
+from __future__ import annotations
+
+from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.forces import force_candidates, torque_candidates
+from analysis.gap.laws.dictionary.friction import friction_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.places import place_candidates
+
+
+def flight_candidates(scales: RigScales) -> list[Candidate]:
+    """Every candidate for a force, a torque or a change of the floor's friction."""
+    return [
+        *force_candidates(scales),
+        *place_candidates(scales),
+        *friction_candidates(scales),
+        *torque_candidates(scales),
+    ]

@@ -1,0 +1,133 @@
+"""What a missing law of the impact may look like: functions of what is known before the impact - approach, slip, angle
+of incidence, the wall's own speed, spin, azimuth, the side of the disk, phase, time, rest before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.parts import plain, scaled
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+
+Array = NDArray[np.float64]
+LAWS = ("restitution", "wall_friction", "tangential_restitution", "spin_kept")
+WORDS = {
+    "restitution": "restitution", "wall_friction": "wall friction",
+    "tangential_restitution": "tangential restitution", "spin_kept": "spin kept",
+}  # fmt: skip
+# Quantiles of a quantity at which a scale starts; places on the wall and widths of a spot (rad), half widths of an arc.
+SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5), 16, (0.4, 0.9, 1.57)
+# Places around the disk, and widths (rad) of a nick or a flat.
+SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
+ORDERS = (1.0, 2.0, 3.0, 4.0)
+# Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
+CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
+
+
+def law_candidates(known: Array) -> list[Candidate]:
+    """Candidates for every number of the contact law, from what is known at the impacts (K, KNOWN_SIZE)."""
+    out = []
+    for target in LAWS:
+        if target == "spin_kept":
+            out.append(plain(f"{WORDS[target]}: constant", Term("spin_kept", 1.0)))
+        out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, (factor,))) for name, factor in _plain()]
+        out += _around(target)
+        out += _scaled(target, known)
+    return out
+
+
+def _plain() -> list[tuple[str, Factor]]:
+    return [
+        ("the approach speed", Factor("approach")),
+        ("the approach speed's square", Factor("approach", "power", 2.0)),
+        ("the approach speed to the power -1/4", Factor("approach", "absolute_power", -0.25)),
+        ("the approach speed to the power 1/5", Factor("approach", "absolute_power", 0.2)),
+        ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
+        ("the inverse square of the approach speed", Factor("approach", "absolute_power", -2.0)),
+        ("the slip", Factor("slip", "absolute_power")),
+        ("the slip's square", Factor("slip", "power", 2.0)),
+        ("the sense of slip", Factor("slip", "sign")),
+        ("the signed slip", Factor("slip")),
+        ("the angle of incidence", Factor("incidence")),
+        ("the angle of incidence, squared", Factor("incidence", "power", 2.0)),
+        ("how glancing it is", Factor("incidence", "cosine", 2.0)),
+        ("the centre's speed along the wall", Factor("passing", "absolute_power")),
+        ("the square of the centre's speed along the wall", Factor("passing", "power", 2.0)),
+        ("the centre's signed speed along the wall", Factor("passing")),
+        ("the wall's own speed", Factor("wall_speed")),
+        ("the size of the wall's own speed", Factor("wall_speed", "absolute_power")),
+        ("the square of the wall's own speed", Factor("wall_speed", "power", 2.0)),
+        ("the sense of the wall's own speed", Factor("wall_speed", "sign")),
+        ("the spin", Factor("spin", "absolute_power")),
+        ("the spin's square", Factor("spin", "power", 2.0)),
+        ("the sense of spin", Factor("spin", "sign")),
+        ("the signed spin", Factor("spin")),
+        ("the time in the run", Factor("time")),
+        ("the run", Factor("run")),
+        ("the speed in the room", Factor("speed")),
+        ("the square of the speed in the room", Factor("speed", "power", 2.0)),
+    ]
+
+
+def _around(target: str) -> list[Candidate]:
+    """Around the wall, around the disk, with the drive."""
+    word, out = WORDS[target], []
+    for quantity, orders in (
+        ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", (1.0, 2.0, 3.0)),
+        ("angle", (1.0, 2.0)),
+    ):  # fmt: skip
+        for order in orders:
+            terms = tuple(Term(target, 1.0, (wave,)) for wave in waves(quantity, order))
+            out.append(plain(f"{word} with the {quantity}, order {order:g}", *terms))
+    for name, quantity, function, count, widths in (
+        ("of a spot of the wall", "azimuth", "gaussian", SPOTS, SPOT_WIDTHS),
+        ("of an arc of the wall", "azimuth", "within", ARCS, ARC_WIDTHS),
+        ("of a side of the disk", "body_angle", "gaussian", SIDES, SIDE_WIDTHS),
+    ):
+        out += around(f"{word} {name}", target, (quantity, function), count, widths)
+    return out
+
+
+def around(name: str, target: str, shape: tuple[str, str], count: int, widths: Sequence[float]) -> list[Candidate]:
+    """A function (``shape``: quantity, function) of an angle about ``count`` places, of several ``widths`` (rad)."""
+    quantity, function = shape
+
+    def spot(place: float, width: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor(quantity, function, 1.0, width, place),)),)
+
+    return [
+        Candidate(name, spot, (2 * math.pi * i / count - math.pi, width), (PLACE_STEP, 0.2), (False, True))
+        for i in range(count)
+        for width in widths
+    ]
+
+
+def _scaled(target: str, known: Array) -> list[Candidate]:
+    """What fades, bends or saturates at a scale of its own."""
+    word, out = WORDS[target], []
+    for name, column, shape, at in (
+        ("the time since the impact before", W.SINCE, ("since", "exponential", 1.0), SCALES),
+        ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0), SCALES),
+        ("the approach speed, fading", W.APPROACH, ("approach", "rational", 2.0), SCALES),
+        ("the approach speed beyond one", W.APPROACH, ("approach", "above", 1.0), SCALES[1:]),
+        ("the slip, ending", W.SLIP, ("slip", "decay", 1.0), SCALES[1:]),
+        ("the slip, bent", W.SLIP, ("slip", "tanh", 1.0), SCALES[1:]),
+        ("the spin, ending", W.SPIN, ("spin", "decay", 1.0), SCALES[1:]),
+        ("the time in the run, settling", W.TIME, ("time", "exponential", 1.0), SCALES),
+        ("the time in the run, at once", W.TIME, ("time", "below", 1.0), CHANGES),
+        ("the run, at once", W.RUN, ("run", "below", 1.0), CHANGES),
+    ):
+        values = np.abs(known[:, column])
+        seen = values[values < 0.5 * W.LONG_AGO_S]
+        if column == W.RUN:
+            sizes = sorted({math.floor(s) + 0.5 for s in np.quantile(seen, at)}) if np.ptp(seen) > 0 else []
+            out += [plain(f"{word} with {name}", Term(target, 1.0, (Factor("run", "below", 1.0, s),))) for s in sizes]
+            continue
+        sizes = sorted({float(s) for s in np.quantile(seen, at)}) if len(seen) else []
+        out += scaled(f"{word} with {name}", target, shape, sizes)
+    return out

@@ -1,0 +1,130 @@
+"""Forces that belong to a place or a line: pulls, tethers that are slack up to a length, drag in a patch, ridges,
+steps and corrugations of the floor."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, pair, spots
+from ovines.core.laws.terms import Factor, Term
+
+# Widths of places over the contact radius; lengths over it up to which a tether is slack.
+WIDTHS, SLACK = (0.25, 0.45), (0.35, 0.8, 1.3)
+RIDGE_DIRECTIONS, RIDGE_PLACES, RIDGE_WIDTH = 8, (-0.6, -0.3, 0.0, 0.3, 0.6), 0.1
+EDGE_DIRECTIONS, EDGE_PLACES = 8, (-0.4, 0.0, 0.4)
+# Waves of a corrugated floor: lengths over the contact radius.
+WAVE_DIRECTIONS, WAVE_LENGTHS = 8, (0.15, 0.25, 0.4, 0.7)
+TURN = 2 * math.pi
+
+
+def place_candidates(scales: RigScales) -> list[Candidate]:
+    """Every candidate of a place or a line."""
+    return [*_pulls(scales), *_tethers(scales), *_patches(scales), *_ridges(scales), *_edges(scales), *_waves(scales)]
+
+
+def _pulls(scales: RigScales) -> list[Candidate]:
+    out, step = [], PLACE_STEP * scales.radius_m
+    for where in ("room", "host"):
+
+        def pull(x: float, y: float, width: float, where: str = where) -> tuple[Term, ...]:
+            far = f"distance_in_{where}"
+            factors = (Factor(far, x=x, y=y), Factor(far, "gaussian", 1.0, width, x, y))
+            return (Term(f"from_place_in_{where}", 1.0, factors, x, y),)
+
+        for x, y in spots(scales):
+            for share in WIDTHS:
+                numbers, steps = (x, y, share * scales.radius_m), (step, step, 0.2)
+                name = f"pull of a place in the {where}"
+                out.append(Candidate(name, pull, numbers, steps, (False, False, True)))
+    return out
+
+
+def _tethers(scales: RigScales) -> list[Candidate]:
+    """A pull in proportion to the distance beyond a length: a string, a stop that yields."""
+    out, step = [], PLACE_STEP * scales.radius_m
+    for where in ("room", "host"):
+
+        def tether(x: float, y: float, slack: float, where: str = where) -> tuple[Term, ...]:
+            far = Factor(f"distance_in_{where}", "above", 1.0, slack, x, y)
+            return (Term(f"from_place_in_{where}", 1.0, (far,), x, y),)
+
+        for x, y in spots(scales):
+            for share in SLACK:
+                numbers, steps = (x, y, share * scales.radius_m), (step, step, 0.2)
+                name = f"tether to a place in the {where}"
+                out.append(Candidate(name, tether, numbers, steps, (False, False, True)))
+    return out
+
+
+def _patches(scales: RigScales) -> list[Candidate]:
+    step = PLACE_STEP * scales.radius_m
+
+    def patch(x: float, y: float, width: float) -> tuple[Term, ...]:
+        factors = (Factor("speed"), Factor("distance_in_host", "gaussian", 1.0, width, x, y))
+        return (Term("along_velocity", 1.0, factors),)
+
+    return [
+        Candidate(
+            "drag in a patch", patch, (x, y, WIDTHS[1] * scales.radius_m), (step, step, 0.2), (False, False, True)
+        )
+        for x, y in spots(scales)
+    ]
+
+
+def _ridges(scales: RigScales) -> list[Candidate]:
+    step = PLACE_STEP * scales.radius_m
+
+    def ridge(angle: float, place: float, width: float) -> tuple[Term, ...]:
+        factors = (Factor("along_host", x=place, y=angle), Factor("along_host", "gaussian", 1.0, width, place, angle))
+        return (Term("fixed_direction", 1.0, factors, x=angle),)
+
+    def stream(angle: float, place: float, width: float) -> tuple[Term, ...]:
+        # A band across the Host in which something blows: as a force, and as a drag beside it.
+        across = Factor("along_host", "gaussian", 1.0, width, place, angle)
+        return (
+            Term("fixed_direction", 1.0, (across,), x=angle + 0.5 * math.pi),
+            Term("along_velocity", 1.0, (Factor("speed"), across)),
+        )
+
+    steps = (ANGLE_STEP, step, 0.2)
+    out = []
+    for angle, place in lines(RIDGE_DIRECTIONS, RIDGE_PLACES, scales):
+        numbers = (angle, place, RIDGE_WIDTH * scales.radius_m)
+        out.append(Candidate("ridge across the floor", ridge, numbers, steps, (False, False, True)))
+    for angle, place in lines(RIDGE_DIRECTIONS, EDGE_PLACES, scales):
+        numbers = (angle, place, WIDTHS[0] * scales.radius_m)
+        out.append(Candidate("stream across the floor", stream, numbers, steps, (False, False, True)))
+    return out
+
+
+def _edges(scales: RigScales) -> list[Candidate]:
+    """A force of the room on one side of a line only: constant, or growing from the line on."""
+    step = PLACE_STEP * scales.radius_m
+
+    def terrace(angle: float, place: float) -> tuple[Term, ...]:
+        return pair("fixed_direction", 0.5 * math.pi, Factor("along_host", "below", 1.0, place, 0.0, angle))
+
+    def bank(angle: float, place: float) -> tuple[Term, ...]:
+        return (Term("fixed_direction", 1.0, (Factor("along_host", "above", 1.0, place, 0.0, angle),), x=angle),)
+
+    out = []
+    for make, name in ((terrace, "force on one side of a line"), (bank, "slope that begins at a line")):
+        for angle, place in lines(EDGE_DIRECTIONS, EDGE_PLACES, scales, TURN):
+            out.append(Candidate(name, make, (angle, place), (ANGLE_STEP, step), (False, False)))
+    return out
+
+
+def _waves(scales: RigScales) -> list[Candidate]:
+    """A floor of waves: its slope pushes along their direction."""
+
+    def corrugated(angle: float, length: float) -> tuple[Term, ...]:
+        return tuple(
+            Term("fixed_direction", 1.0, (Factor("along_host", wave.function, 1.0, length, 0.0, angle),), x=angle)
+            for wave in waves("along_host")
+        )
+
+    return [
+        Candidate("corrugated floor", corrugated, (angle, share * scales.radius_m), (ANGLE_STEP, 0.1), (False, True))
+        for angle, share in ((math.pi * i / WAVE_DIRECTIONS, s) for i in range(WAVE_DIRECTIONS) for s in WAVE_LENGTHS)
+    ]

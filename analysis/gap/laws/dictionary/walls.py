@@ -1,0 +1,54 @@
+"""What a missing shape of the wall, or of the disk, may look like: the contact radius over azimuth and over the disk's
+own angle, and what it follows besides."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.impacts import around
+from analysis.gap.laws.dictionary.parts import plain, scaled
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+
+Array = NDArray[np.float64]
+TARGET, WORD = "contact_radius", "contact radius"
+WALL_ORDERS, BODY_ORDERS = range(2, 13), range(2, 7)
+# Places around the wall and the disk, widths of dents and flats, half widths of arcs (rad).
+PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
+# Share of the run in which a wall settles; quantiles of the time at which it changes at once.
+SETTLES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
+
+
+def wall_candidates(known: Array) -> list[Candidate]:
+    """Candidates for the contact radius, from what is known at the impacts (K, KNOWN_SIZE)."""
+    out = []
+    for quantity, orders in (("azimuth", WALL_ORDERS), ("body_angle", BODY_ORDERS), ("phase", (1, 2)), ("clock", (1,))):
+        for order in orders:
+            terms = tuple(Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, float(order)))
+            out.append(plain(f"{WORD} with the {quantity}, order {order}", *terms))
+    for quantity, word in (("time", "time"), ("run", "run")):
+        for order in (1, 2):  # a wall that creeps, or bends
+            terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
+            out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
+    for name, shape, widths in (
+        ("of a dent of the wall", ("azimuth", "gaussian"), DENTS),
+        ("of an arc of the wall", ("azimuth", "within"), ARCS),
+        ("of a flat of the disk", ("body_angle", "gaussian"), DENTS),
+    ):
+        out += around(f"{WORD} {name}", TARGET, shape, PLACES, widths)
+    for name, factor in (
+        ("the approach speed", Factor("approach")), ("the slip", Factor("slip", "absolute_power")),
+        ("the spin", Factor("spin", "absolute_power")), ("the spin's square", Factor("spin", "power", 2.0)),
+        ("the signed spin", Factor("spin")), ("the signed slip", Factor("slip")),
+        ("the wall's own speed", Factor("wall_speed")),
+        ("the time in the run", Factor("time")), ("the run", Factor("run")),
+    ):  # fmt: skip
+        out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
+    time_s = known[:, W.TIME]
+    last = float(time_s.max(initial=0.0))
+    settles = [share * last for share in SETTLES]
+    out += scaled(f"{WORD} that settles", TARGET, ("time", "exponential", 1.0), settles)
+    changes = np.quantile(time_s, CHANGES).tolist() if len(time_s) else []
+    return out + scaled(f"{WORD} that changes at once", TARGET, ("time", "below", 1.0), changes)
