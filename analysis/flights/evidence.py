@@ -11,8 +11,9 @@ before they are squared.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +75,8 @@ class FlightRows:
     rows: Array
     residual: Array
     sd: Array
+    #: what :mod:`analysis.flights.unknown_force` makes of it, by the noise
+    kept: dict[Any, Any] = field(default_factory=dict)
 
     @cached_property
     def period_s(self) -> float:

@@ -453,7 +453,13 @@ class FlightFits:
     noise: FlightNoise = PLAIN
     gross: frozenset[int] = frozenset()
     _force_paths: dict[int, ForcePath] = field(default_factory=dict)
-    _resting: dict[int, bool] = field(default_factory=dict)
+
+    def path(self, k: int, times: Array) -> Array:
+        """States (n, 6) of flight k at sorted ``times``, as :meth:`propagate` gives them, without their covariances."""
+        times = np.ascontiguousarray(times)
+        if not self.noise.forced:
+            return self.flown(k, times, derivatives=False)[0]
+        return self.force_path(k).states_at(times, *self.flown(k, times))
 
     def propagate(self, k: int, times: Array) -> tuple[Array, Array]:
         """States (n, 6) of flight k at sorted ``times`` and their covariances (n, 6, 6)."""
@@ -465,37 +471,37 @@ class FlightFits:
 
     def residuals(self, k: int, index: NDArray[np.int64]) -> Array:
         """What frames ``index`` miss flight k by, (N, 3): x, y (m), angle (rad)."""
-        states, _ = self.propagate(k, self.run.time_s[index])
-        return self.measured(index) - self.markers_at(states)
+        return self.measured(index) - self.markers_at(self.path(k, self.run.time_s[index]))
 
     def rests(self, k: int) -> bool:
         """Whether the disk lies still on the floor in flight k: in its middle and at its end (how it began, friction
         has soon forgotten).
         """
-        if k not in self._resting:
-            self._resting[k] = self._rests(k)
-        return self._resting[k]
+        return bool(self._resting[k])
 
-    def _rests(self, k: int) -> bool:
-        flight, run = self.flights[k], self.run
-        looked = [(flight.first + flight.last) // 2, flight.last]
-        states, derivative = self.flown(k, run.time_s[looked])
-        if self.noise.forced:
-            states = self.force_path(k).states_at(run.time_s[looked], states, derivative)
+    @cached_property
+    def _resting(self) -> NDArray[np.bool_]:
+        """Of all flights (F,)."""
+        run = self.run
+        looked = np.array([((one.first + one.last) // 2, one.last) for one in self.flights], np.int64).reshape(-1, 2)
+        states = np.empty((len(looked), 2, STATES))
+        for k, index in enumerate(looked):
+            states[k] = self.path(k, run.time_s[index])
         host, rate = (motion[looked] for motion in run.host_at_frames)
-        arm = states[:, :2] - host[:, :2]
-        slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
-        known = np.any(run.angle_sd_rad[flight.first : flight.last + 1] < NO_ANGLE_SD_RAD)
-        rim = run.radius_m * np.abs(states[:, 5] - rate[:, 3]) if known else np.zeros(2)
+        arm = states[..., :2] - host[..., :2]
+        slide = states[..., 3:5] - rate[..., :2] - rate[..., 3:4] * np.stack([-arm[..., 1], arm[..., 0]], -1)
+        known = [np.any(run.angle_sd_rad[one.first : one.last + 1] < NO_ANGLE_SD_RAD) for one in self.flights]
+        rim = run.radius_m * np.abs(states[..., 5] - rate[..., 3]) * np.array(known, bool)[:, None]
         length, time = run.own_units
-        return bool(np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S * length / time))
+        fastest = np.hypot(slide[..., 0], slide[..., 1]) + rim
+        return np.asarray(np.all(fastest < REST_M_PER_S * length / time, 1), bool)
 
     def standard_residuals(self, k: int) -> StandardResiduals:
         """What the path of flight k without an unknown force, which follows the noise, misses its own frames by, over
         the sds given.
         """
         index, run = seen_frames(self.run, self.flights[k]), self.run
-        states, _ = self.flown(k, np.ascontiguousarray(run.time_s[index]))
+        states, _ = self.flown(k, np.ascontiguousarray(run.time_s[index]), derivatives=False)
         sd = run.xy_sd_m[index]
         return StandardResiduals(
             index, (self.measured(index) - self.markers_at(states)) / np.column_stack([sd, sd, run.angle_sd_rad[index]])
@@ -512,12 +518,19 @@ class FlightFits:
         return np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])
 
     def flown(
-        self, k: int, times: Array, parameters: Array | None = None, free: Sequence[int] = ()
+        self,
+        k: int,
+        times: Array,
+        parameters: Array | None = None,
+        free: Sequence[int] = (),
+        derivatives: bool = True,
     ) -> tuple[Array, Array]:
         """States (N, 6) of flight k's path without an unknown force at sorted ``times`` and their derivatives (N, 6,
         6 + F) with respect to its start state and the parameters ``free`` (F,); ``parameters``: other than the fit's.
+        Without ``derivatives`` there are none (0, 6, 6 + F).
         """
-        out, derivative = np.empty((len(times), STATES)), np.empty((len(times), STATES, STATES + len(free)))
+        out = np.empty((len(times), STATES))
+        derivative = np.empty((len(times) if derivatives else 0, STATES, STATES + len(free)))
         fly_with_derivatives(
             self.states[k],
             self.reference_s[k],
