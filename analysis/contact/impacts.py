@@ -151,7 +151,7 @@ def intersect(fits: Sequence[FlightFits]) -> Junctions:
 def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     run = fits.run
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
-    period = np.median(np.diff(run.time_s))
+    period = run.period_s
     t = 0.5 * (before_edge + after_edge)
     length, time = run.own_units
     exact_m = CONTINUITY_M * length

@@ -93,7 +93,7 @@ class RunData:
         """The wall as it was designed."""
         return self.stated or Wall.ring(self.contact_radius_m)
 
-    @property
+    @cached_property
     def period_s(self) -> float:
         """From frame to frame (median)."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
@@ -365,7 +365,7 @@ def fit_flights(
     the frames is fitted as if there were none; what the force changes is linear about it (:class:`ForcePath`)."""
     states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
     reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
-    rig, frames_alone = run.flight_rig, noise.without_force()
+    rig, frames_alone, seen = run.flight_rig, noise.without_force(), without_lens(run, shared)
     for k, f in enumerate(flights):
         index = seen_frames(run, f)
         # From the first frame on: friction forgets what it has stopped, so that from behind a rest no path leads back.
@@ -378,7 +378,7 @@ def fit_flights(
         else:
             states[k] = start.states[k]
         white = frames_alone.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
-        frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
+        frames = WhiteFrames(run.time_s[index], seen[index], *white)
         own = with_impact_before(parameters, run, flights, k)
         misfit[k] = fit_single(states[k], reference[k], frames, own, shared[:2], rig, covariances[k])
         freedom[k] = 3 * len(index) - STATES
@@ -414,16 +414,12 @@ def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
     return 0.5 * float(run.time_s[flights[k - 1].last] + run.time_s[flights[k].first])
 
 
-def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
-    """x, y less the lens residual of ``shared``, and angle (N, 3) of frames ``index`` (N,)."""
+def without_lens(run: RunData, shared: Array) -> Array:
+    """x, y less the lens residual of ``shared``, and angle (N, 3) of all frames."""
     n = len(LENS_POWERS)
-    lens = run.lens_terms[index]
+    lens = run.lens_terms
     return np.column_stack(
-        [
-            run.xy_m[index, 0] - lens @ shared[2 : 2 + n],
-            run.xy_m[index, 1] - lens @ shared[2 + n :],
-            run.angle_rad[index],
-        ]
+        [run.xy_m[:, 0] - lens @ shared[2 : 2 + n], run.xy_m[:, 1] - lens @ shared[2 + n :], run.angle_rad]
     )
 
 
@@ -509,13 +505,21 @@ class FlightFits:
 
     def measured(self, index: NDArray[np.int64]) -> Array:
         """x, y without the lens residual, and angle (N, 3) of frames ``index``."""
-        return without_lens(self.run, index, self.shared)
+        return np.asarray(self._seen[index])
+
+    @cached_property
+    def _seen(self) -> Array:
+        return without_lens(self.run, self.shared)
 
     def markers_at(self, states: Array) -> Array:
         """Where the markers' origin is at ``states`` (N, 6), and the angle: (N, 3)."""
         c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
         ox, oy = self.shared[:2]
-        return np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])
+        out = np.empty((len(states), 3))
+        out[:, 0] = states[:, 0] + c * ox - s * oy
+        out[:, 1] = states[:, 1] + s * ox + c * oy
+        out[:, 2] = states[:, 2]
+        return out
 
     def flown(
         self,

@@ -19,6 +19,8 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dtrtri
 from scipy.stats import chi2
 
+from ovines.robust import middle
+
 Array = NDArray[np.float64]
 
 # Beyond it noise is a drift, which no flight tells from motion.
@@ -161,7 +163,7 @@ def cells(times_s: Array, memory_s: float, others_s: Array | None = None) -> Arr
     """Edges (C + 1,) of cells that cover a flight's ``times_s`` (and ``others_s``), one of them at its first: as fine
     as its frames, finer where the memory is shorter."""
     zero = float(times_s[0])
-    step = min(float(np.median(np.diff(times_s))) if len(times_s) > 1 else memory_s, 0.5 * memory_s)
+    step = min(middle(np.diff(times_s)) if len(times_s) > 1 else memory_s, 0.5 * memory_s)
     every = times_s if others_s is None else np.concatenate([times_s, others_s])
     return np.asarray(
         zero
