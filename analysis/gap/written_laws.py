@@ -82,7 +82,7 @@ def _contact_laws(
 ) -> tuple[list[LawFound | None], list[Structure]]:
     """Laws of the impacts and the wall's shape, and what is left where only they show it.
 
-    ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left so far.
+    ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left.
     Both are searched whether or not a probe found something: probes ask for a few forms, the dictionary for many.  What
     it finds unprompted counts where it is more than negligible and halves of the runs agree."""
     impacts = ladder.impacts.fitted
