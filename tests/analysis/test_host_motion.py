@@ -61,6 +61,18 @@ DRIVES = {  # x, y (m) over time (s); the lines beside the main one (Hz), whethe
 }  # fmt: skip
 
 
+def test_a_height_of_one_line_is_known_as_one_whatever_happens_in_the_plane():
+    """Its second derivative is a load of the floor; a path that only follows its frames would be a tenth off."""
+    t = np.arange(480) / 800
+    x, y = DRIVES["random"][0](t)
+    z = 5e-4 * np.sin(TURN * 11 * t + 0.4)
+    noise = 1e-5 * np.random.default_rng(4).standard_normal((len(t), 4))
+    host = fit_host_motion(t, np.column_stack([x, y, z, 0 * t]) + noise, np.full((len(t), 4), 1e-5), None)
+    exact = -5e-4 * (TURN * 11) ** 2 * np.sin(TURN * 11 * t + 0.4)
+    off = host.at(t, 2)[:, 2] - exact
+    assert np.sqrt(np.mean(off**2)) < 0.01 * np.std(exact)
+
+
 def seen_under(drive, seed, correlation=0.0, n=800, sd=8e-6):
     """(t, exact (N, 2), seen (N, 4), sd): markers' noise white or AR(1), gaps, gross errors."""
     rng = np.random.default_rng(seed)

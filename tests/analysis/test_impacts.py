@@ -129,6 +129,23 @@ def test_the_wall_is_where_the_flights_intersect(pairs):
     assert abs(found.wall.size_m - RADIUS) < 1.5e-5
 
 
+@pytest.mark.parametrize(("mismatch", "off_m", "used"), [(1e4, 1e-3, False), (1e4, 0.0, True), (0.0, 1e-3, True)])
+def test_flights_that_neither_meet_nor_end_at_the_wall_are_no_impact(pairs, mismatch, off_m, used):
+    """A junction that is missed and far from the wall is left out; one that is missed at the wall (a contact that
+    lasts), or far from it where both flights meet (a dent), is not."""
+    fit, _ = fitted(3)
+    junctions = intersect([fit])
+    first = int(np.argmax(fit_wall(junctions, Wall.ring(RADIUS), ["radius"], {"radius": 3e-4}).used))
+    state, told = junctions.state.copy(), junctions.mismatch.copy()
+    outwards = (state[first, :2] - junctions.host[first, :2]) / RADIUS
+    state[first, :2] += off_m * outwards
+    state[first, 6:8] += off_m * outwards
+    told[first] = mismatch
+    found = fit_wall(replace(junctions, state=state, mismatch=told), Wall.ring(RADIUS), ["radius"], {"radius": 3e-4})
+    assert bool(found.used[first]) is used
+    assert abs(found.wall.size_m - RADIUS) < 5e-5
+
+
 def test_a_sequence_ends_at_the_wall_and_loses_speed_by_the_law():
     times, out, records, settled = sequence((0.0, 0.03, 0.0, 0.3, 0.5, 0.0), 400)
     np.testing.assert_allclose(records[:, 2], LAW["restitution"] * records[:, 1], rtol=1e-12)

@@ -12,6 +12,7 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED
+from analysis.gap.prediction.power import flights_seen, share_seen
 from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
 from analysis.gap.selection.null_distribution import (
@@ -72,6 +73,17 @@ def test_chance_is_counted_where_it_was_drawn_and_follows_gumbels_tail_beyond():
     # Mean and spread of 4000 draws place a tail ten scales out to half of itself.
     assert by_chance(drawn, 25.0) == pytest.approx(-np.expm1(-np.exp(-10)), rel=0.5)
     assert by_chance(np.zeros(0), 3.0) == 1.0
+
+
+def test_a_series_of_a_tenth_of_the_noise_shows_more_of_what_nobody_listed(dragged):
+    """Shares of drawn causes, of the whole series and of its evidence a thousand times weaker."""
+    seen = share_seen(dragged, np.random.default_rng(2))
+    assert set(seen) == {"flight", "impact"} and min(seen.values()) > 0.8
+    weak = tuple(
+        replace(e, information=1e-3 * e.information, score=1e-3 * e.score) for e in dragged.flights.fitted.evidence
+    )
+    faint = replace(dragged.flights, fitted=replace(dragged.flights.fitted, evidence=weak))
+    assert flights_seen(faint, np.random.default_rng(2)) < seen["flight"] - 0.2
 
 
 def test_threshold_is_the_larger_of_the_two(dragged):

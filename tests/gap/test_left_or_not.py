@@ -1,0 +1,94 @@
+"""What is left and what is not: causes that a few probes do not know, and drives that pass for something."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from analysis.blind.recording.place import Place
+from analysis.blind.series import make_series, write_series
+from analysis.gap.drive.steps import drive_steps
+from analysis.gap.ladder import run_ladder
+from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
+from analysis.gap.selection.flight_steps import first_flights, outlying_flights, unexplained_misfit
+from analysis.gap.written_laws import write_laws
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def series_of(folder, kind, size, seed, runs, noise, drive="sine"):
+    """A series of the blind plant as the diagnosis reads it, and its truth."""
+    made = make_series(kind, size, np.random.default_rng(seed), runs, noise, place=Place(drive=drive))
+    write_series(made, folder / "series")
+    return made, load_series(read_series(folder / "series"), folder / "results")[0]
+
+
+def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_force(tmp_path):
+    made, series = series_of(tmp_path, "vertical_motion+sensor_window_offset", 0.6, 3, 4, "ar1", "random")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    assert {cause.effect for cause in ladder.causes} == {"vertical_motion", "sensor_window_offset"}
+    assert not ladder.structure and ladder.measurement.clock_change is None
+    told = next(cause for cause in ladder.causes if cause.effect == "vertical_motion").parameters["amplitude_m"]
+    true = made.truth["parameters"]["vertical_motion"]["amplitude_m"]
+    assert abs(told[0] - true) < 3 * max(told[1], 2e-3 * true)
+
+
+def test_slow_lines_of_a_few_runs_are_those_of_their_drive(tmp_path):
+    """Of a random drive some runs look like lines, and leave others beside them."""
+    _, series = series_of(tmp_path, "none", 1.0, 7, 5, "white", "random")
+    fits = first_flights(series, ("floor_friction", "spin_coupling")).fits
+    assert not drive_steps(series, fits, frozenset(), False)[0].causes
+
+
+def fits_of(misfits, rests=()):
+    """A run of flights of 40 frames with these misfits per degree of freedom, as far as they are asked for."""
+    flights = [SimpleNamespace(first=40 * k, last=40 * k + 39) for k in range(len(misfits))]
+    freedom = np.full(len(misfits), 114)
+    return SimpleNamespace(flights=flights, misfit=misfits * freedom, freedom=freedom, rests=lambda k: k in rests)
+
+
+@pytest.mark.parametrize(("wrong", "rests", "left"), [(1, (), False), (9, (), True), (9, range(9), False)])
+def test_many_flights_that_no_law_fits_are_left(wrong, rests, left):
+    """One of fifty hides an impact; nine of fifty, left out of every fit, are a law that is missing; a disk at rest
+    shows none."""
+    misfits = np.random.default_rng(1).uniform(0.8, 1.2, 50)
+    misfits[:wrong] = 15.0
+    runs = (fits_of(misfits, rests),)
+    assert outlying_flights(runs) == (0 if rests else wrong, 50 - len(rests))
+    fit = SimpleNamespace(fits=runs, misfit=1.0, count=1)
+    found = unexplained_misfit(fit, (), (), False)
+    assert [one.stage for one in found] == (["flight"] if left else [])
+    assert not unexplained_misfit(fit, found, (), False)
+
+
+def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(tmp_path):
+    """A nick in the disk's rim takes 0.07 of the restitution where it meets the wall."""
+    made, series = series_of(tmp_path, "unknown_nicked_disk", 0.4, 21, 8, "white")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    assert "impact" not in {one.stage for one in ladder.structure}
+    laws, ladder = write_laws(ladder, np.random.default_rng(1))
+    left = next(one for one in ladder.structure if one.stage == "impact")
+    assert (left.coordinate, left.goes_with) == ("normal", "the direction of the contact seen from the disk")
+    assert left.strength > 1.0 and left.p < 0.01 / 4
+    assert len(laws) == 1 and laws[0].closed > 0.8
+    # The same impacts without the nick: nothing.
+    impacts = ladder.impacts.fitted
+    assert impacts is not None
+    rng = np.random.default_rng(5)
+    data = impacts.data
+    fresh = 0.7 * data.before + np.hypot(data.normal_sd, 0.02 * data.before) * rng.standard_normal(len(data))
+    plain = replace(ladder.impacts, fitted=replace(impacts, data=replace(data, after=fresh)))
+    without = write_laws(replace(ladder, impacts=plain, structure=()), np.random.default_rng(1))[1]
+    assert "impact" not in {one.stage for one in without.structure}
+    assert made.truth["effect"] == "unknown_nicked_disk"
+
+
+def test_what_a_series_would_not_show_may_be_left():
+    assert probability_of_left(1e-9, 1.0) > 0.99
+    # Of a series that shows nothing of what may be left only the prior is known, whatever chance says.
+    assert probability_of_left(1.0, 0.0) == pytest.approx(1 - ABSENT)
+    told = [probability_of_left(1.0, share) for share in np.linspace(0.0, 1.0, 6)]
+    assert told == sorted(told, reverse=True)
