@@ -23,6 +23,15 @@ def residual_sd(residual: ArrayLike) -> float:
     return _sd(known) if known.size else float("nan")
 
 
+def middle(values: NDArray[np.float64]) -> float:
+    """Median of ``values`` (N,), N > 0, none of them NaN: of a few dozen numpy's own takes ten times as long."""
+    half = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1]
+    return float(0.5 * (low + high))
+
+
 def _known(values: ArrayLike) -> NDArray[np.float64]:
     flat = np.asarray(values, float)
     return flat[~np.isnan(flat)]
@@ -30,4 +39,4 @@ def _known(values: ArrayLike) -> NDArray[np.float64]:
 
 def _sd(off: NDArray[np.float64]) -> float:
     # As scipy's median_abs_deviation, whose handling of its arguments took a tenth of a diagnosis.
-    return float(np.median(np.abs(off))) / _QUARTILE
+    return middle(np.abs(off)) / _QUARTILE

@@ -44,8 +44,9 @@ def triangulate(
     Where ``sd_px`` is null, the sd is taken from the robust spread of the residuals of the same markers.
     """
     by_name = {camera.name: camera for camera in cameras}
-    names = [name for name in by_name if name in set(tracks["camera"])]
-    strangers = sorted(set(tracks["camera"]) - set(by_name))
+    seen_by = set(tracks["camera"].unique())
+    names = [name for name in by_name if name in seen_by]
+    strangers = sorted(seen_by - set(by_name))
     if strangers:
         raise InputError(
             f"tracks of camera {strangers[0]!r}",

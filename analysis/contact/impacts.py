@@ -151,13 +151,13 @@ def intersect(fits: Sequence[FlightFits]) -> Junctions:
 def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     run = fits.run
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
-    period = np.median(np.diff(run.time_s))
+    period = run.period_s
     t = 0.5 * (before_edge + after_edge)
     length, time = run.own_units
     exact_m = CONTINUITY_M * length
     for _ in range(INSTANT_STEPS):
-        (a,), (pa,) = fits.propagate(k, np.array([t]))
-        (b,), (pb,) = fits.propagate(k + 1, np.array([t]))
+        met = np.array([t])
+        (a,), (b,) = fits.path(k, met), fits.path(k + 1, met)
         step = a[3:5] - b[3:5]
         speed2 = float(step @ step)
         if speed2 < (LEAST_STEP_M_PER_S * length / time) ** 2:
@@ -168,6 +168,8 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
             break
     if t < before_edge - ACCEPTED_FRAMES * period or t > after_edge + ACCEPTED_FRAMES * period:
         return None
+    (a,), (pa,) = fits.propagate(k, met)
+    (b,), (pb,) = fits.propagate(k + 1, met)
     # One update with the three statements of continuity; the state is (before 6, after 6, shift of t).
     p = np.zeros((13, 13))
     p[:6, :6], p[6:12, 6:12], p[12, 12] = pa, pb, period**2

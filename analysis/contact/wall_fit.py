@@ -26,6 +26,10 @@ SLOWEST_M_PER_S = 0.05
 UNCERTAIN_SHARE, UNCERTAIN_GAP_SHARE = 0.2, 0.0125
 # A contact distance beyond this counts in the sum of squares as if it were this far off.
 CUT_SD = 5.0
+# Two flights that miss each other by more than this (chi-square of two degrees: by chance never; 36 at most in series
+# whose flights hold all that acts) and are farther off the wall than this share of its size and so many robust sds do
+# not meet in one impact: a flight hides one, or several fell among frames that nobody saw.
+MISSED, MISSED_SHARE, MISSED_SD = 50.0, 2.5e-3, 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +61,14 @@ def usable(impacts: Impacts, size_m: float) -> NDArray[np.bool_]:
         & (impacts.sd("normal_before") < UNCERTAIN_SHARE * before)
         & (impacts.sd("gap") < UNCERTAIN_GAP_SHARE * size_m)
     )
+
+
+def missed(impacts: Impacts, residual_m: Array, size_m: float) -> NDArray[np.bool_]:
+    """Junctions whose two flights neither meet nor end at a wall of ``size_m``, by the ``residual_m`` (K,) of the
+    contact distance: no single impact."""
+    usual_m = residual_sd(residual_m[usable(impacts, size_m)])
+    far = np.abs(residual_m) > max(MISSED_SHARE * size_m, MISSED_SD * usual_m)
+    return np.asarray(far & (impacts.junctions.mismatch > MISSED), bool)
 
 
 def fit_wall(
@@ -99,7 +111,7 @@ def fit_wall(
     residual = impacts.of("gap")
     if extra is not None:
         residual = residual - extra @ coefficients
-    used = usable(impacts, wall.size_m)
+    used = usable(impacts, wall.size_m) & ~missed(impacts, residual, wall.size_m)
     scatter = residual_sd(residual[used])
     sd = np.sqrt(impacts.sd("gap") ** 2 + DISTANCE_FLOOR_M**2)
     chi = float(np.sum(np.minimum((residual[used] / sd[used]) ** 2, CUT_SD**2))) if used.any() else 0.0

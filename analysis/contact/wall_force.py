@@ -92,7 +92,7 @@ def _moved(fit: FlightFits, k: int, wall: Wall, widths_m: Array, at_s: float | N
     others = None if at_s is None else np.array([at_s])
     edges = cells(times, run.period_s, others)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    states, _ = fit.flown(k, middle)
+    states, _ = fit.flown(k, middle, derivatives=False)
     host = run.host.at(middle)
     gaps, normals = wall.gaps(states[:, :2] - host[:, :2], host[:, 3], run.radius_m)
     nearest = np.argmax(gaps, axis=1)

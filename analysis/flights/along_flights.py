@@ -73,7 +73,7 @@ def known_states(fits: FlightFits, k: int, times: Array) -> tuple[Array, Array]:
     path that flight ``k`` really took, at sorted ``times``: the fitted one, led to the frames where it misses them
     smoothly."""
     times = np.ascontiguousarray(times)
-    states = fits.flown(k, times)[0] + _missed(fits, k, times)
+    states = fits.flown(k, times, derivatives=False)[0] + _missed(fits, k, times)
     p = with_impact_before(fits.parameters, fits.run, fits.flights, k)
     without, known, damping = p.copy(), np.zeros((len(times), W.KNOWN_SIZE)), np.zeros((len(times), 3, 3))
     without[P.FRICTION] = 0.0
@@ -92,7 +92,7 @@ def unit_accelerations(fits: Sequence[FlightFits]) -> tuple[dict[str, float], fl
         for k, flight in enumerate(fit.flights):
             p[INDEX["impact_before_s"]] = impact_before(fit.run, fit.flights, k)
             times = fit.run.time_s[flight.first : flight.last + 1 : STRIDE]
-            states, _ = fit.flown(k, np.ascontiguousarray(times))
+            states, _ = fit.flown(k, np.ascontiguousarray(times), derivatives=False)
             speed += _add(times, states, p, STEPS, fit.run.flight_rig, total)
             count += len(times)
     root = np.sqrt(total / max(count, 1))

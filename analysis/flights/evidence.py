@@ -11,17 +11,19 @@ before they are squared.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import LENS_POWERS, SHARED, FlightFits, seen_frames, whiten
+from analysis.flights.fit import SHARED, FlightFits, seen_frames, whiten
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
 from analysis.flights.parameters import PARAMETERS
+from ovines.robust import middle
 
 Array = NDArray[np.float64]
 
@@ -74,25 +76,18 @@ class FlightRows:
     rows: Array
     residual: Array
     sd: Array
+    #: what :mod:`analysis.flights.unknown_force` makes of it, by the noise
+    kept: dict[Any, Any] = field(default_factory=dict)
 
     @cached_property
     def period_s(self) -> float:
         """Median time between two of its frames."""
-        return float(np.median(np.diff(self.time_s)))
+        return middle(np.diff(self.time_s))
 
     @cached_property
     def usual_sd(self) -> Array:
         """Sd (2,) of a place (m) and of the angle (rad) in its usual frame."""
-        return np.asarray(np.median(self.sd[:, [0, 2]], 0), float)
-
-    def whitened(self, noise: FlightNoise) -> tuple[Array, Array]:
-        """Rows and residuals as of independent errors of unit variance."""
-        rows, residual = self.rows.copy(), self.residual.copy()
-        place, angle = noise.whitening(
-            self.index, self.time_s, np.ascontiguousarray(self.sd[:, 0]), np.ascontiguousarray(self.sd[:, 2])
-        )
-        whiten(rows, residual, place, angle)
-        return rows, residual
+        return np.array([middle(self.sd[:, 0]), middle(self.sd[:, 2])])
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,26 +122,24 @@ def weighed(run: RunRows, noise: FlightNoise) -> Evidence:
     """The quadratic form of one run, the frames' errors being ``noise``."""
     p = len(run.columns)
     sums = np.zeros(4)
-    parts = []
-    for flight in run.flights:
-        _lags(flight.index, flight.residual / flight.sd, sums)
-        parts.append((np.zeros((p, p)), np.zeros(p)))
-        _without_states(*flight.whitened(noise), *parts[-1], sums)
-    total, score = (
-        np.sum([a for a, _ in parts] or [np.zeros((p, p))], 0),
-        np.sum([b for _, b in parts] or [np.zeros(p)], 0),
-    )
+    informations, scores = np.zeros((len(run.flights), p, p)), np.zeros((len(run.flights), p))
+    for flight, information, score in zip(run.flights, informations, scores, strict=True):
+        sd = flight.sd
+        white = noise.whitening(
+            flight.index, flight.time_s, np.ascontiguousarray(sd[:, 0]), np.ascontiguousarray(sd[:, 2])
+        )
+        _weigh(flight.index, flight.rows, flight.residual, sd, white, information, score, sums)
     return Evidence(
         run.columns,
-        total,
-        score,
+        informations.sum(0),
+        scores.sum(0),
         float(sums[0]),
         int(sums[1]),
         len(run.flights),
         run.left_out,
         float(sums[2]),
         float(sums[3]),
-        tuple(parts),
+        tuple(zip(informations, scores, strict=True)),
     )
 
 
@@ -199,37 +192,87 @@ def usable_flights(fits: FlightFits, median_misfit: float | None = None) -> NDAr
 def flight_rows(fits: FlightFits, k: int, columns: Sequence[int]) -> FlightRows:
     """Flight ``k`` linearised in its own state and the shared ``columns``, those of the flight model first."""
     run = fits.run
-    free = [c for c in columns if c < len(PARAMETERS)]
+    free, offsets = _free_and_offsets(tuple(columns))
     index = seen_frames(run, fits.flights[k])
-    states, derivative = fits.flown(k, run.time_s[index], free=free)
-    known = STATES + len(free)
-    rows = np.zeros((len(index), 3, STATES + len(columns)))
-    rows[:, :, :known] = derivative[:, :3]
-    c, s, (ox, oy) = np.cos(states[:, ANGLE]), np.sin(states[:, ANGLE]), fits.shared[:2]
-    rows[:, 0, ANGLE] -= s * ox + c * oy
-    rows[:, 1, ANGLE] += c * ox - s * oy
-    # Derivatives of x and y with respect to the markers' origin and the lens residual, in the order of ``SHARED``.
-    lens = run.lens_terms[index]
-    none = np.zeros_like(lens)
-    offsets = np.stack([np.column_stack([c, -s, lens, none]), np.column_stack([s, c, none, lens])], 1)
-    assert offsets.shape[2] == 2 + 2 * len(LENS_POWERS)
-    rows[:, :2, known:] = offsets[:, :, [o - len(PARAMETERS) for o in columns[len(free) :]]]
-    return FlightRows(
-        index,
-        run.time_s[index],
-        rows,
-        fits.measured(index) - fits.markers_at(states),
-        np.column_stack([run.xy_sd_m[index], run.xy_sd_m[index], run.angle_sd_rad[index]]),
-    )
+    time_s = run.time_s[index]
+    states, derivative = fits.flown(k, time_s, free=free)
+    rows, residual = np.empty((len(index), 3, STATES + len(columns))), np.empty((len(index), 3))
+    _fill(states, derivative, fits.measured(index), run.lens_terms[index], fits.shared[:2], offsets, rows, residual)
+    sd = np.empty((len(index), 3))
+    sd[:, 0] = sd[:, 1] = run.xy_sd_m[index]
+    sd[:, 2] = run.angle_sd_rad[index]
+    return FlightRows(index, time_s, rows, residual, sd)
 
 
-def _lags(index: NDArray[np.int64], standard: Array, sums: Array) -> None:
-    """Sums 2 and 3: neighbouring frames' products and mean squares of residuals (N, 3) over their sds, clipped."""
-    clipped = np.clip(standard, -GROSS_SD, GROSS_SD)
-    pairs = np.diff(index) == 1
-    first, second = clipped[:-1][pairs], clipped[1:][pairs]
-    sums[2] += np.sum(first * second)
-    sums[3] += 0.5 * np.sum(first**2 + second**2)
+@lru_cache(maxsize=256)
+def _free_and_offsets(columns: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.int64]]:
+    """The ``columns`` of the flight model, and those of the markers' origin and the lens residual, counted from the
+    first of these."""
+    free = tuple(c for c in columns if c < len(PARAMETERS))
+    return free, np.array([c - len(PARAMETERS) for c in columns[len(free) :]], np.int64)
+
+
+@compiled
+def _fill(
+    states: Array,
+    derivative: Array,
+    seen: Array,
+    lens: Array,
+    origin: Array,
+    offsets: NDArray[np.int64],
+    rows: Array,
+    residual: Array,
+) -> None:
+    """``rows`` (N, 3, S + P) and ``residual`` (N, 3) of frames ``seen`` (N, 3): markers' x, y and angle against
+    ``states`` (N, 6) and their ``derivative`` (N, 6, S + F), ``lens`` (N, L) polynomials at the frames' places."""
+    known, powers = derivative.shape[2], lens.shape[1]
+    for i in range(len(states)):
+        c, s = np.cos(states[i, ANGLE]), np.sin(states[i, ANGLE])
+        residual[i, 0] = seen[i, 0] - (states[i, 0] + c * origin[0] - s * origin[1])
+        residual[i, 1] = seen[i, 1] - (states[i, 1] + s * origin[0] + c * origin[1])
+        residual[i, 2] = seen[i, 2] - states[i, ANGLE]
+        for m in range(3):
+            for j in range(known):
+                rows[i, m, j] = derivative[i, m, j]
+        rows[i, 0, ANGLE] -= s * origin[0] + c * origin[1]
+        rows[i, 1, ANGLE] += c * origin[0] - s * origin[1]
+        for j in range(len(offsets)):
+            o, x, y = offsets[j], 0.0, 0.0
+            if o == 0:
+                x, y = c, s
+            elif o == 1:
+                x, y = -s, c
+            elif o < 2 + powers:
+                x = lens[i, o - 2]
+            else:
+                y = lens[i, o - 2 - powers]
+            rows[i, 0, known + j], rows[i, 1, known + j], rows[i, 2, known + j] = x, y, 0.0
+
+
+@compiled
+def _weigh(
+    index: NDArray[np.int64],
+    rows: Array,
+    residual: Array,
+    sd: Array,
+    white: tuple[Array, Array],
+    total: Array,
+    score: Array,
+    sums: Array,
+) -> None:
+    """Add what a flight says of the shared unknowns (:func:`_without_states`), its frames whitened by the triangles
+    ``white`` of places and angles (N, N); to sums 2 and 3 neighbouring frames' products and mean squares of residuals
+    over ``sd`` (N, 3), clipped."""
+    for i in range(1, len(index)):
+        if index[i] - index[i - 1] == 1:
+            for m in range(3):
+                one = min(max(residual[i - 1, m] / sd[i - 1, m], -GROSS_SD), GROSS_SD)
+                two = min(max(residual[i, m] / sd[i, m], -GROSS_SD), GROSS_SD)
+                sums[2] += one * two
+                sums[3] += 0.5 * (one * one + two * two)
+    own_rows, own = rows.copy(), residual.copy()
+    whiten(own_rows, own, white[0], white[1])
+    _without_states(own_rows, own, total, score, sums)
 
 
 @compiled

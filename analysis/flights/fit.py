@@ -93,7 +93,7 @@ class RunData:
         """The wall as it was designed."""
         return self.stated or Wall.ring(self.contact_radius_m)
 
-    @property
+    @cached_property
     def period_s(self) -> float:
         """From frame to frame (median)."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 1.0
@@ -365,7 +365,7 @@ def fit_flights(
     the frames is fitted as if there were none; what the force changes is linear about it (:class:`ForcePath`)."""
     states, covariances = np.empty((len(flights), STATES)), np.empty((len(flights), STATES, STATES))
     reference, misfit, freedom = np.empty(len(flights)), np.empty(len(flights)), np.empty(len(flights), np.int64)
-    rig, frames_alone = run.flight_rig, noise.without_force()
+    rig, frames_alone, seen = run.flight_rig, noise.without_force(), without_lens(run, shared)
     for k, f in enumerate(flights):
         index = seen_frames(run, f)
         # From the first frame on: friction forgets what it has stopped, so that from behind a rest no path leads back.
@@ -378,7 +378,7 @@ def fit_flights(
         else:
             states[k] = start.states[k]
         white = frames_alone.whitening(index, run.time_s[index], run.xy_sd_m[index], run.angle_sd_rad[index])
-        frames = WhiteFrames(run.time_s[index], without_lens(run, index, shared), *white)
+        frames = WhiteFrames(run.time_s[index], seen[index], *white)
         own = with_impact_before(parameters, run, flights, k)
         misfit[k] = fit_single(states[k], reference[k], frames, own, shared[:2], rig, covariances[k])
         freedom[k] = 3 * len(index) - STATES
@@ -414,16 +414,12 @@ def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
     return 0.5 * float(run.time_s[flights[k - 1].last] + run.time_s[flights[k].first])
 
 
-def without_lens(run: RunData, index: NDArray[np.int64], shared: Array) -> Array:
-    """x, y less the lens residual of ``shared``, and angle (N, 3) of frames ``index`` (N,)."""
+def without_lens(run: RunData, shared: Array) -> Array:
+    """x, y less the lens residual of ``shared``, and angle (N, 3) of all frames."""
     n = len(LENS_POWERS)
-    lens = run.lens_terms[index]
+    lens = run.lens_terms
     return np.column_stack(
-        [
-            run.xy_m[index, 0] - lens @ shared[2 : 2 + n],
-            run.xy_m[index, 1] - lens @ shared[2 + n :],
-            run.angle_rad[index],
-        ]
+        [run.xy_m[:, 0] - lens @ shared[2 : 2 + n], run.xy_m[:, 1] - lens @ shared[2 + n :], run.angle_rad]
     )
 
 
@@ -453,7 +449,13 @@ class FlightFits:
     noise: FlightNoise = PLAIN
     gross: frozenset[int] = frozenset()
     _force_paths: dict[int, ForcePath] = field(default_factory=dict)
-    _resting: dict[int, bool] = field(default_factory=dict)
+
+    def path(self, k: int, times: Array) -> Array:
+        """States (n, 6) of flight k at sorted ``times``, as :meth:`propagate` gives them, without their covariances."""
+        times = np.ascontiguousarray(times)
+        if not self.noise.forced:
+            return self.flown(k, times, derivatives=False)[0]
+        return self.force_path(k).states_at(times, *self.flown(k, times))
 
     def propagate(self, k: int, times: Array) -> tuple[Array, Array]:
         """States (n, 6) of flight k at sorted ``times`` and their covariances (n, 6, 6)."""
@@ -465,37 +467,37 @@ class FlightFits:
 
     def residuals(self, k: int, index: NDArray[np.int64]) -> Array:
         """What frames ``index`` miss flight k by, (N, 3): x, y (m), angle (rad)."""
-        states, _ = self.propagate(k, self.run.time_s[index])
-        return self.measured(index) - self.markers_at(states)
+        return self.measured(index) - self.markers_at(self.path(k, self.run.time_s[index]))
 
     def rests(self, k: int) -> bool:
         """Whether the disk lies still on the floor in flight k: in its middle and at its end (how it began, friction
         has soon forgotten).
         """
-        if k not in self._resting:
-            self._resting[k] = self._rests(k)
-        return self._resting[k]
+        return bool(self._resting[k])
 
-    def _rests(self, k: int) -> bool:
-        flight, run = self.flights[k], self.run
-        looked = [(flight.first + flight.last) // 2, flight.last]
-        states, derivative = self.flown(k, run.time_s[looked])
-        if self.noise.forced:
-            states = self.force_path(k).states_at(run.time_s[looked], states, derivative)
+    @cached_property
+    def _resting(self) -> NDArray[np.bool_]:
+        """Of all flights (F,)."""
+        run = self.run
+        looked = np.array([((one.first + one.last) // 2, one.last) for one in self.flights], np.int64).reshape(-1, 2)
+        states = np.empty((len(looked), 2, STATES))
+        for k, index in enumerate(looked):
+            states[k] = self.path(k, run.time_s[index])
         host, rate = (motion[looked] for motion in run.host_at_frames)
-        arm = states[:, :2] - host[:, :2]
-        slide = states[:, 3:5] - rate[:, :2] - rate[:, 3:4] * np.column_stack([-arm[:, 1], arm[:, 0]])
-        known = np.any(run.angle_sd_rad[flight.first : flight.last + 1] < NO_ANGLE_SD_RAD)
-        rim = run.radius_m * np.abs(states[:, 5] - rate[:, 3]) if known else np.zeros(2)
+        arm = states[..., :2] - host[..., :2]
+        slide = states[..., 3:5] - rate[..., :2] - rate[..., 3:4] * np.stack([-arm[..., 1], arm[..., 0]], -1)
+        known = [np.any(run.angle_sd_rad[one.first : one.last + 1] < NO_ANGLE_SD_RAD) for one in self.flights]
+        rim = run.radius_m * np.abs(states[..., 5] - rate[..., 3]) * np.array(known, bool)[:, None]
         length, time = run.own_units
-        return bool(np.all(np.hypot(slide[:, 0], slide[:, 1]) + rim < REST_M_PER_S * length / time))
+        fastest = np.hypot(slide[..., 0], slide[..., 1]) + rim
+        return np.asarray(np.all(fastest < REST_M_PER_S * length / time, 1), bool)
 
     def standard_residuals(self, k: int) -> StandardResiduals:
         """What the path of flight k without an unknown force, which follows the noise, misses its own frames by, over
         the sds given.
         """
         index, run = seen_frames(self.run, self.flights[k]), self.run
-        states, _ = self.flown(k, np.ascontiguousarray(run.time_s[index]))
+        states, _ = self.flown(k, np.ascontiguousarray(run.time_s[index]), derivatives=False)
         sd = run.xy_sd_m[index]
         return StandardResiduals(
             index, (self.measured(index) - self.markers_at(states)) / np.column_stack([sd, sd, run.angle_sd_rad[index]])
@@ -503,21 +505,36 @@ class FlightFits:
 
     def measured(self, index: NDArray[np.int64]) -> Array:
         """x, y without the lens residual, and angle (N, 3) of frames ``index``."""
-        return without_lens(self.run, index, self.shared)
+        return np.asarray(self._seen[index])
+
+    @cached_property
+    def _seen(self) -> Array:
+        return without_lens(self.run, self.shared)
 
     def markers_at(self, states: Array) -> Array:
         """Where the markers' origin is at ``states`` (N, 6), and the angle: (N, 3)."""
         c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
         ox, oy = self.shared[:2]
-        return np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])
+        out = np.empty((len(states), 3))
+        out[:, 0] = states[:, 0] + c * ox - s * oy
+        out[:, 1] = states[:, 1] + s * ox + c * oy
+        out[:, 2] = states[:, 2]
+        return out
 
     def flown(
-        self, k: int, times: Array, parameters: Array | None = None, free: Sequence[int] = ()
+        self,
+        k: int,
+        times: Array,
+        parameters: Array | None = None,
+        free: Sequence[int] = (),
+        derivatives: bool = True,
     ) -> tuple[Array, Array]:
         """States (N, 6) of flight k's path without an unknown force at sorted ``times`` and their derivatives (N, 6,
         6 + F) with respect to its start state and the parameters ``free`` (F,); ``parameters``: other than the fit's.
+        Without ``derivatives`` there are none (0, 6, 6 + F).
         """
-        out, derivative = np.empty((len(times), STATES)), np.empty((len(times), STATES, STATES + len(free)))
+        out = np.empty((len(times), STATES))
+        derivative = np.empty((len(times) if derivatives else 0, STATES, STATES + len(free)))
         fly_with_derivatives(
             self.states[k],
             self.reference_s[k],

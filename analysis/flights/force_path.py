@@ -5,6 +5,7 @@ open.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,11 +73,22 @@ class ForcePath:
     def _responses(self, times_s: Array) -> tuple[Array, Array, Array]:
         """Covariance (n, 2, N) of place and velocity at ``times_s`` with the frames' displacements under a unit force,
         how its cells go together, and what each moves by then."""
+        inside = len(times_s) > 0 and times_s[0] >= self.times_s[0] and times_s[-1] <= self.times_s[-1]
+        edges, together, to_own = self._own_cells if inside else self._cells(times_s)
+        moved = np.stack(response(times_s, self.zero_s, edges), 1)
+        return moved @ to_own, together, moved
+
+    @cached_property
+    def _own_cells(self) -> tuple[Array, Array, Array]:
+        return self._cells(None)
+
+    def _cells(self, times_s: Array | None) -> tuple[Array, Array, Array]:
+        """Edges of the cells that cover the frames and ``times_s``, how the cells go together (C, C), and with the
+        frames' displacements (C, N)."""
         edges = cells(self.times_s, self.noise.memory_s, times_s)
         together = alike(edges, self.noise.memory_s)
         own, _ = response(self.times_s, self.zero_s, edges)
-        moved = np.stack(response(times_s, self.zero_s, edges), 1)
-        return moved @ together @ own.T, together, moved
+        return edges, together, together @ own.T
 
     def _whitened(self, cross: Array) -> Iterator[tuple[NDArray[np.int64], Array, int]]:
         """Of each coordinate that the force moves: its two states, ``cross`` with whitened frames, its number."""

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 GRAVITY_M_PER_S2 = 9.81
 # Below this sliding speed the friction is smoothed; 1 mm/s is a thousandth of what the disk usually slides with.
 REGULARISATION_M_PER_S = 1e-3
+# From so many times that speed on, its hyperbolic tangent is 1 to the last digit.
+SMOOTHED = 20.0
 # How long a floor may remember an impact, for the probe that asks (a hop lasts about as long).
 SETTLING_S = 0.015
 # Longest Runge-Kutta step: a frame at 800 fps keeps the error of a flight below 1e-8 m away from v = 0.
@@ -98,6 +100,19 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
 
 
 @compiled
+def follows_drive(p: Array) -> bool:
+    """Whether any term of the parameters ``p`` follows the drive's phase."""
+    return (
+        p[P.FRICTION_COS] != 0.0
+        or p[P.FRICTION_SIN] != 0.0
+        or p[P.FORCE_COS_X] != 0.0
+        or p[P.FORCE_SIN_X] != 0.0
+        or p[P.FORCE_COS_Y] != 0.0
+        or p[P.FORCE_SIN_Y] != 0.0
+    )
+
+
+@compiled
 def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
     host = host_at(t, rig.host)
@@ -110,8 +125,10 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     total = np.sqrt(slide * slide + rim * rim)
     ax, ay, torque = p[P.TILT_X], p[P.TILT_Y], p[P.SPIN_DRIVE]
     friction_x, friction_y, friction_spin = 0.0, 0.0, 0.0
-    drive = rig.omega_rad_per_s * t + rig.phase_rad
-    cosine, sine = np.cos(drive), np.sin(drive)
+    cosine, sine = 0.0, 0.0
+    if follows_drive(p):
+        drive = rig.omega_rad_per_s * t + rig.phase_rad
+        cosine, sine = np.cos(drive), np.sin(drive)
     if p[P.FRICTION] != 0.0 and total > 0.0:
         load = GRAVITY_M_PER_S2 + p[P.LOAD] * host.lift
         load = max(load, 0.0)
@@ -127,7 +144,7 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
         )  # fmt: skip
         if p[P.FRICTION_SINCE] != 0.0 and t >= p[P.IMPACT_BEFORE_S]:
             mu += p[P.FRICTION] * p[P.FRICTION_SINCE] * np.exp(-(t - p[P.IMPACT_BEFORE_S]) / SETTLING_S)
-        smooth = np.tanh(total / REGULARISATION_M_PER_S)
+        smooth = np.tanh(total / REGULARISATION_M_PER_S) if total < SMOOTHED * REGULARISATION_M_PER_S else 1.0
         # F/slide and T/rim stay finite where either vanishes: Coulomb's force is along u, Farkas' along both.
         f, tau = 1.0, 0.0
         if p[P.COUPLING] != 0.0:
@@ -260,10 +277,12 @@ def fly_with_derivatives(
     derivative: Array,
 ) -> None:
     """As :func:`fly`, and differences (len(times), 6, 6 + len(free)) with respect to start state and parameters
-    ``free``.
+    ``free``, none where ``derivative`` has no rows.
     """
     n = len(times)
     fly(start, t0, times, p, rig, out)
+    if len(derivative) == 0:
+        return
     moved = np.empty((n, STATES))
     s, q = start.copy(), p.copy()
     for j in range(STATES + len(free)):

@@ -16,7 +16,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dtrtri
 from scipy.stats import chi2
+
+from ovines.robust import middle
 
 Array = NDArray[np.float64]
 
@@ -101,10 +104,12 @@ class FlightNoise:
         return _kept_whitening(self, *(np.asarray(one).tobytes() for one in (index, time_s, sd, angle_sd)))
 
     def _whitening(self, index: NDArray[np.int64], time_s: Array, sd: Array, angle_sd: Array) -> tuple[Array, Array]:
+        if not self.forced:
+            white = white_frames(index, self.correlation)
+            return white / (self.scale * sd), white / (self.angle_scale * angle_sd)
         place, angle = self.covariance(index, sd, angle_sd)
-        if self.forced:
-            moved = displacement(time_s, self.memory_s)
-            place, angle = place + self.acceleration_m_per_s2**2 * moved, angle + self.spin_rad_per_s2**2 * moved
+        moved = displacement(time_s, self.memory_s)
+        place, angle = place + self.acceleration_m_per_s2**2 * moved, angle + self.spin_rad_per_s2**2 * moved
         return _inverse_root(place), _inverse_root(angle)
 
 
@@ -117,10 +122,25 @@ def _kept_whitening(noise: FlightNoise, index: bytes, *times_and_sds: bytes) -> 
     return noise._whitening(np.frombuffer(index, np.int64), *(np.frombuffer(one) for one in times_and_sds))
 
 
+def white_frames(index: NDArray[np.int64], correlation: float) -> Array:
+    """Lower triangle (N, N) that turns noise of unit variance, of this ``correlation`` from frame to frame, in frames
+    ``index`` (N,) into independent one: each frame less what the one before tells of it."""
+    out = np.eye(len(index))
+    if correlation == 0.0 or len(index) < 2:
+        return out
+    told = correlation ** np.diff(index)
+    own = np.sqrt(1 - told**2)
+    later = np.arange(1, len(index))
+    out[later, later], out[later, later - 1] = 1 / own, -told / own
+    return out
+
+
 def _inverse_root(covariance: Array) -> Array:
     size = np.sqrt(np.diag(covariance))
-    root = cholesky(covariance / np.outer(size, size), lower=True)
-    return np.ascontiguousarray(solve_triangular(root, np.diag(1 / size), lower=True))
+    inverse, singular = dtrtri(np.linalg.cholesky(covariance / np.outer(size, size)).T, lower=0)
+    if singular:
+        raise np.linalg.LinAlgError("frames whose errors go together entirely")
+    return np.ascontiguousarray(inverse.T) / size
 
 
 def response(times_s: Array, zero_s: float, edges_s: Array) -> tuple[Array, Array]:
@@ -143,7 +163,7 @@ def cells(times_s: Array, memory_s: float, others_s: Array | None = None) -> Arr
     """Edges (C + 1,) of cells that cover a flight's ``times_s`` (and ``others_s``), one of them at its first: as fine
     as its frames, finer where the memory is shorter."""
     zero = float(times_s[0])
-    step = min(float(np.median(np.diff(times_s))) if len(times_s) > 1 else memory_s, 0.5 * memory_s)
+    step = min(middle(np.diff(times_s)) if len(times_s) > 1 else memory_s, 0.5 * memory_s)
     every = times_s if others_s is None else np.concatenate([times_s, others_s])
     return np.asarray(
         zero

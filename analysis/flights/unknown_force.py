@@ -15,12 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
 from scipy.ndimage import median_filter
 
 from analysis.flights.evidence import FlightRows, RunRows
 from analysis.flights.model import STATES
-from analysis.flights.noise import GROSS_SD, FlightNoise, displacement
+from analysis.flights.noise import GROSS_SD, FlightNoise, displacement, white_frames
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
@@ -38,6 +37,8 @@ MEMORIES = (0.1, 0.4, 1.6)
 # in twenty series.  About it the amplitude sets in smoothly, so that a frame more or less decides nothing; below NONE
 # there is none.
 THERE, NONE = 6.0, 2.0
+# Flights weighed together: as many as fit into a processor's cache.
+AT_ONCE = 64
 # A frame is held against the median of so many.
 NEIGHBOURS = 5
 # A flight counts as gross (an impact or a contact within it) where a force as large as the others' leaves every frame
@@ -165,32 +166,52 @@ def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise
 
 
 class _WhiteFlight(NamedTuple):
-    """A flight's ``frames`` (N,) counted from its first, ``rows`` (N, 3, P) and ``residual`` (N, 3) over the noise;
-    ``unit`` (2,): a usual frame's sd of place and angle; ``log_noise``: what the noise's size costs."""
+    """A flight's ``frames`` counted from its first, as bytes, its ``rows`` and residual (N, 3, P + 1) over the noise;
+    ``unit`` (2,): a usual frame's sd of place and angle; ``log_noise``: what the noise's size costs; ``turned``: rows
+    (3 N, P + 1) by the memory (frames) of the force under which they are independent, and what a force adds to the
+    variances (N,) of each coordinate."""
 
-    frames: tuple[int, ...]
+    frames: bytes
     period_s: float
     rows: Array
-    residual: Array
     unit: Array
     log_noise: float
+    turned: dict[float, tuple[Array, Array]]
 
 
 def _as_white(flight: FlightRows, noise: FlightNoise) -> _WhiteFlight:
+    """The flight over a noise, kept with its rows: error models of other forces ask for it again."""
+    key = noise.scale, noise.angle_scale, noise.correlation
+    if key not in flight.kept:
+        flight.kept[key] = _made_white(flight, noise)
+    white: _WhiteFlight = flight.kept[key]
+    return white
+
+
+def _made_white(flight: FlightRows, noise: FlightNoise) -> _WhiteFlight:
     scales = noise.scale, noise.scale, noise.angle_scale
     residual = flight.residual / (flight.sd * scales)
     # A gross error weighs less in its own frame, before frames are turned into one another.
     weight = np.minimum(1.0, GROSS_SD / np.maximum(beside_neighbours(residual), 1e-12))
     log_noise = 2 * len(residual) * np.sum(np.log(scales)) + 3 * (len(residual) - 1) * np.log(1 - noise.correlation**2)
+    weighted = flight.rows * (weight / (flight.sd * scales))[:, :, None]
     return _WhiteFlight(
-        _steps(flight.index),
+        (flight.index - flight.index[0]).tobytes(),
         flight.period_s,
-        flight.rows * (weight / (flight.sd * scales))[:, :, None],
-        residual * weight,
+        np.concatenate([weighted, (residual * weight)[:, :, None]], 2),
         # In units of the noise of the flight's usual frame: a frame with fewer markers is less exact, hardly elsewhere.
         flight.usual_sd * (scales[0], scales[2]),
         float(log_noise),
+        {},
     )
+
+
+def _turned(flight: _WhiteFlight, memory: float, correlation: float) -> tuple[Array, Array]:
+    if memory not in flight.turned:
+        size, turn = _modes(flight.frames, memory, correlation)
+        rows = np.tensordot(turn, flight.rows, 1).transpose(1, 0, 2)
+        flight.turned[memory] = size, rows.reshape(3 * len(size), -1)
+    return flight.turned[memory]
 
 
 def _evidence_of(flights: Sequence[_WhiteFlight], models: tuple[FlightNoise, ...], columns: int) -> ForceEvidence:
@@ -198,15 +219,32 @@ def _evidence_of(flights: Sequence[_WhiteFlight], models: tuple[FlightNoise, ...
     cost = np.zeros((len(flights), len(models)))
     information, score = np.zeros((len(models), columns, columns)), np.zeros((len(models), columns))
     sizes = np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models])
-    for number, flight in enumerate(flights):
-        size, turn = _modes(flight.frames, models[0].memory_s / max(flight.period_s, 1e-12), models[0].correlation)
-        amplitudes = sizes * flight.period_s**2 / flight.unit
-        variance = 1 + amplitudes[:, [0, 0, 1], None] ** 2 * size
-        cost[number] += flight.log_noise
-        turned = np.tensordot(turn, flight.rows, 1).transpose(1, 0, 2).reshape(3 * len(size), -1)
-        residual = (turn @ flight.residual).T.ravel()
-        _add(variance.reshape(len(models), -1), turned, residual, cost[number], information, score)
+    for first in range(0, len(flights), AT_ONCE):
+        some = flights[first : first + AT_ONCE]
+        products = np.empty((len(some), len(models), STATES + columns + 1, STATES + columns + 1))
+        for number, flight in enumerate(some):
+            memory = models[0].memory_s / max(flight.period_s, 1e-12)
+            size, rows = _turned(flight, memory, models[0].correlation)
+            amplitudes = sizes * flight.period_s**2 / flight.unit
+            variance = (1 + amplitudes[:, [0, 0, 1], None] ** 2 * size).reshape(len(models), -1)
+            np.matmul(rows.T * (1 / variance)[:, None, :], rows, out=products[number])
+            cost[first + number] = flight.log_noise + np.sum(np.log(variance), 1)
+        left, volume = _without_own(products)
+        information += left[:, :, :-1, :-1].sum(0)
+        score += left[:, :, :-1, -1].sum(0)
+        cost[first : first + len(some)] += left[:, :, -1, -1] + volume
     return ForceEvidence(models, cost.sum(0), information, score, cost)
+
+
+def _without_own(products: Array) -> tuple[Array, Array]:
+    """Normal products (F, A, S + P + 1, S + P + 1) of flights' rows and residuals with each flight's own state solved
+    for: (F, A, P + 1, P + 1), and the logarithm of its determinant (F, A)."""
+    own = products[..., :STATES, :STATES] + 1e-12 * np.eye(STATES)
+    scale = np.sqrt(np.diagonal(own, axis1=2, axis2=3))
+    unit = own / (scale[..., :, None] * scale[..., None, :]) + 1e-10 * np.eye(STATES)
+    both = products[..., :STATES, STATES:] / scale[..., None]
+    left = products[..., STATES:, STATES:] - both.swapaxes(2, 3) @ np.linalg.solve(unit, both)
+    return left, np.linalg.slogdet(unit)[1] + 2 * np.sum(np.log(scale), 2)
 
 
 def beside_neighbours(residual: Array) -> Array:
@@ -228,39 +266,14 @@ def gross_flights(evidence: Sequence[ForceEvidence], frames: NDArray[np.int64]) 
     return np.asarray(each[:, memory, amplitude] > most, bool)
 
 
-def _steps(index: NDArray[np.int64]) -> tuple[int, ...]:
-    return tuple(int(i) for i in index - index[0])
-
-
 @lru_cache(maxsize=2048)
-def _modes(frames: tuple[int, ...], memory: float, correlation: float) -> tuple[Array, Array]:
+def _modes(frames: bytes, memory: float, correlation: float) -> tuple[Array, Array]:
     """Variances (N,) that a force of one length per frame squared adds to noise of unit variance, and what turns frames
     into ones in which both are independent (N, N); ``memory`` in frames."""
-    at = np.array(frames, float)
-    errors = np.eye(len(at)) if correlation == 0 else correlation ** np.abs(np.subtract.outer(at, at))
-    white = solve_triangular(cholesky(errors, lower=True), np.eye(len(at)), lower=True)
+    index = np.frombuffer(frames, np.int64)
+    at, white = index.astype(float), white_frames(index, correlation)
     size, vectors = np.linalg.eigh(white @ displacement(at, memory) @ white.T)
     return np.maximum(size, 0.0), vectors.T @ white
-
-
-def _add(variance: Array, rows: Array, residual: Array, cost: Array, information: Array, score: Array) -> None:
-    """One flight's part under every error model (variances (A, K) of its K turned frames), its own state solved for."""
-    weighted = rows.T / variance[:, None, :]
-    normal = weighted @ rows
-    right = weighted @ residual
-    own = normal[:, :STATES, :STATES] + 1e-12 * np.eye(STATES)
-    scale = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
-    unit = own / (scale[:, :, None] * scale[:, None, :]) + 1e-10 * np.eye(STATES)
-    both = np.concatenate([normal[:, :STATES, STATES:], right[:, :STATES, None]], 2) / scale[:, :, None]
-    cross = both.transpose(0, 2, 1) @ np.linalg.solve(unit, both)
-    information += normal[:, STATES:, STATES:] - cross[:, :-1, :-1]
-    score += right[:, STATES:] - cross[:, :-1, -1]
-    cost += (
-        np.sum(np.log(variance) + residual**2 / variance, 1)
-        - cross[:, -1, -1]
-        + np.linalg.slogdet(unit)[1]
-        + 2 * np.sum(np.log(scale), 1)
-    )
 
 
 def best_model(evidence: Sequence[ForceEvidence], priors: Sequence[Prior]) -> tuple[FlightNoise, int, float]:

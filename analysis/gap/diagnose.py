@@ -21,6 +21,7 @@ from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
+from analysis.gap.prediction.power import share_seen
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
@@ -58,6 +59,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     gap |= found.entry(rng) | {"left_p": ladder.left_p}
     tests = next_tests(ladder, causes)
     detectable = detectable_sizes(ladder)
+    seen = share_seen(ladder, rng.spawn(1)[0])
     told: list[Cause | Structure] = [*causes, *ladder.structure]
     strongest = max(told, key=lambda one: one.strength, default=None)
     summary = {
@@ -68,7 +70,8 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "stage": None if strongest is None else strongest.stage,
         "left": [s.entry() for s in ladder.structure],
         "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
-        "probabilities": probabilities(ladder, causes, detectable),
+        "probabilities": probabilities(ladder, causes, detectable, float(np.mean(list(seen.values())))),
+        "unlisted_seen": seen,
         "parameters": {
             c.effect: {n: _interval(v) for n, v in series.frame.world_parameters(c.effect, c.parameters).items()}
             for c in causes

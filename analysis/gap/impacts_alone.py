@@ -140,7 +140,7 @@ def _probabilities(causes: Sequence[Cause], detectable: dict[str, Any], left_p: 
         for name, one in detectable.items()
     }
     out |= {c.effect: probability_of(c.strength, c.strength / np.sqrt(max(c.gain, 1.0)), 1.0) for c in causes}
-    left = probability_of_left(left_p)
+    left = probability_of_left(left_p, 1.0)
     out |= {"unknown": left, "none": float(np.prod([1 - p for p in out.values()]) * (1 - left))}
     return {name: float(round(p, 4)) for name, p in out.items()}
 

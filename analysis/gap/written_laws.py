@@ -3,24 +3,40 @@ told by its name, and the ladder holds it like any other effect."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
-from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
-from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE, LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
+from analysis.gap.thresholds import (
+    DISTANCE_NEGLIGIBLE,
+    ELLIPTICITY_NEGLIGIBLE,
+    ELLIPTICITY_UNDER_LENS,
+    LAW_LEAST_CLOSED,
+    NEGLIGIBLE_FRAMES,
+)
 from ovines.core.laws.terms import WrittenLaw
+from ovines.core.laws.words import QUANTITIES
 
 #: effects that are found by the search of laws
 NAMED_BY_LAW = ("nes_rocking",)
+#: coordinate of an impact that a law's target is one of
+COORDINATES = {
+    "restitution": "normal",
+    "wall_friction": "tangential",
+    "tangential_restitution": "tangential",
+    "spin_kept": "spin",
+}
 # A friction law counts as the disk's rocking where it takes no more than the friction that there is.
 MOST_OF_FRICTION = -1.0
 # A camera's law that makes the flights fit worse than this is none of a camera.
@@ -38,8 +54,7 @@ def write_laws(
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
-    runs, frame, impacts = ladder.series.runs, ladder.series.frame, ladder.impacts.fitted
-    fits = ladder.flights.fitted.fits
+    runs, frame, fits = ladder.series.runs, ladder.series.frame, ladder.flights.fitted.fits
     laws: list[LawFound | None] = []
     if "flight" in left:
         law, steps = find_flight_law(runs, ladder.flights, frame, rng)
@@ -54,11 +69,64 @@ def write_laws(
         named = None if law is None or withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
         ladder = named or ladder
         laws.append(None if named else law)
-    if impacts is not None and "impact" in left:
-        laws.append(find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng))
-    if impacts is not None and "geometry" in left:
-        laws.append(find_wall_law(impacts, fits, frame, DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m, rng))
+    found, unprompted = _contact_laws(ladder, fits, left, rng)
+    if unprompted:
+        structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
+        ladder = replace(ladder, structure=tuple(structure))
+    laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _contact_laws(
+    ladder: Ladder, fits: Sequence[FlightFits], left: set[str], rng: np.random.Generator
+) -> tuple[list[LawFound | None], list[Structure]]:
+    """Laws of the impacts and the wall's shape, and what is left where only they show it.
+
+    ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left.
+    Both are searched whether or not a probe found something: probes ask for a few forms, the dictionary for many.  What
+    it finds unprompted counts where it is more than negligible and halves of the runs agree."""
+    impacts = ladder.impacts.fitted
+    if impacts is None:
+        return [], []
+    frame, lens = ladder.series.frame, ladder.measurement.lens_residual_found
+    laws, structure = list[LawFound | None](), list[Structure]()
+    # A contact that lasts follows another tangential law, and its distances grow with the speed.
+    instant = not ladder.impacts.shape.finite
+    if instant or "impact" in left:
+        law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng)
+        if law is not None and "impact" not in left:
+            sizes = impact_law_sizes(law, impacts, fits)
+            target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
+            law = _believed(law, *sizes[target])
+            if law is not None:
+                structure.append(_law_structure(law, "impact", COORDINATES[target], *sizes[target]))
+        laws.append(law)
+    if instant or "geometry" in left:
+        under_lens = ELLIPTICITY_UNDER_LENS / ELLIPTICITY_NEGLIGIBLE if lens and "geometry" not in left else 1.0
+        least_m = DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m * under_lens
+        law = find_wall_law(impacts, fits, frame, least_m, rng)
+        if law is not None and "geometry" not in left:
+            law = _believed(law, law.size, least_m)
+            if law is not None:
+                structure.append(_law_structure(law, "geometry", "radius", law.size, least_m))
+        laws.append(law)
+    return laws, structure
+
+
+def _believed(law: LawFound, size: float, least: float) -> LawFound | None:
+    """A law that nothing else asked for, where it is surely there: larger than negligible, closing what is left, alike
+    in both halves of the runs."""
+    alike = law.halves is None or law.halves.agree
+    return law if size > least and law.closed > LAW_LEAST_CLOSED and alike else None
+
+
+def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
+    """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
+    follows = [QUANTITIES[factor.quantity].meaning for factor in law.law.terms[0].factors]
+    gain = float(np.sum(law.before - law.after))
+    unit = "m" if stage == "geometry" else "1"
+    goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
+    return Structure(stage, "impact", coordinate, goes_with, size / least, gain, size, unit, law.p)
 
 
 def _measurement_laws(

@@ -138,7 +138,7 @@ def fit_floor(
             if stage == 0 and noise.forced:
                 fits = _without_gross(fits, frames)
                 runs = [replace(run, data=fit.run) for run, fit in zip(runs, fits, strict=True)]
-                noise, lens_sd = _errors(fits, [linearised(fit, columns) for fit in fits], frames)
+                noise, lens_sd = _errors(fits, in_threads(linearised, [(fit, columns) for fit in fits]), frames)
             if (
                 stage > 0
                 and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
@@ -242,7 +242,7 @@ def _without_gross(fits: Sequence[FlightFits], noise: FlightNoise) -> list[Fligh
     """``fits`` (without a force) in which a gross frame has a wider sd and gross flights are marked: before a force is
     sought that bends every flight, which would follow a single wrong frame, or an impact within a flight."""
     fits = [replace(fit, run=_wider_at_gross_frames(fit, noise), _force_paths={}) for fit in fits]
-    rows = [linearised(fit, ()) for fit in fits]
+    rows = in_threads(linearised, [(fit, ()) for fit in fits])
     frames = np.array([len(flight.index) for row in rows for flight in row.flights])
     gross = gross_flights(force_evidence(rows, tried_forces(rows, noise, fits[0].run.radius_m)), frames)
     ends = np.cumsum([len(row.flights) for row in rows])[:-1]

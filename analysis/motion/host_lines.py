@@ -78,11 +78,11 @@ def all_lines(frequencies: Array, overtones: int) -> Array:
     return np.concatenate([harmonics, frequencies[1:]])
 
 
-def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, overtones: int) -> LineFit:
+def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, overtones: int, held: int = 0) -> LineFit:
     """Lines by weighted least squares, with their frequencies (F,) as unknowns (variable projection, Golub and Pereyra
     1973); gross errors are cut at :data:`GROSS_SD` robust sds.
 
-    ``overtones`` 0: all ``frequencies`` are single lines (F may be 0).
+    ``overtones`` 0: all ``frequencies`` are single lines (F may be 0); the last ``held`` of them stay as they are.
     """
     frequencies = np.array(frequencies, float)
     keep = np.isfinite(position) & np.isfinite(sd)
@@ -121,7 +121,7 @@ def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, ove
             if np.array_equal(keep, kept):
                 break
             continue
-        open_ = np.diag(normal) > 0
+        open_ = (np.diag(normal) > 0) & (np.arange(count) < count - held)
         step = np.zeros(count)
         errors = np.full(count, np.inf)
         if open_.any():

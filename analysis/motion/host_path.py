@@ -190,6 +190,8 @@ def fit_host_motion(
     if any(left) and overtones and _left_share(position, fit) > MAIN_SHARE:
         # No line of it is the drive: a sweep, a random drive.
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
+    if any(left):
+        fit = _with_rise_and_fall(time_s, position, sd, fit)
         left = [excess(time_s, column).there for column in fit.residual.T]
     smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
     kept = 1 + 2 * overtones
@@ -258,6 +260,21 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
         stands = stands and after < OWN_SHARE * before
         own = fit if stands else own
     return own
+
+
+def _with_rise_and_fall(time_s: Array, position: Array, sd: Array, fit: LineFit) -> LineFit:
+    """``fit`` with the one line that the Host's height is, where it is one, whatever happens in the plane: a path that
+    only follows its frames is a poor load of the floor when it is differentiated twice."""
+    height = np.where(np.arange(4) == 2, position, np.nan)
+    if not excess(time_s, fit.residual[:, 2]).there:
+        return fit
+    level = fit_lines(time_s, height, sd, np.zeros(0), 0)
+    peak = excess(time_s, level.residual[:, 2]).omega_rad_per_s
+    line = fit_lines(time_s, height, sd, np.array([peak]), 0)
+    before, after = (float(np.nanmean(one.residual[:, 2] ** 2)) for one in (level, line))
+    if not after < OWN_SHARE**2 * before:
+        return fit
+    return fit_lines(time_s, position, sd, np.append(fit.frequencies, line.frequencies), fit.overtones, held=1)
 
 
 def _spaced(fit: LineFit, duration_s: float) -> bool:

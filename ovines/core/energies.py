@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovines.core.system import parameters as P
-from ovines.core.system.host import base_motion
+from ovines.core.system.host import base_motion_at
 from ovines.core.system.packed import Packed
 
 # Channels of loss and the drive's work: name, place in the engine's state.
@@ -72,7 +72,7 @@ def stored(states: np.ndarray, packed: Packed, times_s: np.ndarray) -> dict[str,
     if k[P.HOST_KIND] == P.SPRUNG:
         base = np.zeros((len(times_s), 9))
         for row, time in zip(base, times_s, strict=True):
-            base_motion(time, k, packed.drive, packed.table, row)
+            base_motion_at(time, k, packed.drive, packed.table, row)
         stretch = host[[0, 1, 4]].T - base[:, :3]
         energies["spring_j"] = 0.5 * np.sum(p[P.STIFFNESS_X : P.STIFFNESS_R + 1] * stretch**2, axis=1)
     return energies

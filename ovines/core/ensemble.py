@@ -227,15 +227,14 @@ def widen(packed: Packed, p_rows: np.ndarray, drives: np.ndarray) -> None:
 def inside(packed: Packed, y_rows: np.ndarray, drives: np.ndarray) -> np.ndarray:
     """Which starts are inside every wall (n,)."""
     from ovines.core.integration.flight import wall_stands
-    from ovines.core.system.kinematics import empty_scratch, in_host, place
+    from ovines.core.system.kinematics import empty_scratch, placed_in_host
     from ovines.core.system.walls import contact_frame
 
     scratch, at = empty_scratch()
     fine = np.ones(len(y_rows), dtype=bool)
     walls = [wall for wall in range(packed.k[P.N_WALLS]) if wall_stands(wall, packed.p, packed.k)]
     for row, y in enumerate(y_rows):
-        place(0.0, y, packed.system._replace(drive=drives[row]), scratch, at)
-        x, y_host, _vx, _vy = in_host(at, packed.k)
+        x, y_host, _vx, _vy = placed_in_host(0.0, y, packed.system._replace(drive=drives[row]), scratch, at)
         for wall in walls:
             if contact_frame(wall, x, y_host, packed.p, packed.polygon)[2] < -1e-12 * packed.p[P.LENGTH]:
                 fine[row] = False

@@ -15,7 +15,7 @@ from ovines.core.integration.flight import wall_stands
 from ovines.core.laws.words import ROW_SIZE
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
-from ovines.core.system.kinematics import empty_scratch, in_host, place
+from ovines.core.system.kinematics import empty_scratch, placed_in_host
 from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario
 from ovines.core.system.packed import AXES, Packed
 from ovines.core.system.walls import contact_frame
@@ -243,8 +243,7 @@ def add_table_bounds(p: np.ndarray, table: np.ndarray) -> float:
 def require_inside(packed: Packed) -> None:
     """Refuse a start outside a wall (beyond rounding)."""
     scratch, at = empty_scratch()
-    place(0.0, packed.y, packed.system, scratch, at)
-    x, y, _vx, _vy = in_host(at, packed.k)
+    x, y, _vx, _vy = placed_in_host(0.0, packed.y, packed.system, scratch, at)
     for wall in range(packed.k[P.N_WALLS]):
         if wall_stands(wall, packed.p, packed.k):
             gap = contact_frame(wall, x, y, packed.p, packed.polygon)[2]

@@ -1,5 +1,6 @@
 """Compiled code on disk is tied to all sources of the core."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -63,3 +64,45 @@ def test_nothing_is_compiled_without_the_stamp(package):
         if re.search(r"^@(numba\.)?njit", path.read_text(encoding="utf-8"), re.MULTILINE)
     ]
     assert bare == []
+
+
+def _inlined(tree):
+    return {
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef) and "inlined" in map(ast.unparse, node.decorator_list)
+    }
+
+
+def test_python_calls_nothing_that_is_inlined():
+    """What is inlined is not kept on the disk: Python would compile it anew in every process, seconds each time."""
+    trees = {
+        path: ast.parse(path.read_text(encoding="utf-8"))
+        for package in ("ovines", "vision", "analysis")
+        for path in (ROOT / package).rglob("*.py")
+    }
+    inlined = {".".join(path.relative_to(ROOT).with_suffix("").parts): _inlined(tree) for path, tree in trees.items()}
+    assert "base_motion" in inlined["ovines.core.system.host"]
+    slow = []
+    for path, tree in trees.items():
+        here = _inlined(tree) | {
+            alias.asname or alias.name
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+            if alias.name in inlined.get(node.module, ())
+        }
+        source = ast.unparse(tree)
+        for node in tree.body:
+            compiled_itself = isinstance(node, ast.FunctionDef) and (
+                node.decorator_list or f"compiled({node.name})" in source
+            )
+            slow += [
+                f"{path.relative_to(ROOT)}: {call.func.id}"
+                for call in ast.walk(node)
+                if not compiled_itself
+                and isinstance(call, ast.Call)
+                and isinstance(call.func, ast.Name)
+                and call.func.id in here
+            ]
+    assert slow == []

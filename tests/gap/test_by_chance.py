@@ -15,10 +15,10 @@ from analysis.gap.next_test.recording import AS_RECORDED
 from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
 from analysis.gap.selection.null_distribution import (
-    _root,
     by_chance,
     flight_null_distribution,
     impact_null_distribution,
+    root_of,
     threshold,
 )
 from analysis.gap.thresholds import GAIN
@@ -44,9 +44,9 @@ def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):
     for e in base.evidence:
         information, _ = e.take(at)
         score = np.zeros(len(e.columns))
-        score[[e.columns.index(c) for c in at]] = (_root(excess * information) @ rng.standard_normal((len(names), 1)))[
-            :, 0
-        ]
+        score[[e.columns.index(c) for c in at]] = (
+            root_of(excess * information) @ rng.standard_normal((len(names), 1))
+        )[:, 0]
         drawn.append(replace(e, score=score))
     # Columns that the fit holds stand where it has moved them; the null starts there.
     expected = max(gain_of(replace(base, evidence=tuple(drawn)), t, dragged.flights.units).held_out for t in terms)

@@ -75,7 +75,7 @@ def learn_lens_field(
     A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more than
     chance; else none, and ``lens_terms`` says why.
     """
-    named = set().union(*(set(one["camera"]) for one in tracks)) if tracks else set()
+    named = set().union(*(one["camera"].unique() for one in tracks)) if tracks else set()
     pair = sorted((camera for camera in cameras if camera.name in named), key=lambda camera: camera.name)
     if len(pair) != 2:
         return _nothing(0, "not two cameras")

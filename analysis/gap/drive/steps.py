@@ -246,9 +246,11 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
         else:
             causes.append(replace(_swing_cause(swing, size / least, series), rivals=_rivals(swing, steps)))
     drive_hz = float(np.median([series.runs[p.run].data.host.frequency_hz for p in steps.paths]))
+    # Where the drive of most runs is of no lines, slow ones of the others are the drive's, too.
+    of_lines = len({path.run for path in steps.paths}) >= IMPROVED * runs
     for line in steps.lines:
         size = rms_m(steps, line)
-        slow = line.frequency_hz < SLOW_SHARE * drive_hz and not ground_moves
+        slow = line.frequency_hz < SLOW_SHARE * drive_hz and not ground_moves and of_lines
         if not slow or size < least or float(np.mean(line.each > SURE_IN_RUN)) < IMPROVED:
             continue
         by_effect["host_sway"] = by_effect.get("host_sway", np.zeros(runs)) + _by_run(steps.paths, line.each, runs)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from analysis.contact.held_laws import known_at_impacts
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.impact_rows import distance_regression, law_regression
+from analysis.gap.laws.impact_rows import distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.search import find_law
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit
 from analysis.motion.rig_frame import RigFrame
 
 FEWEST_IMPACTS = 20
@@ -52,8 +54,28 @@ def find_wall_law(
     if found is None:
         return None
     moved = problem.columns(found.terms) @ found.coefficients / problem.answers["contact_radius"]
-    if np.sqrt(np.mean(moved**2)) <= least_m:
+    size_m = float(np.sqrt(np.mean(moved**2)))
+    if size_m <= least_m:
         return None
     # What the law moves is no scatter of the distances: weighed again without it.
     sharp = distance_regression(impacts, fits, law_at(found.parts, values_of(found)))
-    return told_law(sharp, found, p, frame)
+    return replace(told_law(sharp, found, p, frame), size=size_m)
+
+
+def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> dict[str, tuple[float, float]]:
+    """Target -> how much a law changes it from impact to impact (RMS about the mean), and what of that is
+    negligible."""
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    nominal = impacts.law
+    least = {
+        "restitution": NEGLIGIBLE["restitution"],
+        "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
+        "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
+        "spin_kept": NEGLIGIBLE["sticking"],
+    }
+    sizes = {}
+    for target, size in least.items():
+        values = of_target(target, law.rig_law, known)
+        if values is not None:
+            sizes[target] = float(np.std(values)), size
+    return sizes

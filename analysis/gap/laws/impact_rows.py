@@ -68,7 +68,7 @@ def law_regression(
     data = impacts.data
     count = len(data)
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    normal, design = _normal(data, restitution_terms, _of_target("restitution", law, known))
+    normal, design = _normal(data, restitution_terms, of_target("restitution", law, known))
     tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
     angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
     residual = np.concatenate([normal, tangential / tangential_sd, data.angular / angular_sd])
@@ -105,7 +105,7 @@ def distance_regression(
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     azimuth, body = wall.impacts.azimuth_rad[at], wall.impacts.body_rad[at]
     shapes = np.column_stack([np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)])
-    held = _of_target("contact_radius", law, known)
+    held = of_target("contact_radius", law, known)
     explained_m = np.zeros(len(at))
     if held is not None:
         every = np.column_stack([shapes, held])
@@ -120,7 +120,7 @@ def distance_regression(
     return ImpactRegression(problem, known, {"contact_radius": 1 / sd})
 
 
-def _of_target(target: str, law: WrittenLaw | None, known: Array) -> Array | None:
+def of_target(target: str, law: WrittenLaw | None, known: Array) -> Array | None:
     """What a law adds to a target, (K,)."""
     terms = [] if law is None else [term for term in law.terms if term.target == target]
     if not terms:

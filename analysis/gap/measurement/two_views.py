@@ -76,19 +76,19 @@ def rows_of(series: Series) -> Rows | None:
             block = body_rows(series, points, motion, run, body)
             if block is None:
                 continue
-            epipolar, height, x, y, j_v, n2, m_z, e_sd, z_sd, phase, share = block
-            shared_e = np.column_stack([n2, np.sum(n2 * j_v, 1), np.zeros((len(x), 2))])
-            shared_z = np.column_stack([m_z, np.sum(m_z * j_v, 1), x, y])
-            own = np.zeros((len(x), 2 * n_runs))
-            own[:, 2 * number], own[:, 2 * number + 1] = np.cos(phase), np.sin(phase)
+            late_px, late_m = block.late()
+            shared_e = np.column_stack([block.line_per_px, late_px, np.zeros((len(block.x_m), 2))])
+            shared_z = np.column_stack([block.height_per_px, late_m, block.x_m, block.y_m])
+            own = np.zeros((len(block.x_m), 2 * n_runs))
+            own[:, 2 * number], own[:, 2 * number + 1] = np.cos(block.phase_rad), np.sin(block.phase_rad)
             designs += [
                 np.hstack([shared_e, np.zeros_like(own)]),
                 np.hstack([shared_z, own if run.data.host.omega_rad_per_s else 0 * own]),
             ]
-            values += [epipolar, height]
-            sds += [e_sd, z_sd]
-            numbers.append(np.full(2 * len(x), number))
-            shares += [share, share]
+            values += [block.line_px, block.height_m]
+            sds += [block.line_sd_px, block.height_sd_m]
+            numbers.append(np.full(2 * len(block.x_m), number))
+            shares += [block.share, block.share]
     if not designs:
         return None
     rows = Rows(*map(np.concatenate, (designs, values, sds, numbers, shares)))
@@ -264,12 +264,35 @@ def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array],
     return out
 
 
-def body_rows(
-    series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str
-) -> tuple[Array, ...] | None:
-    """Per frame of one body: epipolar residual, height, place, pixel velocity of the second view, the derivatives, and
-    where in the run it was taken.
-    """
+@dataclass(frozen=True, eq=False)
+class BodyRows:
+    """Frames (N,) in which two views saw a body: what its epipolar ``line_px`` and its ``height_m`` are off with their
+    sds, its place, velocities (N, 2) in the second picture (px/s), what a pixel of its window (u, v) makes of line and
+    height (N, 2), phase of the drive, and ``share`` of the run at which each was taken, 0 to 1.
+
+    ``rising``: the velocity with which a late camera changes heights, for a drive of other than its harmonics that
+    against the Host: its own measured rise and fall is then taken out of all heights, and what a delay makes of it."""
+
+    line_px: Array
+    height_m: Array
+    x_m: Array
+    y_m: Array
+    moving: Array
+    rising: Array
+    line_per_px: Array
+    height_per_px: Array
+    line_sd_px: Array
+    height_sd_m: Array
+    phase_rad: Array
+    share: Array
+
+    def late(self) -> tuple[Array, Array]:
+        """What a second of delay makes of lines (px) and heights (m), (N,) each."""
+        return np.sum(self.line_per_px * self.moving, 1), np.sum(self.height_per_px * self.rising, 1)
+
+
+def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str) -> BodyRows | None:
+    """Lines and heights of one body in one run; None where too few frames saw it."""
     recording = series.recordings[0]
     markers = recording.bodies[body].markers
     if series.layouts is None or series.cameras is None:
@@ -296,25 +319,30 @@ def body_rows(
         return None
     at = np.flatnonzero(use)
     place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
-    n2, m_z, j_v = _derivatives(series.cameras, place, velocity[at])
-    phase = run.data.host.omega_rad_per_s * run.data.time_s[at]
-    return (
+    per_line, per_height, jacobian = _derivatives(series.cameras, place)
+    host, times = run.data.host, run.data.time_s[at]
+    height, against = z[at], np.zeros((len(at), 3))
+    if not host.harmonic:
+        against = host.at(times, 1)[:, :3] * np.array([1, 1, 0])
+        height = height - (host.at(times)[:, 2] - host.harmonics[2, 0])
+    return BodyRows(
         mean[at],
-        z[at],
+        height,
         x[at],
         y[at],
-        j_v,
-        n2,
-        m_z,
+        np.einsum("nij,nj->ni", jacobian, velocity[at]),
+        np.einsum("nij,nj->ni", jacobian, velocity[at] - against),
+        per_line,
+        per_height,
         np.maximum(sd_px, 1e-3) * 1.25 / np.sqrt(count[at]),
         z_sd[at],
-        phase,
+        host.omega_rad_per_s * times,
         at / len(frames),
     )
 
 
-def _derivatives(cameras: tuple[Camera, ...], place: Array, velocity: Array) -> tuple[Array, Array, Array]:
-    """d(epipolar)/d(u, v of the second view), d(z)/d(the same), and the second view's pixel velocity (all (N, 2))."""
+def _derivatives(cameras: tuple[Camera, ...], place: Array) -> tuple[Array, Array, Array]:
+    """d(epipolar)/d(u, v of the second view), d(z)/d(the same) (N, 2), and d(its pixel)/d(place) (N, 2, 3)."""
     uv = [camera.project(place) for camera in cameras]
     one = np.ones(len(place))
     base = triangulate_points(cameras, uv, [one, one])
@@ -326,5 +354,4 @@ def _derivatives(cameras: tuple[Camera, ...], place: Array, velocity: Array) -> 
         shifted = triangulate_points(cameras, [uv[0], moved], [one, one])
         epipolar[:, axis] = (shifted.epipolar_px - base.epipolar_px) / step
         height[:, axis] = (shifted.points_m[:, 2] - base.points_m[:, 2]) / step
-    _, jacobian = cameras[1].project_with_jacobian(place)
-    return epipolar, height, np.einsum("nij,nj->ni", jacobian, velocity)
+    return epipolar, height, cameras[1].project_with_jacobian(place)[1]

@@ -201,11 +201,13 @@ def _flight_information(ladder: Ladder, recorded: Sequence[Recorded], effect: st
     runs = [run for run in (one.run(ladder, data) for one in recorded) if run.flights]
     if not runs:
         return None
-    evidence = fit(runs, replace(model, drift_per_run=0.0), rounds=0, noise=ladder.flights.fitted.noise).evidence
     columns = TERMS[effect].columns
+    asked = tuple(dict.fromkeys(("friction", *model.free, *columns, *TERMS[rival].columns)))
+    model = replace(model, drift_per_run=0.0, free=asked)
+    evidence = fit(runs, model, rounds=0, every_column=False, noise=ladder.flights.fitted.noise).evidence
     others = [
         n
-        for n in dict.fromkeys([*model.free, *ORIGIN, *LENS_TERMS, *TERMS[rival].columns])
+        for n in dict.fromkeys([*ladder.flights.fitted.model.free, *ORIGIN, *LENS_TERMS, *TERMS[rival].columns])
         if n not in (*columns, "drift_run")
     ]
     forms = [f for f in (information_of(e, [*columns, *others]) for e in evidence) if f is not None]

@@ -49,13 +49,13 @@ def view_panels(ladder: Ladder) -> list[Panel]:
         for body in ("host", "nes"):
             block = body_rows(series, points, motion, run, body)
             if block is not None:
-                epipolar, height, x, y, j_v, n2, m_z, *_ = block
-                across = np.sum(n2 * j_v, 1)
+                epipolar, height, x, y = block.line_px, block.height_m, block.x_m, block.y_m
+                across, rising = block.late()
                 # A late clock stays in the data (the correction leaves the series as it is); a window and a plane were
                 # taken out.
-                e_before, e_after = epipolar + n2 @ w, epipolar - delay * across
-                z_before = height + m_z @ w + np.column_stack([x, y]) @ slope
-                z_after = height - delay * np.sum(m_z * j_v, 1)
+                e_before, e_after = epipolar + block.line_per_px @ w, epipolar - delay * across
+                z_before = height + block.height_per_px @ w + np.column_stack([x, y]) @ slope
+                z_after = height - delay * rising
                 if body == "host":  # rides up and down with the shaker: its height says nothing of the plane
                     z_before, z_after = np.full_like(height, np.nan), np.full_like(height, np.nan)
                 blocks.append(

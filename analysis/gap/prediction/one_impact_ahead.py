@@ -126,7 +126,7 @@ def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple
         states=np.where(np.arange(len(fits.states))[:, None] == k, start, fits.states),
         reference_s=np.where(np.arange(len(fits.reference_s)) == k, one.time_s[0] + late, fits.reference_s),
     )
-    states, _ = moved.propagate(k, run.data.time_s[index])
+    states = moved.path(k, run.data.time_s[index])
     c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
     ox, oy = fits.shared[:2]
     return index, np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])

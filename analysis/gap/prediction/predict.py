@@ -89,7 +89,7 @@ def flight_paths(run: Run, fits: FlightFits) -> Array:
     out = np.full((len(data.time_s), 3), np.nan)
     for k, flight in enumerate(fits.flights):
         index = np.arange(flight.first, flight.last + 1)
-        states, _ = fits.propagate(k, data.time_s[index])
+        states = fits.path(k, data.time_s[index])
         c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
         ox, oy = fits.shared[:2]
         out[index] = np.column_stack([states[:, 0] + c * ox - s * oy, states[:, 1] + s * ox + c * oy, states[:, 2]])

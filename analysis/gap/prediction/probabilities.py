@@ -45,16 +45,20 @@ def against(probability: float, held_out: float) -> float:
     return probability * weight / (probability * weight + 1 - probability)
 
 
-def probability_of_left(p: float) -> float:
-    """Probability that something is left, when chance makes what is seen look so with probability ``p``.
+def probability_of_left(p: float, seen: float) -> float:
+    """Probability that something is left, when chance makes what is seen look so with probability ``p``, and of what
+    may be left this series shows the share ``seen`` (:mod:`analysis.gap.prediction.power`).
 
-    Where something is left, ``p`` is beta distributed with :data:`SHAPE_LEFT` (Sellke, Bayarri and Berger 2001)."""
-    evidence = SHAPE_LEFT * max(p, 1e-300) ** (SHAPE_LEFT - 1)
+    Where it shows, ``p`` is beta distributed with :data:`SHAPE_LEFT` (Sellke, Bayarri and Berger 2001), else it is that
+    of chance."""
+    evidence = seen * SHAPE_LEFT * max(p, 1e-300) ** (SHAPE_LEFT - 1) + 1 - seen
     return float(evidence / (evidence + ABSENT / (1 - ABSENT)))
 
 
-def probabilities(ladder: Ladder, causes: Sequence[Cause], detectable: dict[str, Entry]) -> dict[str, float]:
-    """By effect, and ``none`` and ``unknown``."""
+def probabilities(
+    ladder: Ladder, causes: Sequence[Cause], detectable: dict[str, Entry], seen: float
+) -> dict[str, float]:
+    """By effect, and ``none`` and ``unknown``; ``seen``: the share of what may be left that this series shows."""
     out: dict[str, float] = {}
     for cause in causes:
         sd = cause.strength / np.sqrt(max(cause.gain, 1.0))
@@ -80,7 +84,7 @@ def probabilities(ladder: Ladder, causes: Sequence[Cause], detectable: dict[str,
             out[effect] = against(probability_of(size, sd, entry["size"]), held_out)
         elif effect not in out:
             out[effect] = probability_of(0.0, entry["size"] / 5, entry["size"])
-    left = probability_of_left(ladder.left_p)
+    left = probability_of_left(ladder.left_p, seen)
     none = float(np.prod([1 - min(p, 1.0) for p in out.values()]) * (1 - left))
     out |= {"unknown": left, "none": none}
     return {name: float(round(p, 4)) for name, p in out.items()}

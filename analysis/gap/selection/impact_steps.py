@@ -367,18 +367,22 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
             )
         )
     usual_m = USUAL_DISTANCE * base.wall.wall.size_m
-    if base.wall.scatter_m > usual_m:
+    # What the frames' own noise makes of the distances (a smeared disk's among them) is no scatter of the wall.
+    used = base.wall.used
+    noise_m = float(np.median(base.wall.impacts.sd("gap")[used])) if used.any() else 0.0
+    scatter_m = float(np.sqrt(max(base.wall.scatter_m**2 - noise_m**2, 0.0)))
+    if scatter_m > usual_m:
         out.append(
             Structure(
                 "geometry",
                 "impact",
                 "radius",
                 "none of the covariates tested (scatter of the contact distance)",
-                base.wall.scatter_m / usual_m,
+                scatter_m / usual_m,
                 0.0,
-                base.wall.scatter_m,
+                scatter_m,
                 "m",
-                chance_of_misfit(len(base.data) * (base.wall.scatter_m / usual_m) ** 2, len(base.data)),
+                chance_of_misfit(len(base.data) * (scatter_m / usual_m) ** 2, len(base.data)),
             )
         )
     return out

@@ -49,7 +49,7 @@ def residual_frames(runs: Sequence[Run], fitted: FlightFit, *, without_lens: boo
             i = i[np.isfinite(data.xy_m[i, 0])]
             if len(i) < FEWEST:
                 continue
-            states, _ = fits.propagate(k, data.time_s[i])
+            states = fits.path(k, data.time_s[i])
             c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
             warp = lens_basis(data.xy_m[i], data.contact_radius_m) @ lens_m.T
             angle = np.where(data.angle_sd_rad[i] < 1e3, data.angle_rad[i] - states[:, 2], np.nan)

@@ -50,24 +50,32 @@ def flight_null_distribution(
     if not told or not forms:
         return np.zeros(draws)
     excess = max(base.misfit / max(base.count, 1), 1.0)
-    scores = [_root(excess * form) @ rng.standard_normal((len(names), draws)) for form in forms]
-    total, score, prior = np.sum(forms, 0), np.sum(scores, 0), prior_of(names, base.fits[0].run.contact_radius_m)
-    prior = np.diag(prior)
+    scores = [root_of(excess * form) @ rng.standard_normal((len(names), draws)) for form in forms]
+    prior = np.diag(prior_of(names, base.fits[0].run.contact_radius_m))
     nested = [
         [names.index(n) for n in dict.fromkeys([*without, *columns])] for columns in [(), *(t.columns for t in told)]
     ]
-    held_out = np.zeros((len(nested), draws))
+    held_out = [held_out_cost(forms, scores, at, prior).sum(0) for at in nested]
+    return np.asarray(np.max(held_out[0] - np.array(held_out[1:]), 0))
+
+
+def held_out_cost(forms: Sequence[Array], scores: Sequence[Array], at: Sequence[int], prior: Array) -> Array:
+    """-2 log L (R, D) of each run of D series with the columns ``at`` fitted to its other runs.
+
+    ``forms`` the runs' information (C, C), ``scores`` (C, D) each, ``prior`` (C, C)."""
+    total, score = np.sum(forms, 0), np.sum(scores, 0)
+    block = np.ix_(at, at)
+    cost = []
     for form, own in zip(forms, scores, strict=True):
         # A single recording has nothing to hold out: its own fit stands in, as in the ladder.
         rest, rest_score = (total - form, score - own) if len(forms) > 1 else (total, score)
-        for k, at in enumerate(nested):
-            block = np.ix_(at, at)
-            estimate = covariance_of(rest[block] + prior[block]) @ rest_score[at]
-            held_out[k] += np.einsum("ad,ad->d", estimate, form[block] @ estimate - 2 * own[at])
-    return np.max(held_out[0] - held_out[1:], 0)
+        estimate = covariance_of(rest[block] + prior[block]) @ rest_score[at]
+        cost.append(np.einsum("ad,ad->d", estimate, form[block] @ estimate - 2 * own[at]))
+    return np.array(cost)
 
 
-def _root(information: Array) -> Array:
+def root_of(information: Array) -> Array:
+    """A matrix (C, C) whose square is ``information``: what gives scores of its covariance."""
     values, vectors = np.linalg.eigh(information)
     return vectors * np.sqrt(np.maximum(values, 0.0))
 

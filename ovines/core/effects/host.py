@@ -10,7 +10,7 @@ import numpy as np
 from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
-from ovines.core.system.host import base_motion
+from ovines.core.system.host import base_motion_at
 from ovines.core.system.model import Scenario
 from ovines.core.system.packed import AXES, Packed
 
@@ -46,7 +46,7 @@ def _recoil(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     p[P.DAMPING_X] = p[P.DAMPING_Y] = mass * damping
     p[P.STIFFNESS_R], p[P.DAMPING_R] = inertia * stiffness, inertia * damping
     at_start = np.zeros(9)
-    base_motion(0.0, packed.k, packed.drive, packed.table, at_start)
+    base_motion_at(0.0, packed.k, packed.drive, packed.table, at_start)
     y[P.HOST :] = at_start[[0, 1, 3, 4, 2, 5]]
     for row in give.drive:
         axis, amplitude, omega, phase = row

@@ -45,6 +45,12 @@ def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) ->
 
 
 @compiled
+def base_motion_at(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
+    """:func:`base_motion` for Python: what is inlined would be compiled anew in every process that calls it."""
+    base_motion(t, k, drive, table, out)
+
+
+@compiled
 def table_piece(t: float, table: Floats) -> int:
     """Index of the cubic piece that holds ``t`` (the first or last one beyond the ends)."""
     low, high = 0, table.shape[0] - 1

@@ -61,6 +61,16 @@ def in_host(at: Floats, k: Ints) -> tuple[float, float, float, float]:
 
 
 @compiled
+def placed_in_host(
+    t: float, y: Floats, system: System, scratch: Floats, at: Floats
+) -> tuple[float, float, float, float]:
+    """`place` and then `in_host`, for Python: what is inlined would be compiled anew in every process that calls it."""
+    place(t, y, system, scratch, at)
+    x, y_host, vx, vy = in_host(at, system.k)
+    return x, y_host, vx, vy
+
+
+@compiled
 def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> Face:
     """The wall as the disk meets it at a placed state, in the world."""
     x, y, _vx, _vy = in_host(at, k)

@@ -198,16 +198,18 @@ def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
             block = body_rows(series, points, motion, run, body)
             if block is None:
                 continue
-            epipolar, height, x, y, velocity, lines, lifts, line_sd, lift_sd, phase, share = block
-            at = begins[number] + np.round(share * len(motion)).astype(np.int64)
+            x, y = block.x_m, block.y_m
+            at = begins[number] + np.round(block.share * len(motion)).astype(np.int64)
             place = np.column_stack([x, y, np.zeros(len(x))])
             moves = picture_motion(series.cameras[1], series.cameras[1].project(place))
             shapes = _over_places(x, y, series.contact_radius_m)
             swing = np.zeros((len(x), 2 * runs))
             if run.data.host.omega_rad_per_s:
-                swing[:, 2 * number], swing[:, 2 * number + 1] = np.cos(phase), np.sin(phase)
-            for what, (value, sd, derivative) in enumerate(((epipolar, line_sd, lines), (height, lift_sd, lifts))):
-                unit = np.column_stack([np.sum(derivative * velocity, 1), np.einsum("ni,nij->nj", derivative, moves)])
+                swing[:, 2 * number], swing[:, 2 * number + 1] = np.cos(block.phase_rad), np.sin(block.phase_rad)
+            lines = (block.line_px, block.line_sd_px, block.line_per_px)
+            heights = (block.height_m, block.height_sd_m, block.height_per_px)
+            for what, ((value, sd, derivative), late) in enumerate(zip((lines, heights), block.late(), strict=True)):
+                unit = np.column_stack([late, np.einsum("ni,nij->nj", derivative, moves)])
                 own = np.zeros((len(x), 2 * shapes.shape[1] + 4 + 2 * runs))
                 own[:, what * shapes.shape[1] : (what + 1) * shapes.shape[1]] = shapes
                 own[:, 2 * shapes.shape[1] + 2 * kind + what] = 1.0
