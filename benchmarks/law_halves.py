@@ -84,6 +84,13 @@ def one_half(rows, candidates):
         scatter = max(part.excess, scatter_of_runs(part, moved[own]) ** 2)
         sizes.append((float(size[0]), float(np.sqrt(covariance[0, 0] * scatter))))
     profile = Profile.of(rest)
+    # What the law's own covariance, numbers inside left free, makes of its size in the other half.
+    left = np.vstack([columns[other], np.zeros((len(profile.residual) - int(other.sum()), columns.shape[1]))])
+    left = left - profile.basis @ (profile.basis.T @ left)
+    weight = left.T @ (left @ found.coefficients)
+    weight = weight / float(found.coefficients @ weight)
+    scatter = max(1.0, scatter_of_runs(first, moved[~other]))
+    sizes[0] = 1.0, max(sizes[0][1], scatter * float(np.sqrt(weight @ found.covariance @ weight)))
     own_best = profile.gain(columns[other])[0]
     at_one = 2 * float(profile.residual[: int(other.sum())] @ moved[other]) - _square(profile, moved[other])
     law = as_text(WrittenLaw(with_coefficients(found.terms, found.coefficients, found.covariance)))
