@@ -26,6 +26,7 @@ from ovines.blind_film import film_series
 from ovines.commands.stage_command import jobs, whole_number
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
+from ovines.law_file import read_law
 from ovines.pipeline.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
 from ovines.pipeline.closed_loop import markdown as loop_markdown
 from ovines.tables import read_table
@@ -201,7 +202,9 @@ def _withhold_case(folder: Path, truth: dict[str, Any], effects: tuple[str, ...]
     out = folder / "withheld" / truth["case"]
     if not (out / "diagnosis.json").exists():
         _diagnose(folder / "cases" / truth["case"], out, effects)
-    return judge_withheld(truth, json.loads((out / "diagnosis.json").read_text()))
+    answer = json.loads((out / "diagnosis.json").read_text())
+    laws = [read_law(out / entry["file"]) for entry in answer.get("laws") or []]
+    return judge_withheld(truth, answer, laws)
 
 
 def _withhold(args: argparse.Namespace) -> int:

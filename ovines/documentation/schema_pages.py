@@ -87,6 +87,7 @@ def law_page() -> str:
     lines = [page.rstrip(), "", "## Targets", "", "| target | unit of a term | acts on | stage | `x`, `y` |"]
     lines.append("|---|---|---|---|---|")
     own = {"": "", "angle": "angle (rad)", "axis": "axis of the mirror (rad)", "room": "place (m)", "host": "place (m)"}
+    own |= {"body": "angle from the disk's own axis (rad)"}
     own |= {"line": "offset (m), direction (rad)", "camera": "number of the camera, from 0"}
     for name, target in TARGETS.items():
         lines.append(f"| `{name}` | {target.unit} | {target.meaning} | {target.stage} | {own[target.own]} |")

@@ -1,15 +1,22 @@
-"""An effect withheld: with the true cause taken out of the library the answer must be `unknown`, in the right place."""
+"""An effect withheld: with the true cause taken out of the library the answer must be `unknown`, in the right place,
+and the law that is written must be the effect's own formula."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.blind.scoring.forms import judge_law
 from analysis.blind.scoring.intervals import Figure, proportion
 from analysis.blind.scoring.score import EITHER, group_of
+from ovines.core.laws.formula import as_text
+from ovines.core.laws.terms import WrittenLaw
 
 
 @dataclass(frozen=True)
 class Withheld:
-    """One case answered without its cause: verdict, what was named instead, stage and what the structure goes with."""
+    """One case answered without its cause: verdict, what was named instead, stage and what the structure goes with;
+    ``form``: whether the law that was written is the withheld one, ``in_interval``: and whether its intervals hold the
+    true sizes (None: no law can say it); ``said``: the laws."""
 
     case: str
     kind: str
@@ -20,6 +27,9 @@ class Withheld:
     stage: str | None
     stage_right: bool
     goes_with: str
+    form: bool | None = None
+    in_interval: bool | None = None
+    said: str = ""
 
 
 def to_withhold(truth: dict[str, Any]) -> tuple[str, ...]:
@@ -29,8 +39,10 @@ def to_withhold(truth: dict[str, Any]) -> tuple[str, ...]:
     return EITHER.get(truth["effect"], (truth["effect"],)) if group_of(truth) == "listed" else ()
 
 
-def judge_withheld(truth: dict[str, Any], answer: dict[str, Any]) -> Withheld:
-    """Compare the answer that was given without the true cause with the truth of its case."""
+def judge_withheld(truth: dict[str, Any], answer: dict[str, Any], laws: Sequence[WrittenLaw] = ()) -> Withheld:
+    """Compare the answer that was given without the true cause, and the ``laws`` that it wrote, with the truth of its
+    case."""
+    law = judge_law(truth, laws, (answer.get("laws") or [])[: len(laws)])
     named = tuple(answer.get("effects") or ())
     structure = answer.get("left") or []
     stage = answer.get("stage")
@@ -44,6 +56,9 @@ def judge_withheld(truth: dict[str, Any], answer: dict[str, Any]) -> Withheld:
         stage,
         stage in truth["stages"],
         structure[0]["goes_with"] if structure else "",
+        None if law is None else law[0],
+        None if law is None else law[1],
+        "; ".join(as_text(one) for one in laws),
     )
 
 
@@ -58,6 +73,11 @@ def withheld_figures(rows: list[Withheld]) -> list[Figure]:
         ),
         proportion("given another name", [r.verdict == "effect" for r in rows]),
         proportion("unknown: in the right stage", [r.stage_right for r in rows if r.verdict == "unknown"], 0.9),
+        proportion("the law is the withheld one", [r.form for r in rows if r.form is not None], 0.8),
+        proportion(
+            "the law is the withheld one, its sizes within their 90 % intervals",
+            [bool(r.in_interval) for r in rows if r.form is not None],
+        ),
     ]
 
 
@@ -68,10 +88,17 @@ def withheld_markdown(rows: list[Withheld], told: str) -> str:
     for f in withheld_figures(rows):
         value, interval = ("-", "-") if f.value is None else (f"{f.value:.3g}", f"{f.low:.3g} to {f.high:.3g}")
         out.append(f"| {f.name} | {value} | {interval} | {f.n} | {f.goal} |")
-    out += ["", "| case | withheld | size | noise | answer | stage | goes with |", "|---|---|---|---|---|---|---|"]
+    out += ["", "| case | withheld | size | noise | answer | stage | goes with | law | right form; size |"]
+    out += ["|---|---|---|---|---|---|---|---|---|"]
     for r in sorted(rows, key=lambda r: (r.kind, -r.size)):
         answer = ", ".join(r.named) or r.verdict
         right = "" if r.stage_right or r.verdict != "unknown" else " (wrong)"
         stage = f"{r.stage}{right}"
-        out.append(f"| {r.case} | {r.kind} | {r.size:g} | {r.noise} | {answer} | {stage} | {r.goes_with} |")
+        right = "-" if r.form is None else f"{_word(r.form)}; {_word(bool(r.in_interval))}"
+        place = f"| {r.case} | {r.kind} | {r.size:g} | {r.noise} | {answer} | {stage} | {r.goes_with} |"
+        out.append(f"{place} {r.said.replace('|', chr(92) + '|') or 'none'} | {right} |")
     return "\n".join(out) + "\n"
+
+
+def _word(fine: bool) -> str:
+    return "yes" if fine else "no"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import SHARED
+from analysis.flights.fit import NO_ANGLE_SD_RAD, SHARED
 from analysis.flights.parameters import LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
@@ -34,6 +34,8 @@ ROUNDS, LONGEST_STEP, STEP = 2, 2.0, 0.05
 FEWEST_FLIGHTS = 3
 # Coefficients that a fit has turned about or blown up are no law.
 LARGEST_FACTOR = 10.0
+# Angles that miss by more than so many medians are wrong tracks.
+CLIP_SD = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,18 +71,20 @@ def find_flight_law(
         if again is not None:
             law, steps, base = again, fewer, fewer.named
     paths = _paths(runs, base), _paths(law.runs, law.fit)
+    lever_m = _lever_m(runs)
     before, after, floor = (
-        predict.errors_of(runs, one, None, None, None) for one in (*paths, [predict.free_paths(run) for run in runs])
+        _mean_square(runs, one, lever_m) for one in (*paths, [predict.free_paths(run) for run in runs])
     )
+    floor = floor * min(1.0, float(after.sum() / floor.sum()))  # never above the best model
     rig_law = law_at(law.parts, law.values, law.covariance)
     told = LawFound(
         in_world(rig_law, frame),
         rig_law,
         with_sds(lambda v: in_world(law_at(law.parts, v), frame), law.values, law.covariance),
         p,
-        _mean_square(before),
-        _mean_square(after),
-        _mean_square(floor),
+        before,
+        after,
+        floor,
         others_of(found, frame),
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
@@ -96,9 +100,26 @@ def _halves(problem: FlightRegression, law: FittedLaw) -> Halves | None:
     return halves_of(problem.problem, problem.columns(terms) @ law.values[: len(terms)])
 
 
-def _mean_square(errors: predict.Errors) -> Array:
-    """Squared errors (R,) that add up to the mean over all frames."""
-    return errors.flight / max(float(errors.flight_count.sum()), 1.0)
+def _lever_m(runs: Sequence[Run]) -> float:
+    """The radius at which an angle's noise is as large as a place's: what a torque does counts like what a force does;
+    0 where no angle was seen."""
+    place = np.concatenate([run.data.xy_sd_m for run in runs])
+    angle = np.concatenate([run.data.angle_sd_rad for run in runs])
+    seen = angle < NO_ANGLE_SD_RAD
+    return float(np.median(place[seen]) / np.median(angle[seen])) if np.any(seen) else 0.0
+
+
+def _mean_square(runs: Sequence[Run], paths: Sequence[Array], lever_m: float) -> Array:
+    """Squared errors (R,) of place and of the angle at ``lever_m`` (m^2) that add up to the mean over all frames."""
+    errors = predict.errors_of(runs, paths, None, None, None)
+    total = errors.flight.copy()
+    for i, (run, path) in enumerate(zip(runs, paths, strict=True)):
+        turned = np.abs(predict.measured_paths(run)[:, 2] - path[:, 2])
+        turned = turned[np.isfinite(turned)]
+        if lever_m > 0 and len(turned):
+            limit = CLIP_SD * max(float(np.median(turned)), 1e-12)
+            total[i] += lever_m**2 * float(np.sum(turned[turned < limit] ** 2))
+    return np.asarray(total / max(float(errors.flight_count.sum()), 1.0), float)
 
 
 def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:

@@ -40,7 +40,6 @@ def wall_candidates(known: Array) -> list[Candidate]:
         out += around(f"{WORD} {name}", TARGET, shape, PLACES, widths)
     for name, factor in (
         ("the approach speed", Factor("approach")), ("the slip", Factor("slip", "absolute_power")),
-        ("the spin", Factor("spin", "absolute_power")), ("the spin's square", Factor("spin", "power", 2.0)),
         ("the signed spin", Factor("spin")), ("the signed slip", Factor("slip")),
         ("the wall's own speed", Factor("wall_speed")),
         ("the time in the run", Factor("time")), ("the run", Factor("run")),
