@@ -130,7 +130,7 @@ def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) 
     )
     total, score = forms.information.sum(0) + np.diag(forms.prior), by_fold.sum(0)
     gains = np.zeros((len(signs), len(groups)))
-    held = forms.held
+    held, alike = forms.held, _alike(groups)
     for own, here in zip(forms.information, by_fold, strict=True):
         rest, rest_score = total - own, score - here
         inverse = _inverse(rest[:held, :held])
@@ -144,16 +144,24 @@ def held_out_gains(forms: Forms, groups: Sequence[Sequence[int]], signs: Array) 
         own_score = here[:, held:] - here[:, :held] @ turn
         own_score -= nuisance @ (own[:held, held:] - own[:held, :held] @ turn)
         full = np.diag(rest)[held:]
-        for g, group in enumerate(groups):
-            at = np.asarray(group)
-            block = left[np.ix_(at, at)]
-            if np.any(np.diag(block) <= LEAST_LEFT * full[at]):
-                continue
-            step = pushed[:, at] @ _inverse(block)
-            gains[:, g] += 2 * np.sum(step * own_score[:, at], 1) - np.einsum(
-                "da,ab,db->d", step, own_left[np.ix_(at, at)], step
-            )
+        for which, places in alike:
+            told = np.all(np.diag(left)[places] > LEAST_LEFT * full[places], 1)
+            at, g = places[told], which[told]
+            inverses = _inverses(left[at[:, :, None], at[:, None, :]])
+            step = np.einsum("dga,gab->dgb", pushed[:, at], inverses)
+            lost = np.einsum("dga,gab,dgb->dg", step, own_left[at[:, :, None], at[:, None, :]], step)
+            gains[:, g] += 2 * np.sum(step * own_score[:, at], 2) - lost
     return gains
+
+
+def _alike(groups: Sequence[Sequence[int]]) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Groups of as many columns each: their numbers (G,) and places (G, K)."""
+    lengths = np.array([len(group) for group in groups], np.int64)
+    found = []
+    for length in np.unique(lengths):
+        which = np.flatnonzero(lengths == length)
+        found.append((which, np.array([groups[g] for g in which], np.int64).reshape(len(which), -1)))
+    return found
 
 
 def held_out_squares(problem: Regression, columns: Array) -> Array:
@@ -173,14 +181,15 @@ def held_out_squares(problem: Regression, columns: Array) -> Array:
 
 def _inverse(information: Array) -> Array:
     """Inverse after scaling to a unit diagonal; what has no information keeps none."""
-    if not len(information):
-        return information
-    size = np.sqrt(np.maximum(np.diag(information), 0.0))
+    return _inverses(information) if len(information) else information
+
+
+def _inverses(information: Array) -> Array:
+    """The same of each of several (..., K, K), K > 0."""
+    size = np.sqrt(np.maximum(np.diagonal(information, axis1=-2, axis2=-1), 0.0))
     scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
-    return np.asarray(
-        np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-11, hermitian=True) * np.outer(scale, scale),
-        float,
-    )
+    both = scale[..., :, None] * scale[..., None, :]
+    return np.asarray(np.linalg.pinv(information * both, rcond=1e-11, hermitian=True) * both, float)
 
 
 @dataclass(frozen=True, eq=False)
