@@ -160,7 +160,7 @@ def _alike(groups: Sequence[Sequence[int]]) -> list[tuple[NDArray[np.int64], NDA
     found = []
     for length in np.unique(lengths):
         which = np.flatnonzero(lengths == length)
-        found.append((which, np.array([groups[g] for g in which], np.int64).reshape(len(which), -1)))
+        found.append((which, np.array([groups[int(g)] for g in which], np.int64).reshape(len(which), -1)))
     return found
 
 
