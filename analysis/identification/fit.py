@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
@@ -255,7 +255,7 @@ def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:
     if free < 1:
         return False
     per_freedom = max(ellipse.chi_square / free, 1.0)
-    return bool(f_distribution.sf((circle.chi_square - ellipse.chi_square) / 2 / per_freedom, 2, free) < ELLIPSE_CHANCE)
+    return bool(fdtrc(2, free, (circle.chi_square - ellipse.chi_square) / 2 / per_freedom) < ELLIPSE_CHANCE)
 
 
 def fit_contact_law(data: LawData, angle: bool) -> Law | None:
