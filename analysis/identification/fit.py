@@ -255,7 +255,8 @@ def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:
     if free < 1:
         return False
     per_freedom = max(ellipse.chi_square / free, 1.0)
-    return bool(fdtrc(2, free, (circle.chi_square - ellipse.chi_square) / 2 / per_freedom) < ELLIPSE_CHANCE)
+    ratio = max(circle.chi_square - ellipse.chi_square, 0.0) / 2 / per_freedom
+    return bool(fdtrc(2, free, ratio) < ELLIPSE_CHANCE)
 
 
 def fit_contact_law(data: LawData, angle: bool) -> Law | None:

@@ -118,9 +118,9 @@ def by_chance(null_distribution: Array, value: float) -> float:
 
 def chance_of_largest(gain: float, columns: int, tried: int) -> float:
     """How often the best of ``tried`` terms of ``columns`` unknowns gains so much by chance: chi-square, Bonferroni."""
-    return float(np.clip(tried * chdtrc(columns, gain), SMALLEST_P, 1.0))
+    return float(np.clip(tried * chdtrc(columns, max(gain, 0.0)), SMALLEST_P, 1.0))
 
 
 def chance_of_misfit(misfit: float, count: int) -> float:
     """How often noise alone leaves such a sum of squares over ``count`` numbers."""
-    return float(np.clip(chdtrc(max(count, 1), misfit), SMALLEST_P, 1.0))
+    return float(np.clip(chdtrc(max(count, 1), max(misfit, 0.0)), SMALLEST_P, 1.0))
