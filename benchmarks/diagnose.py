@@ -1,29 +1,31 @@
-"""Seconds from tracks to verdict: twelve runs of about a second, an effect of each stage, all candidates.
+"""Seconds from tracks to verdict and page, by the clock and of the processors: twelve runs of about a second.
 
-    python benchmarks/diagnose.py
+    python benchmarks/diagnose.py [SERIES ...] [--against CHECKOUT] [--times N]
 
-The series are made by ``analysis.blind``'s plant (a seed, so the same every time).  The first row is a process of its
-own with its start and its compiled code from the cache, as a user meets it; the others say where the time goes in a
-process that is warm.
+Each series is diagnosed in a process of its own, as a user meets it, its compiled code on the disk (a first process,
+which is not counted, sees to that).  Without SERIES five are made by ``analysis.blind``'s plant (a seed, so the same
+every time): an effect of each stage, all candidates.  ``--against`` runs the code of another checkout in turn with
+this one and gives the ratio: on a machine that others use clocks are upper bounds, ratios stand.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from analysis.blind.series import make_series, write_series
-from analysis.gap.diagnose import diagnose
-from analysis.gap.page.gap_page import gap_page
-from ovines.pipeline.diagnosis import load_series
-from ovines.recording import read_series
 
-BUDGET_S = 60.0
+HERE = Path(__file__).resolve().parents[1]
+BUDGET_S = 30.0
 CASES = (
     ("none", "white"),
     ("table_tilt", "ar1"),
@@ -33,36 +35,61 @@ CASES = (
 )
 
 
+@dataclass(frozen=True)
+class Took:
+    """Seconds of a process by the clock and of the processors, and the verdict's first words."""
+
+    wall_s: float
+    cpu_s: float
+    verdict: str
+
+
+def diagnosed(series: Path, code: Path, out: Path) -> Took:
+    """``ovines diagnose`` of a series by the code in a checkout."""
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", "ovines", "diagnose", series.resolve(), "--out", out, "--yes"],
+        env={**os.environ, "PYTHONPATH": str(code)},
+        cwd=out.parent,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Took(wall, cpu, done.stdout.split(":")[0].strip()[:28])
+
+
+def least(series: Path, code: Path, scratch: Path, times: int) -> Took:
+    """The least that a process took of some."""
+    every = [diagnosed(series, code, scratch / f"{series.name}-{code.name}-{k}") for k in range(times)]
+    return Took(min(one.wall_s for one in every), min(one.cpu_s for one in every), every[0].verdict)
+
+
 def main() -> None:
-    """Print one row per case: seconds of reading, of the diagnosis, of the page; their sum and its share of the
-    budget.
-    """
-    print(f"{'case':36s}{'verdict':>10s}{'read s':>8s}{'run_ladder s':>9s}{'page s':>8s}{'sum s':>8s}{'of 60 s':>9s}")
-    with tempfile.TemporaryDirectory() as scratch:
-        for number, (kind, noise) in enumerate(CASES):
-            folder = Path(scratch) / f"{kind}"
-            write_series(make_series(kind, 1.0, np.random.default_rng(number), noise=noise), folder)
-            if number == 0:
-                start = time.perf_counter()
-                subprocess.run(
-                    [sys.executable, "-m", "ovines", "diagnose", folder, "--out", folder / "process"],
-                    check=True,
-                    capture_output=True,
-                )
-                whole = time.perf_counter() - start
-                print(f"{'a process of its own: ' + kind:36s}{'':>35s}{whole:8.1f}{whole / BUDGET_S:9.2f}")
-            marks = [time.perf_counter()]
-            series, _ = load_series(read_series(folder), folder / "warm")
-            marks.append(time.perf_counter())
-            found = diagnose(series, np.random.default_rng(0))
-            marks.append(time.perf_counter())
-            gap_page(found, kind).render()
-            marks.append(time.perf_counter())
-            steps = np.diff(marks)
+    """Print one row per series: seconds by the clock, their share of the budget, of the processors, and the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("series", nargs="*", type=Path, metavar="SERIES")
+    parser.add_argument("--against", type=Path, metavar="CHECKOUT")
+    parser.add_argument("--times", type=int, default=1, metavar="N", help="take the least of N (default: 1)")
+    args = parser.parse_args()
+    codes = [HERE, *([args.against.resolve()] if args.against else [])]
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        made = list(args.series)
+        for number, (kind, noise) in enumerate(() if made else CASES):
+            made.append(scratch / f"{kind}, {noise}")
+            write_series(make_series(kind, 1.0, np.random.default_rng(number), noise=noise), made[-1])
+        for code in codes:
+            diagnosed(made[-1], code, scratch / f"compiled by {code.name}")
+        ratios = f"{'clock, ratio':>14s}{'CPU, ratio':>12s}" if args.against else ""
+        print(f"{'series':36s}{'verdict':>28s}{'clock s':>9s}{f'of {BUDGET_S:.0f} s':>9s}{'CPU s':>8s}{ratios}")
+        for series in made:
+            one, *other = (least(series, code, scratch, args.times) for code in codes)
             print(
-                f"{kind + ', ' + noise:36s}{found.summary['verdict']:>10s}"
-                + "".join(f"{s:{w}.1f}" for s, w in zip(steps, (8, 9, 8), strict=True))
-                + f"{steps.sum():8.1f}{steps.sum() / BUDGET_S:9.2f}"
+                f"{series.name:36s}{one.verdict:>28s}{one.wall_s:9.1f}{one.wall_s / BUDGET_S:9.2f}{one.cpu_s:8.1f}"
+                + "".join(f"{one.wall_s / old.wall_s:14.2f}{one.cpu_s / old.cpu_s:12.2f}" for old in other),
+                flush=True,
             )
 
 

@@ -7,7 +7,7 @@ from functools import reduce
 
 import numpy as np
 import pandas as pd
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
@@ -89,7 +89,11 @@ def triangulate(
             measured_px = spread(result.epipolar_px[unknown])
         else:  # the sum of squares of 2 n coordinates has the median of chi squared with 2 n - 3
             count = 2.0 * seen.sum(0)[unknown]
-            square = count * result.reprojection_px[unknown] ** 2 / chi2.median(np.maximum(count - 3.0, 1.0))
+            square = (
+                count
+                * result.reprojection_px[unknown] ** 2
+                / (2 * gammaincinv(0.5 * np.maximum(count - 3.0, 1.0), 0.5))
+            )
             measured_px = float(np.sqrt(np.nanmedian(square)))
         if measured_px > 0:
             sd = [np.where(unknown, measured_px, s) for s in sd]

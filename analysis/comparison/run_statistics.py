@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import ks_2samp
 
 from analysis.comparison.flights_ahead import fly, touches
 from analysis.comparison.simulated_rig import laws_from, moved
@@ -84,6 +83,8 @@ def _against(
     measured: dict[str, Array], copies: list[dict[str, Array]]
 ) -> tuple[pd.DataFrame, dict[str, tuple[Array, Array]]]:
     """Each statistic of the measured run among those of the simulated ones."""
+    from scipy.stats import ks_2samp  # takes long to load, and only comparisons need it
+
     rows, samples = [], {}
     for name, value in measured.items():
         middles = np.array([np.median(copy[name]) if len(copy[name]) else np.nan for copy in copies])

@@ -65,6 +65,13 @@ class Evidence:
         at = [self.columns.index(c) for c in columns]
         return self.information[np.ix_(at, at)], self.score[at]
 
+    def only(self, columns: Sequence[int]) -> Evidence:
+        """The same in some of the columns, the others held."""
+        at = [self.columns.index(c) for c in columns]
+        information, score = self.take(columns)
+        parts = tuple((one[np.ix_(at, at)], other[at]) for one, other in self.parts)
+        return replace(self, columns=tuple(columns), information=information, score=score, parts=parts)
+
 
 @dataclass(frozen=True, eq=False)
 class FlightRows:

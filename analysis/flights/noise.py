@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dtrtri
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from ovines.robust import middle
 
@@ -258,14 +258,20 @@ def _likelihood(stacks: dict[int, Array], correlation: float, angle: bool) -> tu
         square, free, log = square[known], free[known], log[known]
         if not len(square):
             continue
-        usual = float(np.median(square / chi2.median(free)))
+        usual = float(np.median(square / _chi_square(0.5, free)))
         # A piece's bound does not depend on the correlation tried by more than its own square does.
-        kept = square < usual * chi2.ppf(TRIMMED, free)
+        kept = square < usual * _chi_square(TRIMMED, free)
         variance = float(square[kept].sum() / max(free[kept].sum(), 1))
         cost += float(free.sum() * np.log(max(variance, 1e-12)) + log.sum())
         scales[which] = float(np.sqrt(max(variance, 1e-12)))
         cost += (np.log(scales[which]) / LOG_SCALE_SD) ** 2
     return cost, (scales[0], scales[1])
+
+
+def _chi_square(share: float, freedom: NDArray[np.int64]) -> Array:
+    """Below which value (N,) a ``share`` of chi-squares of these degrees of ``freedom`` lies."""
+    kinds, which = np.unique(freedom, return_inverse=True)
+    return np.asarray(2 * gammaincinv(0.5 * kinds, share))[which]
 
 
 def at_least(noise: FlightNoise, scale: float, angle_scale: float) -> FlightNoise:

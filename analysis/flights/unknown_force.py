@@ -161,8 +161,20 @@ def refined(runs: Sequence[RunRows], best: FlightNoise, cost: float, prior: Prio
 def force_evidence(runs: Sequence[RunRows], tried: Sequence[Sequence[FlightNoise]]) -> list[ForceEvidence]:
     """One :class:`ForceEvidence` per list of ``tried`` models, which share noise and memory."""
     flights = [_as_white(flight, tried[0][0]) for run in runs for flight in run.flights]
+    some = [flights[first : first + AT_ONCE] for first in range(0, len(flights), AT_ONCE)]
     columns = len(runs[0].columns)
-    return in_threads(_evidence_of, [(flights, tuple(models), columns) for models in tried])
+    parts = in_threads(_evidence_of, [(part, tuple(models), columns) for models in tried for part in some])
+    each = [parts[k * len(some) : (k + 1) * len(some)] for k in range(len(tried))]
+    return [_together(tuple(models), own, columns) for models, own in zip(tried, each, strict=True)]
+
+
+def _together(models: tuple[FlightNoise, ...], parts: Sequence[ForceEvidence], columns: int) -> ForceEvidence:
+    """What all flights say, of some at a time."""
+    information, score = np.zeros((len(models), columns, columns)), np.zeros((len(models), columns))
+    for one in parts:
+        information, score = information + one.information, score + one.score
+    each = np.concatenate([np.zeros((0, len(models))), *(one.each for one in parts)])
+    return ForceEvidence(models, each.sum(0), information, score, each)
 
 
 class _WhiteFlight(NamedTuple):
@@ -215,25 +227,20 @@ def _turned(flight: _WhiteFlight, memory: float, correlation: float) -> tuple[Ar
 
 
 def _evidence_of(flights: Sequence[_WhiteFlight], models: tuple[FlightNoise, ...], columns: int) -> ForceEvidence:
-    """What the flights say of ``models``, which share noise and memory, and of the shared ``columns``."""
-    cost = np.zeros((len(flights), len(models)))
-    information, score = np.zeros((len(models), columns, columns)), np.zeros((len(models), columns))
+    """What some flights say of ``models``, which share noise and memory, and of the shared ``columns``."""
     sizes = np.array([[m.acceleration_m_per_s2, m.spin_rad_per_s2] for m in models])
-    for first in range(0, len(flights), AT_ONCE):
-        some = flights[first : first + AT_ONCE]
-        products = np.empty((len(some), len(models), STATES + columns + 1, STATES + columns + 1))
-        for number, flight in enumerate(some):
-            memory = models[0].memory_s / max(flight.period_s, 1e-12)
-            size, rows = _turned(flight, memory, models[0].correlation)
-            amplitudes = sizes * flight.period_s**2 / flight.unit
-            variance = (1 + amplitudes[:, [0, 0, 1], None] ** 2 * size).reshape(len(models), -1)
-            np.matmul(rows.T * (1 / variance)[:, None, :], rows, out=products[number])
-            cost[first + number] = flight.log_noise + np.sum(np.log(variance), 1)
-        left, volume = _without_own(products)
-        information += left[:, :, :-1, :-1].sum(0)
-        score += left[:, :, :-1, -1].sum(0)
-        cost[first : first + len(some)] += left[:, :, -1, -1] + volume
-    return ForceEvidence(models, cost.sum(0), information, score, cost)
+    cost = np.empty((len(flights), len(models)))
+    products = np.empty((len(flights), len(models), STATES + columns + 1, STATES + columns + 1))
+    for number, flight in enumerate(flights):
+        memory = models[0].memory_s / max(flight.period_s, 1e-12)
+        size, rows = _turned(flight, memory, models[0].correlation)
+        amplitudes = sizes * flight.period_s**2 / flight.unit
+        variance = (1 + amplitudes[:, [0, 0, 1], None] ** 2 * size).reshape(len(models), -1)
+        np.matmul(rows.T * (1 / variance)[:, None, :], rows, out=products[number])
+        cost[number] = flight.log_noise + np.sum(np.log(variance), 1)
+    left, volume = _without_own(products)
+    cost += left[:, :, -1, -1] + volume
+    return ForceEvidence(models, cost.sum(0), left[:, :, :-1, :-1].sum(0), left[:, :, :-1, -1].sum(0), cost)
 
 
 def _without_own(products: Array) -> tuple[Array, Array]:

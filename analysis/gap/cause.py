@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from scipy.stats import norm
+from scipy.special import ndtr
 
 #: probabilities below this are not told apart from it: no tail is known so far out
 SMALLEST_P = 1e-12
@@ -15,7 +15,7 @@ SMALLEST_P = 1e-12
 
 def two_sided(z: float) -> float:
     """How often chance is ``z`` standard deviations or more off, either way."""
-    return float(max(2 * norm.sf(abs(z)), SMALLEST_P))
+    return float(max(2 * ndtr(-abs(z)), SMALLEST_P))
 
 
 @dataclass(frozen=True, eq=False)

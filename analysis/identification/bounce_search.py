@@ -19,6 +19,7 @@ from analysis.flights.fit import FlightFits, start_state
 from analysis.identification.bounce_fit import SequenceFit
 from analysis.identification.bounce_sequences import BounceSequence
 from analysis.identification.fit import RigFit
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 
@@ -36,13 +37,16 @@ def find_sequences(rig: RigFit, resolved: NDArray[np.bool_]) -> list[BounceSeque
     """Bounce sequences of all runs; ``resolved`` (K,) marks the junctions that are impacts beyond doubt."""
     if rig.law is None or not rig.angle or not np.isfinite(rig.law.wall_friction):
         return []
-    sequences, restitution = [], speed_law(rig.data, rig.law)
-    for number, fits in enumerate(rig.floor.fits):
-        for start, first, stop, following in _windows(rig, number, resolved):
-            sequence = _follow(rig, fits, number, restitution, start, first, stop, following)
-            if sequence is not None:
-                sequences.append(sequence)
-    return sequences
+    restitution = speed_law(rig.data, rig.law)
+    followed = in_threads(
+        _follow,
+        [
+            (rig, fits, number, restitution, *window)
+            for number, fits in enumerate(rig.floor.fits)
+            for window in _windows(rig, number, resolved)
+        ],
+    )
+    return [sequence for sequence in followed if sequence is not None]
 
 
 def _windows(

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
@@ -123,10 +123,12 @@ def fit_rig(
     """
     named = DEFAULT_EFFECTS if effects is None else tuple(effects)
     held = stated or {}
-    rig = _fit(runs, named, held, search)
-    if _swings(rig):
-        runs = cut_again(runs, rig.floor.fits[0].shared[:2])
-        rig = _fit(runs, named, held, search)
+    angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
+    chosen = choose_floor(runs, named, angle, held, search)
+    if angle and _swings(chosen[0], chosen[1].fits[0].shared[:2]):
+        runs = cut_again(runs, chosen[1].fits[0].shared[:2])
+        chosen = choose_floor(runs, named, angle, held, search)
+    rig = _rig(*chosen, named, angle)
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
     if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
@@ -153,13 +155,13 @@ def fit_rig(
     return replace(tried[best], notes=(*tried[best].notes, words, more), length_doubt=doubt)
 
 
-def _swings(rig: RigFit) -> bool:
-    """Whether the markers' origin swings about the mass centre, as the flights show it, so fast that it looks like
-    impacts.
+def _swings(runs: Sequence[Run], origin_m: NDArray[np.float64]) -> bool:
+    """Whether the markers' origin, at ``origin_m`` (2,) as the flights show it, swings about the mass centre so fast
+    that it looks like impacts.
     """
-    spins = [np.abs(np.diff(run.data.angle_rad) / np.diff(run.data.time_s)) for run in rig.runs]
+    spins = [np.abs(np.diff(run.data.angle_rad) / np.diff(run.data.time_s)) for run in runs]
     fastest = max((float(np.quantile(spin, FASTEST_SHARE)) for spin in spins if len(spin)), default=0.0)
-    return rig.angle and float(np.hypot(*rig.floor.fits[0].shared[:2])) * fastest**2 > SMOOTH_M_PER_S2
+    return float(np.hypot(*origin_m)) * fastest**2 > SMOOTH_M_PER_S2
 
 
 def _misfit(rig: RigFit) -> float:
@@ -179,7 +181,11 @@ def _scaled(run: Run, name: str, ratio: float) -> Run:
 
 def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float], search: bool) -> RigFit:
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    runs, floor, notes = choose_floor(runs, named, angle, held, search)
+    return _rig(*choose_floor(runs, named, angle, held, search), named, angle)
+
+
+def _rig(runs: Sequence[Run], floor: FloorFit, notes: Sequence[str], named: Sequence[str], angle: bool) -> RigFit:
+    """Wall and contact law on the floor that was chosen."""
     wall, more = _wall(floor, named, angle)
     first = runs[0].data
     lens = lens_residual(
@@ -249,7 +255,8 @@ def _surely_better(circle: WallFit, ellipse: WallFit) -> bool:
     if free < 1:
         return False
     per_freedom = max(ellipse.chi_square / free, 1.0)
-    return bool(f_distribution.sf((circle.chi_square - ellipse.chi_square) / 2 / per_freedom, 2, free) < ELLIPSE_CHANCE)
+    ratio = max(circle.chi_square - ellipse.chi_square, 0.0) / 2 / per_freedom
+    return bool(fdtrc(2, free, ratio) < ELLIPSE_CHANCE)
 
 
 def fit_contact_law(data: LawData, angle: bool) -> Law | None:

@@ -154,11 +154,11 @@ def fit_floor(
             fit_flights,
             [(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)],
         )
-    evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
-    shapes = _shapes(fits, names, noise)
+    shapes, told = _shapes(fits, names, noise), columns
     columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
-    open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits]) if shapes else evidence
+    open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
+    evidence = [one.only(told) for one in open_evidence] if shapes else open_evidence
     prior, pull = _prior(columns, shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from analysis.contact.given_impacts import MOST_RESTITUTION, given_law_data, with_slip
 from analysis.contact.law import LawData, fit_restitution, fit_tangential, restitution_gain, sticks
@@ -100,7 +100,7 @@ def _law(data: LawData) -> tuple[list[tuple[str, Interval, int]], list[str], flo
         rows.append(("restitution_scatter", scatter_interval(data, float(value)), n))
     if n >= FEWEST_FOR_SLOPE:
         _, (slope,), (sd,) = restitution_gain(data, [data.before - data.before.mean()])
-        few = np.sqrt(n / (n - 2)) * student.ppf(0.5 + LEVEL / 2, n - 2) / NORMAL_90
+        few = np.sqrt(n / (n - 2)) * stdtrit(n - 2, 0.5 + LEVEL / 2) / NORMAL_90
         rows.append(("restitution_speed_slope_s_per_m", normal_interval(slope, few * sd), n))
     for name, interval in (("wall friction", friction), ("tangential restitution", tangential)):
         if len(sliding) and not np.isfinite(interval.value):

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from analysis.compiled import compiled
 from analysis.contact.law import (
@@ -65,7 +65,7 @@ def threshold(count: int, unknowns: int) -> float:
 
     n log(1 + t^2/(n - p)), exact for a normal error of unknown variance; chi-square's 2.71 for many impacts."""
     free = max(count - unknowns, 1)
-    return float(count * np.log1p(student.ppf(0.5 + LEVEL / 2, free) ** 2 / free))
+    return float(count * np.log1p(stdtrit(free, 0.5 + LEVEL / 2) ** 2 / free))
 
 
 @compiled

@@ -7,7 +7,7 @@ from dataclasses import astuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from analysis.contact.law import fit_restitution, restitution_gain, sticks
 from analysis.flights.model import GRAVITY_M_PER_S2
@@ -148,7 +148,7 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
         rows.append(("restitution_scatter", _scatter(rig), n))
     if rig.law is not None and n >= FEWEST_FOR_SLOPE:
         _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
-        few = np.sqrt(n / (n - 2)) * student.ppf(0.5 + LEVEL / 2, n - 2) / NORMAL_90
+        few = np.sqrt(n / (n - 2)) * stdtrit(n - 2, 0.5 + LEVEL / 2) / NORMAL_90
         rows.append(
             (
                 "restitution_speed_slope_s_per_m",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2, t
+from scipy.special import chdtrc, stdtr
 
 
 @dataclass(frozen=True)
@@ -52,5 +52,5 @@ def weighted_trend(number: ArrayLike, values: ArrayLike, sds: ArrayLike) -> Tren
         slope = float(np.sum(weight * (x - centre) * (value - mean)) / leverage)
         residual = float(np.sum(weight * (value - mean - slope * (x - centre)) ** 2))
         slope_sd = leverage**-0.5 * max(1.0, (residual / (n - 2)) ** 0.5)
-        p_slope = float(2 * t.sf(abs(slope) / slope_sd, n - 2))
-    return Trend(n, mean, mean_sd, centre, slope, slope_sd, p_slope, float(chi2.sf(misfit, n - 1)))
+        p_slope = float(2 * stdtr(n - 2, -abs(slope) / slope_sd))
+    return Trend(n, mean, mean_sd, centre, slope, slope_sd, p_slope, float(chdtrc(n - 1, misfit)))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtr
 
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import RigFrame
@@ -98,7 +98,7 @@ def drive_findings(
 
 
 def _two_sided(size: float, sd: float) -> float:
-    return float(2 * norm.sf(abs(size) / sd)) if sd > 0 else float(size == 0)
+    return float(2 * ndtr(-abs(size) / sd)) if sd > 0 else float(size == 0)
 
 
 def _against_asked(number: int, host: HostMotion, want: Excitation | None, frame: RigFrame) -> list[DriveFinding]:
@@ -135,7 +135,7 @@ def _lines(number: int, host: HostMotion, frame: RigFrame) -> list[DriveFinding]
             else 0.0
         )
         per = host.amplitude_m or 1.0
-        chance = float(chi2.sf((size / sd) ** 2, 2)) * max(len(host.residual), 1) if sd > 0 else 0.0
+        chance = float(chdtrc(2, (size / sd) ** 2)) * max(len(host.residual), 1) if sd > 0 else 0.0
         hz = float(omega) / (2 * np.pi) * frame.factor("frequency_hz")
         words = f"Beside the drive the Host moves at {hz:.4g} Hz, by {1e6 * size * frame.factor('size_m'):.3g} um."
         rows.append(DriveFinding("line", number, size / per, sd / per, "1", min(chance, 1.0), words, hz))
@@ -154,7 +154,7 @@ def _beside_lines(number: int, time_s: Array, host: HostMotion, frame: RigFrame)
     size = float(np.std(left))
     sd = float(np.sqrt(np.mean(path.covariance(at)[:, 0, 0])))
     # Its size against the noise, that the spectrum has shown beyond chance already.
-    chance = float(chi2.sf(min((size / max(sd, 1e-300)) ** 2, 1e4) * 4, 4))
+    chance = float(chdtrc(4, min((size / max(sd, 1e-300)) ** 2, 1e4) * 4))
     if not host.omega_rad_per_s and _moved_m(at, host) > 0:
         share = size / _moved_m(at, host)
         words = (
@@ -244,7 +244,7 @@ def _jump(number: int, time_s: Array, host: HostMotion, frame: RigFrame) -> Driv
     size_um = 1e6 * one.size * frame.factor("size_m")
     words = f"At {at:.4g} s the Host jumps by {size_um:.3g} um from one frame to the next."
     # Parabolas' differences have longer tails than noise.
-    chance = min(float(2 * norm.sf(one.sds / 2)) * len(time_s), 1.0)
+    chance = min(float(2 * ndtr(-one.sds / 2)) * len(time_s), 1.0)
     return DriveFinding("jump", number, one.sds, 1.0, "sd", chance, words, at)
 
 

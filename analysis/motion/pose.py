@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import median_abs_deviation
 
 from analysis.statistics.robust import MEDIAN_SD
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -180,7 +180,7 @@ def refine_layout(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, round
         with np.errstate(invalid="ignore", divide="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # a marker never seen has no median; its design place stays
             measured = np.nanmedian(place, 0) if place.size else layout
-            spread = MEDIAN_SD * median_abs_deviation(place, axis=0, nan_policy="omit", scale="normal")
+            spread = MEDIAN_SD * MEDIAN_TO_SD * np.nanmedian(np.abs(place - measured), 0)
             variance = spread**2 / np.maximum(count, 1)
         measured = np.where(count > 0, measured, layout)
         variance = np.where(count > 0, variance, np.inf)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, savgol_filter
 
 from ovines.recording import Recording
 from ovines.recording_schema import ThesisMethod
@@ -41,6 +40,8 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = USUAL) 
     bridged by straight lines for the filter only; whatever its window or the differences touch of them is
     null in the result.
     """
+    from scipy.signal import savgol_filter  # takes long to load, and few need it
+
     frames = np.arange(motion["frame"].min(), motion["frame"].max() + 1)
     full = motion.set_index("frame")[["time_s", "nes_x_m", "nes_y_m"]].reindex(frames)
     time_s = _bridged(frames, full["time_s"].to_numpy(float))
@@ -73,6 +74,8 @@ def thesis_impacts(motion: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     them the tangential speeds, are null.  A side with fewer than three points, or one that reaches over a
     neighbouring impact, is null: that impact has a time and no parameters.
     """
+    from scipy.signal import find_peaks
+
     settings = method_of(recording)
     smooth = smoothed_acceleration(motion, settings)
     signal = smooth["acceleration_m_per_s2"].to_numpy(float)

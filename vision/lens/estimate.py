@@ -14,6 +14,7 @@ from scipy.linalg import block_diag, eigh
 
 from ovines.camera import Camera
 from ovines.recording import Recording
+from ovines.workers.threads import in_threads
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
@@ -99,7 +100,7 @@ def _estimate(
     lattices = [lattice_over(pixels[:, c]) for c in range(2)]
     if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
         return _nothing(frames, "all markers within one spacing of the splines")
-    halves = [_half(runs, pair, lattices, late) for late in (False, True)]
+    halves = in_threads(_half, [(runs, pair, lattices, late) for late in (False, True)])
     if not all(np.isfinite(one.matrix).all() and np.isfinite(one.right).all() for half in halves for one in half):
         return _nothing(frames, "pixels that no camera can see")
     noise = _noise_variance([one for half in halves for one in half], lattices)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
@@ -34,7 +34,7 @@ SLOW_SHARE = 0.5
 # One series in a hundred over four stages, two kinds of candidates here.
 LEVEL = 0.01 / 8
 # A line is there in a run that alone would show it once in a thousand.
-SURE_IN_RUN = float(chi2.isf(1e-3, 4))
+SURE_IN_RUN = float(chdtri(4, 1e-3))
 MOST_TERMS = 4
 # Lines that a run's drive may have of its own beside the main one.
 MOST_OWN_LINES = 3

@@ -72,7 +72,14 @@ class FlightRegression:
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
         packed = rows_of([term])
-        return np.vstack([_columns(one, _given(one, packed) * cut(one.know)[:, None, :]) for one in self.flights])
+        parts = []
+        for one in self.flights:
+            given = _given(one, packed) * cut(one.know)[:, None, :]
+            acts = np.any(given != 0.0, (0, 1))  # most parts of a run are none of this flight's
+            part = np.zeros((3 * len(one.at), given.shape[2]))
+            part[:, acts] = _columns(one, np.ascontiguousarray(given[:, :, acts]))
+            parts.append(part)
+        return np.vstack(parts)
 
 
 def flight_regression(fitted: FlightFit) -> FlightRegression:

@@ -23,11 +23,12 @@ from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
-from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, record, starts
+from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Setting, record, starts
 from analysis.gap.selection.flight_candidates import fit, information_of, prior_of
 from analysis.gap.selection.flight_terms import EFFECT_TERMS
 from analysis.gap.selection.impact_candidates import best_speed_scale, restitution_design
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 LONGEST_S = 0.6
@@ -136,12 +137,14 @@ def next_tests(ladder: Ladder, causes: tuple[Cause, ...]) -> NextTests | None:
     duration = float(min(data.time_s[-1] - data.time_s[0], LONGEST_S))
     judge = _flight_information if cause.stage == "flight" else _impact_information
     begun = starts(ladder, STARTS)
-    found = []
-    for setting in SETTINGS if begun else ():
-        if setting.launch is None and data.host.omega_rad_per_s == 0:
-            continue
+
+    def told(setting: Setting) -> Told:
         recorded = [record(ladder, causes, start, setting, duration, SIMULATED) for start in begun]
-        found.append(Told(setting.words, *_separation(judge(ladder, recorded, cause.effect, rival), len(begun))))
+        return Told(setting.words, *_separation(judge(ladder, recorded, cause.effect, rival), len(begun)))
+
+    driven = data.host.omega_rad_per_s != 0
+    settings = [one for one in SETTINGS if begun and (driven or one.launch is not None)]
+    found = in_threads(told, [(one,) for one in settings])
     ranked = tuple(sorted(found, key=lambda told: -told.sd))
     return NextTests(cause.effect, rival, duration, len(begun), ranked) if ranked else None
 

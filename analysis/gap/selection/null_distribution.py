@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from analysis.contact.law import LawData, fit_restitution
 from analysis.flights.evidence import covariance_of
@@ -126,9 +126,9 @@ def by_chance(null_distribution: Array, value: float) -> float:
 
 def chance_of_largest(gain: float, columns: int, tried: int) -> float:
     """How often the best of ``tried`` terms of ``columns`` unknowns gains so much by chance: chi-square, Bonferroni."""
-    return float(np.clip(tried * chi2.sf(gain, columns), SMALLEST_P, 1.0))
+    return float(np.clip(tried * chdtrc(columns, max(gain, 0.0)), SMALLEST_P, 1.0))
 
 
 def chance_of_misfit(misfit: float, count: int) -> float:
     """How often noise alone leaves such a sum of squares over ``count`` numbers."""
-    return float(np.clip(chi2.sf(misfit, max(count, 1)), SMALLEST_P, 1.0))
+    return float(np.clip(chdtrc(max(count, 1), max(misfit, 0.0)), SMALLEST_P, 1.0))

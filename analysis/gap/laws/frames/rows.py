@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from analysis.flights.fit import RunData
 from analysis.flights.runs import Run
@@ -158,7 +158,7 @@ def _noise_apart(moved: Array, motion: Array) -> float:
         return float(np.median([residual_sd(np.diff(column)) for column in whole.T]) / np.sqrt(2))
     basis = np.linalg.qr(motion)[0]
     apart = np.sum((whole - np.median(whole, 0)) ** 2, 1) - np.sum(((whole - np.median(whole, 0)) @ basis) ** 2, 1)
-    return float(np.sqrt(np.median(apart) / chi2.median(free)))
+    return float(np.sqrt(np.median(apart) / (2 * gammaincinv(0.5 * free, 0.5))))
 
 
 def _pixels(
