@@ -30,6 +30,7 @@ from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
 NOTHING = frozenset[str]()
+RUNS = 6
 #: effect, stage, noise, seed
 FAST = [
     ("wall_lobes", "geometry", "ar1", 11),
@@ -52,15 +53,15 @@ PERIODIC = ("direction_rad", "phase_rad")
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory):
-    """Function (kind, size, seed, noise, withheld) -> (folder, diagnosis, truth): eight runs of the plant, of the usual
+    """Function (kind, size, seed, noise, withheld) -> (folder, diagnosis, truth): six runs of the plant, of the usual
     rig anywhere in the world; made once for each arguments.
     """
 
     @cache
     def made(kind: str, size: float, seed: int, noise: str, withheld: frozenset[str] = NOTHING):
         folder = tmp_path_factory.mktemp(kind) / "series"
-        place = draw_place(np.random.default_rng(seed + 1000), 8, other_rigs=False)
-        series = make_series(kind, size, np.random.default_rng(seed), runs=8, noise=noise, place=place)
+        place = draw_place(np.random.default_rng(seed + 1000), RUNS, other_rigs=False)
+        series = make_series(kind, size, np.random.default_rng(seed), runs=RUNS, noise=noise, place=place)
         write_series(series, folder)
         loaded, _ = load_series(read_series(folder), folder / "results")
         return folder, diagnose(loaded, np.random.default_rng(0), withheld), series.truth
