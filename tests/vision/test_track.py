@@ -220,7 +220,7 @@ def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
 
 def test_ground_markers_wait_for_one_that_is_covered_at_first(tmp_path):
     """Named clockwise from what is seen: with the first one covered, the second would be given its name."""
-    cameras, truth = film(tmp_path, 40, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 22, "VW1")])
+    cameras, truth = film(tmp_path, 100, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 22, "VW1")])
     both = compared(truth, track(read_recording(tmp_path), cameras).tracks)
     ground = both[both.marker.isin(["G1", "G2", "G3"])]
     assert ground.error_px.max() < 0.15  # no name of a neighbour
