@@ -41,15 +41,12 @@ def pinhole(x_camera: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4)
     across, down = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
     mixed = x * y * slope + 2 * p1 * x + 2 * p2 * y
-    by_x = fx * np.stack([radial + x * x * slope + 2 * p1 * y + 6 * p2 * x + across * x, mixed + across * y], -1)
-    by_y = fy * np.stack([mixed + down * x, radial + y * y * slope + 6 * p1 * y + 2 * p2 * x + down * y], -1)
-    by_point = np.stack(
-        [
-            np.stack([by[:, 0] * inverse, by[:, 1] * inverse, -(by[:, 0] * x + by[:, 1] * y) * inverse], -1)
-            for by in (by_x, by_y)
-        ],
-        -2,
-    )
+    by_point = np.empty((len(x), 2, 3))
+    across_x, across_y = fx * (radial + x * x * slope + 2 * p1 * y + 6 * p2 * x + across * x), fx * (mixed + across * y)
+    down_x, down_y = fy * (mixed + down * x), fy * (radial + y * y * slope + 6 * p1 * y + 2 * p2 * x + down * y)
+    for axis, (by_x, by_y) in enumerate(((across_x, across_y), (down_x, down_y))):
+        by_point[:, axis, 0], by_point[:, axis, 1] = by_x * inverse, by_y * inverse
+        by_point[:, axis, 2] = -(by_x * x + by_y * y) * inverse
     by_intrinsics = np.zeros((len(x), 2, N_INTRINSICS))
     by_intrinsics[:, 0, FX], by_intrinsics[:, 1, FY] = xd, yd
     by_intrinsics[:, 0, CX] = by_intrinsics[:, 1, CY] = 1
@@ -62,4 +59,6 @@ def pinhole(x_camera: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     by_intrinsics[:, 1, P1], by_intrinsics[:, 1, P2] = fy * (r2 + 2 * y * y), 2 * fy * x * y
     by_intrinsics[:, 0, S1], by_intrinsics[:, 0, S2] = fx * r2, fx * r2 * r2
     by_intrinsics[:, 1, S3], by_intrinsics[:, 1, S4] = fy * r2, fy * r2 * r2
-    return np.stack([fx * xd + cx, fy * yd + cy], -1), by_intrinsics, by_point
+    pixels = np.empty((len(x), 2))
+    pixels[:, 0], pixels[:, 1] = fx * xd + cx, fy * yd + cy
+    return pixels, by_intrinsics, by_point

@@ -22,12 +22,18 @@ FEWEST_VIEWS = 10
 
 def write_calibration_report(results_folder: Path, recording: Recording, save_figures: bool = False) -> Path:
     """Write ``calibration.html`` into ``results_folder`` from the calibration and its tables there."""
-    page = calibration_page(read_results(Path(results_folder), recording))
-    page.source = source_of(recording.folder, Path(results_folder))
-    page.links = pages_beside(Path(results_folder), ("report.html",))
+    results = read_results(Path(results_folder), recording)
+    page = whole_calibration_page(results, Path(results_folder), pages_beside(Path(results_folder), ("report.html",)))
     if save_figures:
         page.save_figures(Path(results_folder) / "figures")
     return page.write(Path(results_folder) / "calibration.html")
+
+
+def whole_calibration_page(results: Results, results_folder: Path, links: list[tuple[str, str]]) -> Page:
+    """The page with its source and its ``links``, titles and addresses, as it stands in ``results_folder``."""
+    page = calibration_page(results)
+    page.source, page.links = source_of(results.recording.folder, results_folder), links
+    return page
 
 
 def calibration_page(results: Results) -> Page:

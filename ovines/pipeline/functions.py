@@ -200,14 +200,16 @@ def report(context: StageContext) -> dict[str, Any]:
     from analysis.report import recording_page
     from analysis.report.page import source_of
     from analysis.report.results import read_results
+    from ovines.pipeline.pages import calibration_page_beside
 
-    page = recording_page(read_results(context.out, context.recording, first_frames(context.recording)))
-    page.source = source_of(context.recording.folder, context.out)
-    if context.in_series:
-        page.links.append(("All recordings of the series", "../report.html"))
-    if "calibration_views.parquet" in context.inputs:
-        page.links.append(("Calibration", CALIBRATION_PAGE))
-    return {"report.html": page.render()}
+    with calibration_page_beside(context):
+        page = recording_page(read_results(context.out, context.recording, first_frames(context.recording)))
+        page.source = source_of(context.recording.folder, context.out)
+        if context.in_series:
+            page.links.append(("All recordings of the series", "../report.html"))
+        if "calibration_views.parquet" in context.inputs:
+            page.links.append(("Calibration", CALIBRATION_PAGE))
+        return {"report.html": page.render()}
 
 
 def first_frames(recording: Recording) -> dict[str, Any] | None:

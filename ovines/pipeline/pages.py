@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from ovines.io.lock import locked
+from ovines.pipeline.context import StageContext
 from ovines.pipeline.ownership import FIGURE_MARKS, FIGURES, ours_to_remove, refuse_theirs
 from ovines.pipeline.stages import CALIBRATION_PAGE
 from ovines.recording import Recording
@@ -21,6 +24,30 @@ def write_calibration_page(recording: Recording, out: Path, figures: bool) -> No
     refuse_theirs(out, [CALIBRATION_PAGE], figures)
     with locked(out):
         write_calibration_report(out, recording, figures)
+
+
+@contextmanager
+def calibration_page_beside(context: StageContext) -> Iterator[None]:
+    """``calibration.html``, where it is missing, drawn in a second process while the report is drawn in this one; where
+    that cannot be, :func:`write_calibration_page` draws it later.
+    """
+    path = context.out / CALIBRATION_PAGE
+    if "calibration_views.parquet" not in context.inputs or path.exists():
+        yield
+        return
+    from analysis.report.calibration_report import whole_calibration_page
+    from analysis.report.page import PAGES
+    from analysis.report.results import read_results
+    from ovines.io.atomic_write import write_text_whole
+    from ovines.workers.beside import made_beside
+
+    results, report = read_results(context.out, context.recording), "report.html"
+    links = [(PAGES[report], report)]
+    with made_beside(lambda: whole_calibration_page(results, context.out, links).render()) as drawn:
+        yield
+        page = drawn()
+    if page is not None:
+        write_text_whole(page, path)
 
 
 def recording_figures(recording: Recording, out: Path) -> None:

@@ -197,7 +197,7 @@ CASES = [
     Case("disk's radius in mm", lambda: setting("radius_m", 1e3)(plant()), REFUSED, said="radius_m"),
     Case(
         "both radii in mm",
-        lambda: both(setting("inner_radius_m", 1e3), setting("radius_m", 1e3))(plant()),
+        lambda: both(started, setting("inner_radius_m", 1e3), setting("radius_m", 1e3))(plant()),
         NO,
         PRINCIPAL,
         "farther out",

@@ -215,21 +215,6 @@ def turned_back(table: pd.DataFrame, turn_rad: float) -> pd.DataFrame:
     return table.assign(azimuth_rad=table["azimuth_rad"] - turn_rad)
 
 
-def test_where_the_origin_lies(series, base, tmp_path):
-    same(base, identified(changed(series, lambda m: placed(m, SHIFT_M, 0.0)), tmp_path))
-
-
-def test_how_the_axes_lie(series, base, tmp_path):
-    """The axes exchanged; any angle: :func:`test_the_whole_way_to_the_diagnosis`."""
-    turn_rad = -math.pi / 2
-    found = identified(changed(series, lambda m: placed(m, (0.0, 0.0), turn_rad)), tmp_path)
-    back = mapped(found, lambda t: turned_back(t, turn_rad), tilt_rad=-turn_rad)
-    # the tilt's sds belong to other axes: of either only the larger is compared, through its values
-    names = ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]
-    same_parameters(base.parameters.loc[names], back.parameters.loc[names], sds_too=False)
-    same(without(base, names), without(back, names))
-
-
 def mirrored(motion: pd.DataFrame) -> pd.DataFrame:
     """``motion`` seen in a mirror: y and angles change their signs."""
     return motion.assign(**{name: -motion[name] for name in ("nes_y_m", "host_y_m", "nes_angle_rad", "host_angle_rad")})
@@ -249,25 +234,6 @@ def mirrored_back(table: pd.DataFrame) -> pd.DataFrame:
 
 #: what a mirror does to the parameters
 MIRRORED = dict.fromkeys(("table_tilt_y_m_per_s2", "wall_centre_y_m", "disk_centre_y_m", "wall_ellipticity_sin"), -1.0)
-
-
-def test_which_way_round_the_rig_is_built(series, base, tmp_path):
-    same(base, mapped(identified(changed(series, mirrored), tmp_path), mirrored_back, MIRRORED))
-
-
-def test_when_the_clock_starts_and_how_frames_are_numbered(series, base, tmp_path):
-    later = changed(series, lambda m: m.assign(time_s=m["time_s"] + LATE, frame=m["frame"] + LATE))
-    found = identified(later, tmp_path)
-    same(base, mapped(found, lambda table: table.assign(time_s=table["time_s"] - LATE)))
-
-
-def test_in_which_order_and_under_which_names_runs_come(series, base, tmp_path):
-    renamed = [
-        replace(run, toml=re.sub(r'(?m)^name = ".*"$', f'name = "{word}"', run.toml))
-        for run, word in zip(series, ("z", "Ä 2", "a"), strict=True)
-    ]
-    found = identified(renamed[::-1], tmp_path)
-    same(base, replace(found, impacts=found.impacts[::-1], checks=found.checks[::-1]))
 
 
 def grown(series: Sequence[Run], scale: float) -> list[Run]:
@@ -306,14 +272,14 @@ def test_how_large_the_world_is(series, base, scale, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def diagnosed_here(series, tmp_path_factory) -> tuple[list[Segments], dict[str, Any]]:
-    """Where the flights of the series end, and its diagnosis."""
-    return diagnosed(series, tmp_path_factory.mktemp("diagnosed"))
+def diagnosed_here(base, base_folder) -> tuple[list[Segments], dict[str, Any]]:
+    """Where the flights of ``base`` end, and its diagnosis."""
+    return diagnosed(base_folder)
 
 
-def diagnosed(runs: Sequence[Run], folder: Path) -> tuple[list[Segments], dict[str, Any]]:
-    """As ``ovines diagnose`` segments the runs, and what it answers."""
-    written = write_series(list(runs), folder / "series")
+def diagnosed(folder: Path) -> tuple[list[Segments], dict[str, Any]]:
+    """As ``ovines diagnose`` segments the runs of the folder's ``series``, and what it answers."""
+    written = folder / "series"
     assert main(["diagnose", str(written), "--out", str(folder / "out")]) == 0
     loaded, _ = load_series(read_series(written), folder / "out")
     return [run.segments for run in loaded.runs], json.loads((folder / "out" / "diagnosis.json").read_text())
@@ -322,7 +288,8 @@ def diagnosed(runs: Sequence[Run], folder: Path) -> tuple[list[Segments], dict[s
 @pytest.mark.parametrize("scale", [5.0, 0.2])
 def test_how_large_the_world_is_to_the_diagnosis(series, diagnosed_here, scale, tmp_path):
     """Frames at the wall, kinks and the answer: a rig five times as large moves faster, and no nearer to its wall."""
-    (segments, one), (theirs, other) = diagnosed_here, diagnosed(grown(series, scale), tmp_path)
+    write_series(grown(series, scale), tmp_path / "series")
+    (segments, one), (theirs, other) = diagnosed_here, diagnosed(tmp_path)
     for here, there in zip(segments, theirs, strict=True):
         assert np.array_equal(here.gaps, there.gaps)
         assert np.array_equal(here.contact, there.contact)
@@ -440,19 +407,22 @@ def test_a_calm_second_at_the_end(tmp_path):
     same(one, other, CALM)
 
 
-def test_the_whole_way_to_the_diagnosis(series, base, base_folder, tmp_path):
+def test_the_whole_way_to_the_diagnosis(series, base, diagnosed_here, tmp_path):
     """`ovines identify` and `ovines diagnose` of the series elsewhere, turned, in a mirror and later, its runs in
-    another order: impacts, parameters, checks, verdict, effects, stage.
+    another order and under other names: impacts, parameters, checks, verdict, effects, stage.
+
+    All at once, because an answer that knows of one of them knows of all: none takes another one back.
     """
 
     def elsewhere(motion: pd.DataFrame) -> pd.DataFrame:
         motion = placed(mirrored(motion), SHIFT_M, TURN_RAD)
         return motion.assign(time_s=motion["time_s"] + LATE, frame=motion["frame"] + LATE)
 
-    found, diagnosed = identified(changed(series, elsewhere)[::-1], tmp_path), {}
-    for name, folder in (("here", base_folder), ("there", tmp_path)):
-        assert main(["diagnose", str(folder / "series"), "--out", str(folder / "out")]) == 0
-        diagnosed[name] = json.loads((folder / "out" / "diagnosis.json").read_text())
+    renamed = [
+        replace(run, toml=re.sub(r'(?m)^name = ".*"$', f'name = "{word}"', run.toml))
+        for run, word in zip(changed(series, elsewhere), ("z", "Ä 2", "a"), strict=True)
+    ]
+    found = identified(renamed[::-1], tmp_path)
 
     def back(table: pd.DataFrame) -> pd.DataFrame:
         return mirrored_back(turned_back(table.assign(time_s=table["time_s"] - LATE), TURN_RAD))
@@ -463,7 +433,7 @@ def test_the_whole_way_to_the_diagnosis(series, base, base_folder, tmp_path):
     names = ["table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"]
     same_parameters(here.parameters.loc[names], there.parameters.loc[names], sds_too=False)
     same(without(here, names), without(there, names))
-    one, other = diagnosed["here"], diagnosed["there"]
+    one, other = diagnosed_here[1], diagnosed(tmp_path)[1]
     assert (
         (other["verdict"], other["effects"], other["stage"])
         == (one["verdict"], one["effects"], one["stage"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 from ovines.camera import read_calibration
 from ovines.first_run import calls, signature
+from ovines.pipeline.pages import write_calibration_page
 from ovines.pipeline.runner import run_stages
 from ovines.recording import read_recording
 from ovines.tables import read_table
@@ -69,3 +72,12 @@ def test_what_the_first_run_compiles_beside_is_what_it_calls(results):
     assert len(called) > 0.7 * len(listed)
     for kernel, types in called:
         assert types in kernel.overloads, kernel
+
+
+@pytest.mark.skipif(sys.platform != "linux" or os.cpu_count() == 1, reason="a second process draws it on Linux only")
+def test_the_calibrations_page_drawn_beside_the_report_is_the_one_drawn_alone(results):
+    page = results / "calibration.html"
+    beside = page.read_bytes()
+    page.unlink()
+    write_calibration_page(read_recording(SAMPLE), results, figures=False)
+    assert page.read_bytes() == beside

@@ -1,5 +1,5 @@
-"""Calibration on real images that nobody here made: chessboard, dot grid with rings, inverted ChArUco from two
-webcams.
+"""Calibration on real images that nobody here made: inverted ChArUco from two webcams.  Chessboard and dot grid:
+:mod:`tests.house.test_real_in_three_commands`.
 """
 
 from __future__ import annotations
@@ -7,7 +7,6 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -17,7 +16,6 @@ from vision.calibration.detection import detect
 
 ROOT = Path(__file__).resolve().parents[2]
 REAL = ROOT.parent / "shared" / "real"
-CHESS = ROOT / "sample_data" / "real_chessboard"
 
 
 def both_cameras(board: Board, views: dict, size: tuple[int, int]):
@@ -37,33 +35,6 @@ def both_cameras(board: Board, views: dict, size: tuple[int, int]):
     first, second = found.cameras
     rotation = second.rotation @ first.rotation.T
     return found, rotation, second.translation_m - rotation @ first.translation_m
-
-
-def test_chessboard_pairs():
-    board = Board("chessboard", (10, 7), 0.025, kind="chessboard")
-    views = {
-        side: [detect(cv2.imread(str(f), 0), board, f.stem[-2:]) for f in sorted(CHESS.glob(f"{side}*.jpg"))]
-        for side in ("left", "right")
-    }
-    found, _, translation = both_cameras(board, views, (640, 480))
-    assert found.views["used"].sum() == 26
-    # 0.215 px is what OpenCV's own joint solve reaches on these.
-    assert np.sqrt(np.mean([c.rms_px**2 for c in found.cameras])) < 0.215
-    # left_intrinsics.yml of the set: f = 535.9 px; the base line of the rig is 3.33 squares.
-    assert found.cameras[0].matrix[0, 0] == pytest.approx(535.9, rel=0.01)
-    assert np.linalg.norm(translation) / board.square_size_m == pytest.approx(3.33, abs=0.02)
-
-
-@pytest.mark.skipif(not (REAL / "stereo_dots").is_dir(), reason="no real images beside the checkout")
-def test_dot_grid_with_rings():
-    board = Board("dots", (14, 10), 0.007, kind="dots", rings=((2, 7), (11, 7), (2, 2)))
-    files = {c: sorted((REAL / "stereo_dots").glob(f"*_{c}.jpeg")) for c in ("0", "1")}
-    views = {c: [detect(cv2.imread(str(f), 0), board, f.stem[:6]) for f in files[c]] for c in files}
-    found, _, translation = both_cameras(board, views, (1920, 1200))
-    # A joint solve with ellipse centres reaches 0.0075 px; the gold file says fx = 6673.32.
-    assert np.sqrt(np.mean([c.rms_px**2 for c in found.cameras])) < 0.0075
-    assert found.cameras[0].matrix[0, 0] == pytest.approx(6673.32, abs=5)
-    assert np.linalg.norm(translation) == pytest.approx(0.1235, abs=2e-4)
 
 
 @pytest.mark.long

@@ -230,15 +230,10 @@ def project(
 
 
 def _cross(v: Array) -> Array:
-    zero = 0 * v[:, 0]
-    return np.stack(
-        [
-            np.stack([zero, -v[:, 2], v[:, 1]], -1),
-            np.stack([v[:, 2], zero, -v[:, 0]], -1),
-            np.stack([-v[:, 1], v[:, 0], zero], -1),
-        ],
-        -2,
-    )
+    crossed = np.zeros((len(v), 3, 3))
+    crossed[:, 0, 1], crossed[:, 0, 2], crossed[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    crossed[:, 1, 0], crossed[:, 2, 0], crossed[:, 2, 1] = v[:, 2], -v[:, 1], v[:, 0]
+    return crossed
 
 
 def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
