@@ -11,6 +11,7 @@ from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.named import CAUSES, may_stand_together
+from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.series import NOISE_KINDS
 from ovines.errors import InputError
@@ -25,6 +26,7 @@ MADE_OF = {  # the pool that each of a series' causes is drawn from
     "unknown": ("unknown",),
     "later": ("later",),
     "latest": ("latest",),
+    "newest": ("newest",),
     "beside": ("listed", "any unknown"),
 }
 POOLS = {
@@ -32,6 +34,7 @@ POOLS = {
     "unknown": tuple(c.name for c in UNLISTED + LATER),
     "later": tuple(c.name for c in LATER),
     "latest": tuple(c.name for c in LATEST),
+    "newest": tuple(c.name for c in NEWEST),
     "any unknown": tuple(c.name for c in UNLISTED + LATER + LATEST),
 }
 SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
@@ -89,6 +92,12 @@ class _Decks:
                 self.left[pool] = [*fresh, cause, *self.left[pool]]
 
 
+def _pools(group: str, kinds: tuple[str, ...]) -> tuple[str, ...]:
+    """What the causes of ``group`` are drawn from: beside a listed one stands one of the newest where they are asked
+    for."""
+    return tuple("newest" if pool == "any unknown" and "newest" in kinds else pool for pool in MADE_OF[group])
+
+
 def _refuse_strange(kinds: tuple[str, ...]) -> None:
     strange = [kind for kind in kinds if kind not in MADE_OF and not set(kind.split("+")) <= set(CAUSES)]
     if strange:
@@ -111,7 +120,8 @@ def draw_cases(
     Without ``kinds`` in the shares of ``SHARES``; with them as evenly as whole numbers allow.  ``sizes``: severities
     that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
     Walls, drives and numbers of runs are dealt in their shares, but for causes asked for by name: those are of a round
-    wall, a sine and ``runs`` runs.  Noise kinds take turns within a kind of case.
+    wall, a sine and ``runs`` runs.  With ``newest`` among the kinds the unlisted part of ``beside`` is one of them,
+    from the same deck: none comes twice before all have come.  Noise kinds take turns within a kind of case.
     """
     _refuse_strange(kinds)
     groups = _dealt(dict.fromkeys(kinds, 1.0) if kinds else SHARES, count, rng)
@@ -121,7 +131,7 @@ def draw_cases(
     cases = []
     for group, wall, drive in zip(groups, walls, drives, strict=True):
         if group in MADE_OF:
-            causes = decks.together(MADE_OF[group], wall, drive)
+            causes = decks.together(_pools(group, kinds), wall, drive)
         else:
             causes, wall, drive = tuple(group.split("+")), "round", "sine"
         turn, turns[group] = turns[group], turns[group] + 1

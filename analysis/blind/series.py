@@ -181,6 +181,7 @@ def _one_run(
     first = np.maximum(even + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
     share = np.arange(frames) / frames
     first += 4.0 * errors.uneven_s * share * (1.0 - share)
+    first += errors.alternate_s * (np.arange(frames) % 2)
     if errors.skipped_frame_share > 0.0:
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
     times = [first, first + errors.clock_s]

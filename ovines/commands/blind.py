@@ -48,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument(
         "--kinds",
         default="",
-        help="only these, separated by commas: none, listed, pair, triple (of listed causes), unknown, later, latest "
-        "(of causes in nobody's list, by when they were written), beside (one of each), causes by name, several "
+        help="only these, separated by commas: none, listed, pair, triple (of listed causes), unknown, later, latest, "
+        "newest (of causes in nobody's list, by when they were written), beside (one of each), causes by name, several "
         "joined by +",
     )
     make.add_argument(

@@ -11,13 +11,14 @@ from analysis.blind.causes.further import FURTHER
 from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
+from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST}
+CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST}
 
 
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
@@ -33,6 +34,7 @@ RIVALS = (
 ROUND_ONLY = (
     *("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk"),
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
+    *("unknown_chipped_disk", "unknown_creeping_liner"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.newest import add_newest_forces, newest_traction
 from analysis.blind.plant.state import PlantParameters
 
 
@@ -151,7 +152,7 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
 @compiled
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
-    impact so far); x, y: centre of mass."""
+    impact so far, lagging friction (x, y), azimuth of last impact); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -167,6 +168,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
         along, across = force_x * a + force_y * b, -force_x * b + force_y * a
         along, across = along * (1.0 + p.anisotropy), across * (1.0 - p.anisotropy)
         force_x, force_y = along * a - across * b, along * b + across * a
+    force_x, force_y = newest_traction(force_x, force_y, slip_x, slip_y, spin - velocity[2], state[4], p)
     load = max(p.load_m_per_s2 + acceleration[3], 0.0)
     if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
         load = 0.0
@@ -181,7 +183,10 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
-    out = np.zeros(10)
+    out = np.zeros(13)
+    if p.lag_s > 0.0:
+        out[10], out[11] = (force_x - state[10]) / p.lag_s, (force_y - state[11]) / p.lag_s
+        force_x, force_y = state[10], state[11]
     out[8] = np.sqrt(slip_x**2 + slip_y**2)
     out[0], out[1], out[4] = state[2], state[3], spin
     out[2] = force_x - drag * state[2] + p.tilt_x_m_per_s2 - p.central_per_s2 * x - p.magnus * spin * state[3]
@@ -196,4 +201,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
     out[5] -= p.needle_rad_per_s2 * np.sin(state[4] - p.needle_rad)
     _add_latest_forces(time, x, y, state, p, out)
+    add_newest_forces(x, y, slip_x, slip_y, acceleration, p, out)
     return out

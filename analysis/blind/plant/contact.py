@@ -5,8 +5,10 @@ import numpy as np
 
 from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
 
+JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 
 
@@ -25,6 +27,8 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
     back = 0.5 * p.step_m * edge + p.breathing_m * (2.0 * time / p.duration_s - 1.0)
     slope = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
+    more, steeper = newest_reach(time, azimuth, disk_angle, p)
+    back, slope = back + more, slope + steeper
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -43,11 +47,14 @@ def _flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tupl
 @compiled
 def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
-    position = host_pose(time, host)[0]
+    position, _, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    if p.springy_m != 0.0:
+        x += p.springy_m * acceleration[0] / SPRINGY_AT_M_PER_S2
+        y += p.springy_m * acceleration[1] / SPRINGY_AT_M_PER_S2
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
         gap, nx, ny = _flat_gap(x, y, position[2], p)
@@ -74,6 +81,10 @@ def _contact_velocity(
     from_host_x, from_host_y = state[0] + arm_x - position[0], state[1] + arm_y - position[1]
     ux = state[2] - state[5] * arm_y - velocity[0] + velocity[2] * from_host_y
     uy = state[3] + state[5] * arm_x - velocity[1] - velocity[2] * from_host_x
+    if p.springy_m != 0.0:  # the liner's own speed, against the Host's jerk
+        jerk = (host_pose(time + JERK_S, host)[2] - host_pose(time - JERK_S, host)[2]) / (2.0 * JERK_S)
+        ux += p.springy_m * jerk[0] / SPRINGY_AT_M_PER_S2
+        uy += p.springy_m * jerk[1] / SPRINGY_AT_M_PER_S2
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
 
@@ -138,10 +149,11 @@ def impact(
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
+    rebound -= newest_losses(azimuth, state, scatter[1], p)
     if p.adhesion_m_per_s != 0.0:
         rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
-    new[9] = max(state[9], approach)
+    new[9], new[12] = max(state[9], approach), azimuth
     mu = p.wall_friction * (
         1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
     )
@@ -149,7 +161,9 @@ def impact(
     away = np.arctan2(np.sin(azimuth - p.tacky_rad), np.cos(azimuth - p.tacky_rad))
     mu *= 1.0 - p.polish * (1.0 - np.exp(-max(time, 0.0) / p.polish_s))
     mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
-    back = p.tangential_restitution * bounce
+    grip, slide = newest_grip(approach, slip, p)
+    mu *= slide
+    back = p.tangential_restitution * grip * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
@@ -164,6 +178,7 @@ def impact(
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
+    new[5] += p.offset_blow_m * push_n / inertia * bounce
     new[5] *= 1.0 - p.rolling_loss * bounce
     return new, approach, slip
 

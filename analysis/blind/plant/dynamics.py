@@ -159,7 +159,7 @@ def run_plant(
     lines = np.zeros((len(host_harmonics), 7))
     lines[:, : host_harmonics.shape[1]] = host_harmonics
     position = host_pose(START_S, lines)[0]
-    state = np.zeros(10)
+    state = np.zeros(13)
     state[:6] = initial
     state[0] += position[0]
     state[1] += position[1]

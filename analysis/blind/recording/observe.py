@@ -58,6 +58,14 @@ def world_points(nes: np.ndarray, host: np.ndarray, marks: Marks, errors: ViewEr
     return errors.scale * points @ (about_y @ about_x).T
 
 
+def _shown(frames: int, share: float) -> np.ndarray:
+    """Which frame a camera shows in place of each (frames,), where a share of them repeats the one before; a generator
+    of its own leaves all other chances as they are."""
+    repeats = np.random.default_rng(frames).random(frames) < share
+    repeats[0] = False
+    return np.maximum.accumulate(np.where(repeats, 0, np.arange(frames)))
+
+
 def tracks_of(
     points_m: list[np.ndarray],
     true_time_s: list[np.ndarray],
@@ -88,12 +96,16 @@ def tracks_of(
                 late = np.arange(frames) >= errors.lost_frame_share * frames
                 pixels = np.where(late[:, None, None], np.roll(pixels, -1, axis=0), pixels)[: frames - 1]
                 frames -= 1
+        if errors.stretched != 0.0:
+            pixels[..., 1] += errors.stretched * (pixels[..., 1] - view.centre_px[1])
         if errors.shutter_s > 0.0:
             late_s = errors.shutter_s * (pixels[..., 1:] - view.window_offset_px[1]) / WINDOW_PX[1]
             pixels = pixels + np.gradient(pixels, axis=0) * frame_rate_hz * late_s
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         stray = rng.random(pixels.shape[:2]) < noise.outliers
         pixels[..., 0] += stray * rng.normal(0.0, noise.outlier_px, stray.shape)
+        if index == 0 and errors.stutter_share > 0.0:
+            pixels = pixels[_shown(frames, errors.stutter_share)]
         pixels -= view.window_offset_px
         if errors.window_camera == index:
             pixels -= errors.window_px

@@ -105,5 +105,8 @@ class ViewErrors:
     zoom_swing_hz: float = 0.0  # ... so many times a second
     uneven_s: float = 0.0  # both cameras are late by this much half-way through a run, and on time at its ends
     skipped_frame_share: float = 0.0  # from here on (share of a run) both cameras' frames are numbered one early
+    alternate_s: float = 0.0  # both cameras take every other frame this late
+    stutter_share: float = 0.0  # of the first camera's frames show the one before once more
+    stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
