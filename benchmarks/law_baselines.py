@@ -1,6 +1,7 @@
 """What is left in flights, closed on runs held out: the law search against baselines and an oracle, on the same rows.
 
-``python benchmarks/law_baselines.py [--kinds a,b] [--runs 8] [--seed 5201] [--size 0.8] [--impacts] [--frames] [--law-only]``
+``python benchmarks/law_baselines.py [--kinds a,b] [--runs 8] [--seed 5201] [--size 0.8] [--impacts] [--frames]
+[--law-only]``
 
 Causes in nobody's list, drawn by the blind plant.  Every method is given the same regression (residuals of the nominal
 fit, each flight's start and the nominal parameters projected out) and is judged by what it takes of the squared error
