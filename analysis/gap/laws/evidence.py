@@ -21,6 +21,8 @@ from ovines.core.laws.words import QUANTITIES, TARGETS
 
 Array = NDArray[np.float64]
 BINS = 14
+# Functions that fade, shown to so many of their scales: beyond, a figure shows nothing but its axis.
+FADING, FADED = ("exponential", "decay", "gaussian"), 8.0
 Cut = Callable[[Array], Array]
 
 
@@ -64,6 +66,8 @@ def evidence_of(before: HasRows, after: HasRows, law: WrittenLaw) -> Evidence | 
     factor = term.factors[0]
     values = quantity_of(factor, before.known)
     fine = np.abs(values) < 0.5 * W.LONG_AGO_S
+    if factor.function in FADING:
+        fine &= np.abs(values) < FADED * factor.scale
     if np.count_nonzero(fine) < 2 * BINS:
         return None
     edges = np.unique(np.quantile(values[fine], np.linspace(0, 1, BINS + 1)))

@@ -29,8 +29,10 @@ FEWEST_FRAMES = 20
 PLAIN = {
     r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\rho": "ρ", r"\sigma": "σ", r"\tau": "τ",
-    r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", "{": "", "}": "", "_": "",
+    r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
 }  # fmt: skip
+# Letters that can stand below the line as characters; others keep their underscore.
+BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
 ACCENTS = {"hat": "\u0302", "vec": "\u20d7"}
 FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
 # Shown in mm where a quantity is a length.
@@ -131,7 +133,7 @@ def _plain_symbol(latex: str) -> str:
         latex = re.sub(rf"\\{accent} ?\{{?(\\[a-z]+|[A-Za-z])\}}?", rf"\1{mark}", latex)
     for old, new in PLAIN.items():
         latex = latex.replace(old, new)
-    return latex
+    return re.sub("_(.)", lambda one: BELOW.get(one[1], one[0]), latex)
 
 
 def formula_figure(law: LawFound) -> Figure:
