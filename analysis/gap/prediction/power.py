@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import ncx2
+from scipy.special import chndtr
 
 from analysis.flights.evidence import covariance_of
 from analysis.gap.ladder import Ladder
@@ -94,5 +94,5 @@ def impacts_seen(steps: ImpactSteps, rng: np.random.Generator) -> float:
         size = np.minimum(NEGLIGIBLE["restitution"] * LARGEST ** rng.random(DRAWS), MOST_RESTITUTION)
         change = change * (size / np.where(spread > 0, spread, np.inf)) * weight[:, None]
         change -= held @ (held.T @ change)
-        seen.append(ncx2.sf(least + penalty, columns.shape[1], np.sum(change**2, 0)))
+        seen.append(1.0 - chndtr(least + penalty, columns.shape[1], np.sum(change**2, 0)))
     return float(np.mean(seen)) if seen else 0.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.special import bdtrc
 
 from analysis.flights.evidence import OUTLYING_FLIGHT
 from analysis.flights.fit import FlightFits, RunData
@@ -394,7 +394,7 @@ def unexplained_misfit(
     # A few flights that nothing fits hide an impact or follow a wrong track, and are left out; many are a law missing.
     outlying, flights = outlying_flights(flight.fits)
     share = outlying / max(flights, 1)
-    p = float(max(binom.sf(outlying - 1, flights, USUAL_OUTLYING), SMALLEST_P))
+    p = float(max(bdtrc(outlying - 1, flights, USUAL_OUTLYING), SMALLEST_P))
     if share > MOST_OUTLYING and p < BY_CHANCE:
         return [_unfitted("flights that the law does not fit", share, MOST_OUTLYING, "of the flights", p)]
     return []
