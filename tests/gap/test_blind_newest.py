@@ -211,6 +211,17 @@ def test_walls_stop_the_disk_where_their_formulas_say():
     assert late == pytest.approx(0.01 + host + shift, abs=1e-9)
 
 
+def test_a_chips_flank_strikes_as_the_disk_turns():
+    """At rest but for its spin, the disk's middle is driven off as fast as its reach falls."""
+    chipped = BARE._replace(chip_m=7e-4, chip_rad=0.2)
+    falls = np.diff([7e-4 * np.exp(-0.5 * ((turn + 0.2) / 0.35) ** 2) for turn in (1e-5, -1e-5)])[0] / 2e-5
+    state = np.zeros(13)
+    state[0] = 0.0407  # where the wall stops it, but for the flank's slope
+    for spin, expected in ((30.0, 30.0 * falls), (-30.0, 0.0)):  # the chip leaves the wall, or comes to it
+        state[5] = spin
+        assert impact(0.0, state, chipped, STILL, np.zeros(2), 1.0)[1] == pytest.approx(expected, rel=1e-3)
+
+
 def test_a_springy_liners_speed_is_part_of_the_blow():
     state = np.zeros(13)
     state[[0, 2]] = 0.06, 1.0

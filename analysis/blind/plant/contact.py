@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, newest_grip, newest_losses, newest_reach
+from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
@@ -78,6 +78,11 @@ def _contact_velocity(
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m)
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m)
+    if p.chip_m != 0.0:  # at a chip's flank the contact lies beside the normal through the disk's middle
+        from_x = state[0] + arm_x - p.disk_radius_m * nx - position[0]
+        from_y = state[1] + arm_y - p.disk_radius_m * ny - position[1]
+        beside = -chip_reach(np.arctan2(from_y, from_x), state[4], p)[1]
+        arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx
     from_host_x, from_host_y = state[0] + arm_x - position[0], state[1] + arm_y - position[1]
     ux = state[2] - state[5] * arm_y - velocity[0] + velocity[2] * from_host_y
     uy = state[3] + state[5] * arm_x - velocity[1] - velocity[2] * from_host_x

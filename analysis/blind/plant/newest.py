@@ -69,11 +69,18 @@ def newest_grip(approach: float, slip: float, p: PlantParameters) -> tuple[float
 
 
 @compiled
-def newest_reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
-    """How much farther the disk's middle gets along `azimuth`, and the slope of that (m, m per rad)."""
-    turning = 2.0 * (azimuth - p.liner_rad - p.liner_rad_per_s * time)
+def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
+    """How much farther a chipped rim lets the disk along `azimuth`, and the slope of that (m, m per rad)."""
     off = azimuth - disk_angle - p.chip_rad
     away = np.arctan2(np.sin(off), np.cos(off)) / CHIP_WIDTH_RAD
     chip = p.chip_m * np.exp(-0.5 * away**2)
+    return chip, -chip * away / CHIP_WIDTH_RAD
+
+
+@compiled
+def newest_reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -> tuple[float, float]:
+    """How much farther the disk's middle gets along `azimuth`, and the slope of that (m, m per rad)."""
+    turning = 2.0 * (azimuth - p.liner_rad - p.liner_rad_per_s * time)
+    chip, slope = chip_reach(azimuth, disk_angle, p)
     more = p.contact_radius_m * p.liner * np.cos(turning) + chip
-    return more, -2.0 * p.contact_radius_m * p.liner * np.sin(turning) - chip * away / CHIP_WIDTH_RAD
+    return more, -2.0 * p.contact_radius_m * p.liner * np.sin(turning) + slope
