@@ -13,7 +13,8 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
-from analysis.gap.selection.flight_steps import first_flights, outlying_flights, unexplained_misfit
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

@@ -15,19 +15,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.runs import Run
 from analysis.gap.cause import Structure
 from analysis.gap.finding import Finding, judge
+from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.clock_change import PARTS, clock_change
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, NEGLIGIBLE_FRAMES, SIGNIFICANCE
-from analysis.motion.bodies import VELOCITY_REACH
 from analysis.statistics.robust import least_squares
-from ovines.camera import Camera, baseline, triangulate_points
-from ovines.robust import MEDIAN_TO_SD, spread
+from ovines.camera import Camera, baseline
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 
@@ -262,96 +260,3 @@ def _by_square(values: Array, square: NDArray[np.int64], what: Callable[[Array],
     for part in np.split(order, cuts):
         out[square[part[0]]] = what(values[part])
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class BodyRows:
-    """Frames (N,) in which two views saw a body: what its epipolar ``line_px`` and its ``height_m`` are off with their
-    sds, its place, velocities (N, 2) in the second picture (px/s), what a pixel of its window (u, v) makes of line and
-    height (N, 2), phase of the drive, and ``share`` of the run at which each was taken, 0 to 1.
-
-    ``rising``: the velocity with which a late camera changes heights, for a drive of other than its harmonics that
-    against the Host: its own measured rise and fall is then taken out of all heights, and what a delay makes of it."""
-
-    line_px: Array
-    height_m: Array
-    x_m: Array
-    y_m: Array
-    moving: Array
-    rising: Array
-    line_per_px: Array
-    height_per_px: Array
-    line_sd_px: Array
-    height_sd_m: Array
-    phase_rad: Array
-    share: Array
-
-    def late(self) -> tuple[Array, Array]:
-        """What a second of delay makes of lines (px) and heights (m), (N,) each."""
-        return np.sum(self.line_per_px * self.moving, 1), np.sum(self.height_per_px * self.rising, 1)
-
-
-def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str) -> BodyRows | None:
-    """Lines and heights of one body in one run; None where too few frames saw it."""
-    recording = series.recordings[0]
-    markers = recording.bodies[body].markers
-    if series.layouts is None or series.cameras is None:
-        return None
-    layout = series.layouts[body]
-    frames = motion["frame"].to_numpy()
-    part = points[points["marker"].isin(list(markers))]
-    mean = part.groupby("frame")["epipolar_px"].median().reindex(frames).to_numpy(float)
-    count = part.groupby("frame")["epipolar_px"].count().reindex(frames).to_numpy(float)
-    sd_px = spread(part["epipolar_px"])
-    x, y, z = (motion[f"{body}_{a}_m"].to_numpy(float) for a in "xyz")
-    z_sd = motion[f"{body}_z_sd_m"].to_numpy(float)
-    if body == "host":
-        velocity = run.data.host.at(run.data.time_s, 1)[:, :3] * np.array([1, 1, 0])
-    else:
-        velocity = np.column_stack([motion[f"nes_v{a}_m_per_s"].to_numpy(float) for a in "xy"] + [np.zeros(len(x))])
-        # The local parabola smears a velocity step over its reach: frames beside a kink say nothing of velocity.
-        near = np.zeros(len(x), bool)
-        for gap in run.segments.gaps:
-            near[max(0, gap - VELOCITY_REACH) : gap + VELOCITY_REACH + 2] = True
-        velocity[near] = np.nan
-    use = np.isfinite(mean) & np.isfinite(x) & np.isfinite(z) & np.isfinite(velocity[:, 0])
-    if use.sum() < 20:
-        return None
-    at = np.flatnonzero(use)
-    place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
-    per_line, per_height, jacobian = _derivatives(series.cameras, place)
-    host, times = run.data.host, run.data.time_s[at]
-    height, against = z[at], np.zeros((len(at), 3))
-    if not host.harmonic:
-        against = host.at(times, 1)[:, :3] * np.array([1, 1, 0])
-        height = height - (host.at(times)[:, 2] - host.harmonics[2, 0])
-    return BodyRows(
-        mean[at],
-        height,
-        x[at],
-        y[at],
-        np.einsum("nij,nj->ni", jacobian, velocity[at]),
-        np.einsum("nij,nj->ni", jacobian, velocity[at] - against),
-        per_line,
-        per_height,
-        np.maximum(sd_px, 1e-3) * 1.25 / np.sqrt(count[at]),
-        z_sd[at],
-        host.omega_rad_per_s * times,
-        at / len(frames),
-    )
-
-
-def _derivatives(cameras: tuple[Camera, ...], place: Array) -> tuple[Array, Array, Array]:
-    """d(epipolar)/d(u, v of the second view), d(z)/d(the same) (N, 2), and d(its pixel)/d(place) (N, 2, 3)."""
-    uv = [camera.project(place) for camera in cameras]
-    one = np.ones(len(place))
-    base = triangulate_points(cameras, uv, [one, one])
-    step = 0.5
-    epipolar, height = np.empty((len(place), 2)), np.empty((len(place), 2))
-    for axis in range(2):
-        moved = uv[1].copy()
-        moved[:, axis] += step
-        shifted = triangulate_points(cameras, [uv[0], moved], [one, one])
-        epipolar[:, axis] = (shifted.epipolar_px - base.epipolar_px) / step
-        height[:, axis] = (shifted.points_m[:, 2] - base.points_m[:, 2]) / step
-    return epipolar, height, cameras[1].project_with_jacobian(place)[1]

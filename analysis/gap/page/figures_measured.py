@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from analysis.figures.style import BLACK, BLUE, CYCLE, FONT_PT, GREY, RED, label, legend, new_figure
 from analysis.gap.finding import Finding
 from analysis.gap.ladder import Ladder
+from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.fixed_markers import PARTS, slow_motion
-from analysis.gap.measurement.two_views import body_rows
 from analysis.gap.page.figures import Panel, draw_panel, give_room
 from analysis.gap.page.figures_impacts import impact_panels
 from ovines.robust import residual_sd

@@ -19,7 +19,7 @@ from scipy.special import gammaincinv
 from analysis.flights.fit import RunData
 from analysis.flights.runs import Run
 from analysis.gap.laws.regression import Regression
-from analysis.gap.measurement.two_views import body_rows
+from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.series import Series
 from analysis.motion.host_path import HostMotion
 from analysis.statistics.robust import least_squares
