@@ -19,8 +19,9 @@ from ovines.core.laws.terms import MOST_TERMS, Term
 
 Array = NDArray[np.float64]
 Columns = Callable[[Sequence[Term]], Array]
-# Signs drawn; one series in a hundred over four stages; parts of a law at the most.
-DRAWS, LEVEL, MOST_PARTS = 199, 0.01 / 4, 3
+# Signs drawn; one series in a thousand over four stages (turned signs do not know all that flights share: of sixty
+# stages without effect four were told chances below one in four hundred); parts of a law at the most.
+DRAWS, LEVEL, MOST_PARTS = 199, 0.001 / 4, 3
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per

@@ -48,7 +48,6 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the approach speed to the power -1/4", Factor("approach", "absolute_power", -0.25)),
         ("the approach speed to the power 1/5", Factor("approach", "absolute_power", 0.2)),
         ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
-        ("the inverse square of the approach speed", Factor("approach", "absolute_power", -2.0)),
         ("the slip", Factor("slip", "absolute_power")),
         ("the slip's square", Factor("slip", "power", 2.0)),
         ("the sense of slip", Factor("slip", "sign")),
