@@ -77,7 +77,8 @@ class FlightRegression:
             given = _given(one, packed) * cut(one.know)[:, None, :]
             acts = np.any(given != 0.0, (0, 1))  # most parts of a run are none of this flight's
             part = np.zeros((3 * len(one.at), given.shape[2]))
-            part[:, acts] = _columns(one, np.ascontiguousarray(given[:, :, acts]))
+            if acts.any():  # a law that is nil all along a flight moves nothing of it
+                part[:, acts] = _columns(one, np.ascontiguousarray(given[:, :, acts]))
             parts.append(part)
         return np.vstack(parts)
 
