@@ -15,6 +15,7 @@ from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.walls import wall_candidates
+from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
 from analysis.gap.laws.search import _Numbers
 from analysis.gap.page.gap_page import gap_page
@@ -58,6 +59,14 @@ def test_the_law_stands_on_the_page(swirl):
     _, _, found = swirl
     section = next(one for one in gap_page(found, "a series").sections if one.anchor == "law")
     assert {"law-1-formula", "law-1-evidence", "law-1-path"} <= set(section.figures)
+
+
+def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(swirl):
+    """Its evidence is cut by weights, and some flights may have none."""
+    _, _, found = swirl
+    problem = flight_regression(found.ladder.flights.fitted)
+    rows = problem.cut_columns(found.laws[0].rig_law.terms[0], lambda known: np.zeros((len(known), 5)))
+    assert rows.shape == (len(problem.problem.residual), 5) and not rows.any()
 
 
 def test_a_series_that_holds_its_law_has_nothing_left(swirl, tmp_path):
