@@ -247,4 +247,5 @@ def test_every_symbol_of_a_law_is_told_in_plain_characters():
     """A direction and its length are two symbols in the table, and no command of LaTeX is left."""
     symbols = [_plain_symbol(one.symbol) for one in (*TARGETS.values(), *QUANTITIES.values())]
     assert not [one for one in symbols if "\\" in one or "{" in one]
-    assert _plain_symbol(r"\hat d") == "d\u0302" and _plain_symbol("d_H") == "dH"
+    assert _plain_symbol(r"\hat d") == "d\u0302" and _plain_symbol("d_H") == "d_H"
+    assert _plain_symbol("v_n") == "vₙ" and _plain_symbol(r"v_{\varphi}") == "vᵩ"
