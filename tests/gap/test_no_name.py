@@ -11,7 +11,7 @@ from analysis.gap.diagnose import diagnose
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.left_in_flights import _best_pair
 from analysis.gap.selection.missing_acceleration import COMPONENTS
-from analysis.gap.selection.robust_regression import regress
+from analysis.statistics.gain import regress
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 

@@ -29,7 +29,7 @@ from analysis.contact.law import (
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.lobed_wall import LOBE_TERMS, ORDERS, LobedWall, best_order, lobe_columns
-from analysis.gap.selection.robust_regression import regress
+from analysis.statistics.gain import regress
 from analysis.walls.wall import Wall
 from ovines.robust import MEDIAN_TO_SD, residual_sd
 

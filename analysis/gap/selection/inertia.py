@@ -19,9 +19,9 @@ from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import wall_prior
-from analysis.gap.selection.robust_regression import CUT_SD, regress
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
+from analysis.statistics.gain import CUT_SD, regress
 
 Array = NDArray[np.float64]
 # An inertia computed from a drawing is right to this share: holes, rims and markers make more.

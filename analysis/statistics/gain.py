@@ -1,4 +1,4 @@
-"""Regression of impacts' residuals, of which some follow something else or nothing."""
+"""What columns of a robust regression gain over none: residuals of which some follow something else or nothing."""
 
 from __future__ import annotations
 
