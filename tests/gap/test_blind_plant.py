@@ -25,10 +25,8 @@ def test_plant_imports_nothing_of_the_simulator():
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            allowed = ["ovines.core.compiled"]  # how code is compiled and kept, no physics
-            if path.parent.name == "scoring":  # marks laws as they are written: the file's words, no physics
-                allowed += ["ovines.core.laws.terms", "ovines.core.laws.formula"]
-            assert not [n for n in names if n.startswith(("ovines.core", "analysis.gap")) and n not in allowed], (
+            compiler = ["ovines.core.compiled"]  # how code is compiled and kept, no physics
+            assert not [n for n in names if n.startswith(("ovines.core", "analysis.gap")) and n not in compiler], (
                 path.name
             )
 

@@ -5,14 +5,49 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from analysis.blind.plant.state import PlantParameters
-from ovines.core.laws.terms import Factor, WrittenLaw
 
 GRAVITY_M_PER_S2 = 9.81
 # Where a run's number or its time may carry a drift, and the drive's sine or its clock a load.
 Shape = tuple[tuple[str, ...], str, float]
+
+
+class Factor(Protocol):
+    """A factor of a law's term, as `law-1.toml` names its parts."""
+
+    @property
+    def quantity(self) -> str:
+        """What it follows."""
+
+    @property
+    def function(self) -> str:
+        """How."""
+
+    @property
+    def order(self) -> float:
+        """Of the function."""
+
+
+class LawTerm(Protocol):
+    """A term of a law."""
+
+    @property
+    def target(self) -> str:
+        """What it acts on."""
+
+    @property
+    def factors(self) -> Sequence[Factor]:
+        """What it follows."""
+
+
+class Law(Protocol):
+    """A law that an answer wrote: read by its shape, as the trial imports nothing of the simulator."""
+
+    @property
+    def terms(self) -> Sequence[LawTerm]:
+        """They are added up."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +60,7 @@ class Form:
     sizes: dict[str, float] = field(default_factory=dict)
     turn: float = 2 * math.pi
 
-    def is_law(self, law: WrittenLaw) -> bool:
+    def is_law(self, law: Law) -> bool:
         """Whether ``law`` has this form and nothing beside it."""
         if len(law.terms) != 1 or law.terms[0].target != self.target:
             return False
@@ -60,7 +95,7 @@ def form_of(truth: dict[str, Any]) -> Form | None:
 
 
 def judge_law(
-    truth: dict[str, Any], laws: Sequence[WrittenLaw], entries: Sequence[dict[str, Any]]
+    truth: dict[str, Any], laws: Sequence[Law], entries: Sequence[dict[str, Any]]
 ) -> tuple[bool, bool] | None:
     """Whether the withheld formula was found, and whether the intervals of its numbers hold the truth; None where the
     cause has no formula.  ``entries``: those of diagnosis.json, in the laws' order."""

@@ -5,11 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.blind.scoring.forms import judge_law
+from analysis.blind.scoring.forms import Law, judge_law
 from analysis.blind.scoring.intervals import Figure, proportion
 from analysis.blind.scoring.score import EITHER, group_of
-from ovines.core.laws.formula import as_text
-from ovines.core.laws.terms import WrittenLaw
 
 
 @dataclass(frozen=True)
@@ -39,10 +37,11 @@ def to_withhold(truth: dict[str, Any]) -> tuple[str, ...]:
     return EITHER.get(truth["effect"], (truth["effect"],)) if group_of(truth) == "listed" else ()
 
 
-def judge_withheld(truth: dict[str, Any], answer: dict[str, Any], laws: Sequence[WrittenLaw] = ()) -> Withheld:
+def judge_withheld(truth: dict[str, Any], answer: dict[str, Any], laws: Sequence[Law] = ()) -> Withheld:
     """Compare the answer that was given without the true cause, and the ``laws`` that it wrote, with the truth of its
     case."""
-    law = judge_law(truth, laws, (answer.get("laws") or [])[: len(laws)])
+    entries = (answer.get("laws") or [])[: len(laws)]
+    law = judge_law(truth, laws, entries)
     named = tuple(answer.get("effects") or ())
     structure = answer.get("left") or []
     stage = answer.get("stage")
@@ -58,7 +57,7 @@ def judge_withheld(truth: dict[str, Any], answer: dict[str, Any], laws: Sequence
         structure[0]["goes_with"] if structure else "",
         None if law is None else law[0],
         None if law is None else law[1],
-        "; ".join(as_text(one) for one in laws),
+        "; ".join(one.get("formula", "") for one in entries),
     )
 
 
