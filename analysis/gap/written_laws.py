@@ -11,7 +11,7 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
-from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.flight_law import find_flight_law, flight_law_size
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes, needless_beside
@@ -57,27 +57,45 @@ def write_laws(
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
-    runs, frame, fits = ladder.series.runs, ladder.series.frame, ladder.flights.fitted.fits
+    fits = ladder.flights.fitted.fits
     laws: list[LawFound | None] = []
-    if "flight" in left:
-        law, steps = find_flight_law(runs, ladder.flights, frame, rng)
-        if law is not None and not law.closed > LAW_LEAST_CLOSED:
-            law, steps = None, ladder.flights  # nor does it change the names beside it, or their sizes
-        gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
-        if law is not None and law.fitted is not None:
-            steps = sized_beside(law.fitted[1], steps, ladder.series)
-        sized = {c.effect: c for c in steps.causes}
-        causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
-        ladder = replace(ladder, flights=steps, causes=causes)
-        named = None if law is None or withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
-        ladder = named or ladder
-        laws.append(None if named else law)
+    law, ladder = _flight_law(ladder, left, rng, withheld)
+    laws.append(law)
     found, unprompted, ladder = _contact_laws(ladder, fits, left, rng)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
         ladder = replace(ladder, structure=tuple(structure))
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _flight_law(
+    ladder: Ladder, left: set[str], rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[LawFound | None, Ladder]:
+    """The law of the flights, and the ladder whose names and sizes are those beside it.
+
+    It is searched whether or not a probe found something, as those of the impacts are: a name may have taken what was
+    another law's.  Where something is left of the measurement or the Host's path, only a probe asks: either bends
+    flights like a law."""
+    if "flight" not in left and left & {"measurement", "drive"}:
+        return None, ladder
+    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng)
+    if law is None or law.closed <= LAW_LEAST_CLOSED:
+        return None, ladder  # nor does it change the names beside it, or their sizes
+    if "flight" not in left:
+        size, least = flight_law_size(law, ladder.flights), ladder.flights.units.negligible_m_per_s2
+        if _believed(law, size, least) is None:
+            return None, ladder
+        structure = (*ladder.structure, _law_structure(law, "flight", "x", size, least))
+        ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
+    gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
+    if law.fitted is not None:
+        steps = sized_beside(law.fitted[1], steps, ladder.series)
+    sized = {c.effect: c for c in steps.causes}
+    causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
+    ladder = replace(ladder, flights=steps, causes=causes)
+    named = None if withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
+    return (law, ladder) if named is None else (None, named)
 
 
 def _contact_laws(

@@ -26,7 +26,8 @@ from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.motion.rig_frame import RigFrame
-from ovines.core.laws.terms import MOST_TERMS
+from ovines.core.laws.kernel import pushes
+from ovines.core.laws.terms import MOST_TERMS, rows_of
 
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
@@ -87,6 +88,18 @@ def find_flight_law(
         _halves(problem if base is first else flight_regression(base), sized),
     )
     return told, steps
+
+
+def flight_law_size(law: LawFound, steps: FlightSteps) -> float:
+    """RMS acceleration (m/s^2) that a law makes along the flights; a torque counts as the force at the rim that would
+    make it."""
+    fits = steps.named.fits
+    known = flight_regression(steps.named).known
+    given = np.empty((len(known), 3, len(law.rig_law.terms)))
+    pushes(rows_of(law.rig_law.terms), known, given)
+    rim_m = fits[0].run.radius_m * fits[0].run.inertia_factor
+    push = given.sum(2) * np.array([1.0, 1.0, rim_m])
+    return float(np.sqrt(np.mean(np.sum(push**2, 1))))
 
 
 def _halves(problem: FlightRegression, law: SizedLaw) -> Halves | None:

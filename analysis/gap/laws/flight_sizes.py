@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
@@ -15,6 +16,7 @@ from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
+from analysis.gap.laws.regression import NORMAL_90
 from analysis.gap.selection.flight_candidates import FlightFit, run_places
 from analysis.identification.floor import (
     FEWEST_FLIGHTS,
@@ -36,6 +38,7 @@ ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
 # Step of a number's difference, in the search's.
 STEP = 0.05
 LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
+UPPER_90 = 0.95
 # Coefficients that a fit has turned about or blown up are no law.
 LARGEST_FACTOR = 10.0
 
@@ -126,7 +129,7 @@ def _numbers_step(
 
 def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance: Array) -> Array:
     """Factor (C,) >= 1 on the sds by which flights, and runs, disagree more than their noise lets them: the sandwich
-    estimator clustered by either."""
+    estimator clustered by either, wider by what a scatter of so few leaves open (Student's t)."""
     left = rows.problem.residual - design @ step
     factor = np.ones(len(step))
     for cluster, fewest in ((rows.problem.block, FEWEST_FLIGHTS), (rows.problem.run, FEWEST_RUNS)):
@@ -136,7 +139,8 @@ def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance
             scores = np.zeros((count, len(step)))
             np.add.at(scores, number, design * left[:, None])
             spread = np.sum((scores @ covariance) ** 2, 0) * count / (count - 1)
-            factor = np.maximum(factor, np.sqrt(spread / np.diag(covariance)))
+            few = float(stdtrit(count - 1, UPPER_90)) / NORMAL_90
+            factor = np.maximum(factor, few * np.sqrt(spread / np.diag(covariance)))
     return factor
 
 
