@@ -213,9 +213,11 @@ def _measurement_laws(
 
 
 def _misfit(ladder: Ladder) -> float:
-    """What the nominal model's flights leave, per number: effects named may have imitated a clock."""
-    nominal = ladder.flights.nominal
-    return nominal.misfit / max(nominal.count, 1)
+    """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
+    may have imitated a clock, and so may the noise that flights show."""
+    fits = ladder.flights.nominal.fits
+    ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
+    return float(np.median(ratio)) if len(ratio) else 0.0
 
 
 def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:

@@ -69,6 +69,20 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
     assert left < 1.3 < 0.1 * before
 
 
+def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
+    """Seen at the highest frequency that frames can tell."""
+    made, series = loaded(tmp_path / "s", "unknown_alternating_clock")
+    law, _ = find_clock_law(series, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    (factor,) = term.factors
+    assert (term.target, factor.quantity, factor.function) == ("clock_delay", "time", "cosine")
+    assert np.pi * factor.scale == pytest.approx(series.period_s, rel=1e-3)
+    true = made.truth["parameters"]["unknown_alternating_clock"]["alternate_s"]
+    assert abs(2 * abs(term.coefficient) - true) < 3 * 2 * term.sd
+    assert law.closed > 0.9
+
+
 def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
     """Both cameras agree with each other: before, friction_drift was named."""
     series = loaded(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
@@ -123,7 +137,8 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, st
     """A drive that sweeps passes for a clock (a chirp of the second trial did): the disk's flights then fit worse."""
 
     def ladder_of(misfit):
-        flights = SimpleNamespace(nominal=SimpleNamespace(misfit=misfit, count=1))
+        fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
+        flights = SimpleNamespace(nominal=SimpleNamespace(fits=fits))
         return SimpleNamespace(structure=(SimpleNamespace(stage=stage),), measured="as it came", flights=flights)
 
     law, before = SimpleNamespace(), ladder_of(1.17)

@@ -28,8 +28,9 @@ WORDS = {
 }  # fmt: skip
 # Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
 STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
-# Frequencies in steps of this over a run, up to this share of the frame rate; in turned series, too.
-APART, HIGHEST, TURNS = 0.25, 0.25, 19
+# Frequencies in steps of this over a run, up to this share of the frame rate; in turned series, too.  What alternates
+# from frame to frame has no phase and is a candidate of its own.
+APART, HIGHEST, TURNS = 0.25, 0.48, 19
 # Frequencies at a time: their cosines over all frames fit into a cache of some megabytes.
 AT_ONCE = 64
 
@@ -43,6 +44,8 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     out: list[Candidate] = []
     for key in rows.units:
         out += _of(key, run_s, runs, driven)
+        alternating = (_term(key, Factor("time", "cosine", 1.0, _period_s(rows) / math.pi)),)
+        out.append(Candidate(f"{WORDS[key[0]]}, alternating from frame to frame", partial(_as_they_are, alternating)))
     return [*out, *_lines(rows, run_s, rng)]
 
 
@@ -73,6 +76,14 @@ def _of(key: Key, run_s: float, runs: int, driven: bool) -> Iterator[Candidate]:
             yield plain(f"with the drive's phase, order {order:g}", *waves("phase", order))
 
 
+def _as_they_are(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    return terms
+
+
+def _period_s(rows: FrameRows) -> float:
+    return float(np.median(np.diff(rows.known[:, W.TIME])))
+
+
 def _term(key: Key, factor: Factor) -> Term:
     return Term(key[0], 1.0, (factor,), x=float(key[1]))
 
@@ -88,7 +99,7 @@ def _swinging(key: Key, rate: float) -> tuple[Term, ...]:
 def _lines(rows: FrameRows, run_s: float, rng: np.random.Generator) -> list[Candidate]:
     """The best frequency of each target, at the price of having looked for it."""
     problem = rows.problem
-    period_s = float(np.median(np.diff(rows.known[:, W.TIME])))
+    period_s = _period_s(rows)
     rates: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * run_s, APART) / run_s, float)
     left = Profile.of(problem).residual[: len(problem.residual)]
     blocks, block = np.unique(problem.block, return_inverse=True)
