@@ -11,7 +11,7 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
-from analysis.gap.laws.flight_law import find_flight_law, flight_law_size
+from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes, needless_beside
@@ -79,14 +79,14 @@ def _flight_law(
     flights like a law."""
     if "flight" not in left and left & {"measurement", "drive"}:
         return None, ladder
-    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng)
+    least = 0.0 if "flight" in left else ladder.flights.units.negligible_m_per_s2
+    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least)
     if law is None or law.closed <= LAW_LEAST_CLOSED:
         return None, ladder  # nor does it change the names beside it, or their sizes
     if "flight" not in left:
-        size, least = flight_law_size(law, ladder.flights), ladder.flights.units.negligible_m_per_s2
-        if _believed(law, size, least) is None:
+        if _believed(law, law.size, least) is None:
             return None, ladder
-        structure = (*ladder.structure, _law_structure(law, "flight", "x", size, least))
+        structure = (*ladder.structure, _law_structure(law, "flight", "x", law.size, least))
         ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
     gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
     if law.fitted is not None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import NO_ANGLE_SD_RAD
+from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.parameters import LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
@@ -46,10 +46,15 @@ class FittedLaw:
 
 
 def find_flight_law(
-    runs: Sequence[Run], steps: FlightSteps, frame: RigFrame, rng: np.random.Generator
+    runs: Sequence[Run],
+    steps: FlightSteps,
+    frame: RigFrame,
+    rng: np.random.Generator,
+    least_m_per_s2: float = 0.0,
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
-    much; and the steps without the names that the law makes needless."""
+    much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
+    make it); and the steps without the names that the law makes needless."""
     first = base = steps.named
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
@@ -57,8 +62,10 @@ def find_flight_law(
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
     candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng)
-    law = None if found is None else fitted_law(runs, base, found)
-    if found is None or law is None:
+    if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
+        return None, steps
+    law = fitted_law(runs, base, found)
+    if law is None:
         return None, steps
     fewer = without_needless(runs, law.fit, steps)
     if fewer is not steps:
@@ -86,19 +93,16 @@ def find_flight_law(
         paths,
         (law.runs, law.fit),
         _halves(problem if base is first else flight_regression(base), sized),
+        size,
     )
     return told, steps
 
 
-def flight_law_size(law: LawFound, steps: FlightSteps) -> float:
-    """RMS acceleration (m/s^2) that a law makes along the flights; a torque counts as the force at the rim that would
-    make it."""
-    fits = steps.named.fits
-    known = flight_regression(steps.named).known
-    given = np.empty((len(known), 3, len(law.rig_law.terms)))
-    pushes(rows_of(law.rig_law.terms), known, given)
-    rim_m = fits[0].run.radius_m * fits[0].run.inertia_factor
-    push = given.sum(2) * np.array([1.0, 1.0, rim_m])
+def _push(disk: RunData, known: Array, found: Found) -> float:
+    """RMS acceleration (m/s^2) that a law makes where flights ``known`` (N, KNOWN_SIZE) pass."""
+    given = np.empty((len(known), 3, len(found.terms)))
+    pushes(rows_of(found.terms), known, given)
+    push = given @ found.coefficients * np.array([1.0, 1.0, disk.radius_m * disk.inertia_factor])
     return float(np.sqrt(np.mean(np.sum(push**2, 1))))
 
 

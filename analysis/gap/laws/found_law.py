@@ -38,8 +38,8 @@ class LawFound:
     """``law`` in the world's frame and ``rig_law`` in the rig's; ``numbers`` name -> (value, sd, unit) in the world;
     ``p`` of chance; squared errors per run (R,) on runs held out ``before``, ``after`` and the ``floor``; ``others``;
     ``paths`` of the flights by run, before and after; ``fitted``: runs that hold a flights' law, their fit;
-    ``halves``: its size by halves of the runs; ``size``: RMS of what a law of the measurement does to
-    frames, or one of the wall to contact distances (m)."""
+    ``halves``: its size by halves of the runs; ``size``: RMS of what a law of the flights pushes (m/s^2), one of the
+    measurement does to frames, or one of the wall to contact distances (m)."""
 
     law: WrittenLaw
     rig_law: WrittenLaw
