@@ -46,11 +46,12 @@ LARGEST_FACTOR = 10.0
 @dataclass(frozen=True, eq=False)
 class SizedLaw:
     """``parts`` at their numbers; ``values`` of all coefficients, then of the numbers inside, and their
-    ``covariance``."""
+    ``covariance``; ``beside``: the flights' parameters by name as they are beside the law."""
 
     parts: tuple[Candidate, ...]
     values: Array
     covariance: Array
+    beside: dict[str, float]
 
 
 def with_law(runs: Sequence[Run], parts: Sequence[Candidate], coefficients: Array) -> tuple[Run, ...]:
@@ -89,7 +90,7 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
             break
         parts = _stepped(parts, step)
     values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])
-    return SizedLaw(parts, values, covariance)
+    return SizedLaw(parts, values, covariance, {n: start[n] for n in others if n in start})
 
 
 def _numbers_step(
