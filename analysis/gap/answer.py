@@ -6,11 +6,11 @@ import json
 import math
 from typing import Any
 
+from analysis.contact.restitution import scenario_restitution
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
 from analysis.gap.estimates import Estimates, value_of
 from analysis.gap.ladder import Ladder
-from analysis.gap.selection.impact_candidates import scenario_restitution
 from ovines.core.effects import EFFECTS
 from ovines.recording_schema import Nominal
 

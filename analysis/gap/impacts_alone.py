@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from analysis.contact.given_impacts import given_law_data, part_of
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
+from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design, scenario_restitution
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
-from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, restitution_design, scenario_restitution
 from analysis.gap.selection.impact_steps import USUAL_SCATTER, select_laws
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, impact_null_distribution
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test

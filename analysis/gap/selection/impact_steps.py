@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import Law, LawData, fit_restitution
+from analysis.contact.restitution import RESTITUTION_EFFECTS, fit_effects, restitution_design
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, ImpactGain, Shape, fit_impacts
-from analysis.gap.selection.lobed_wall import LOBE_TERMS
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -37,6 +37,7 @@ from analysis.gap.thresholds import (
     SIGNIFICANCE,
     USUAL_DISTANCE,
 )
+from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
@@ -85,7 +86,7 @@ def select_impact_effects(
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8
     impacts.
     """
-    terms: Sequence[str] = [e for e in effects if e in impact_candidates.RESTITUTION_EFFECTS]
+    terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
     shape = Shape("wall_ellipticity" in effects, "finite_contact_time" in effects)
     nominal = fit_impacts(flight.fits, shape)
     if len(nominal.data) < LEAST_IMPACTS:
@@ -285,38 +286,8 @@ def _law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
 
 
 def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain]) -> Cause:
-    data, beside = base.data, _columns(structure)
-    design = impact_candidates.restitution_design(data, names)
-    k = design.shape[1]
-    c, covariance, _, _ = fit_restitution(data, design if beside is None else np.column_stack([design, beside]))
-    c, sd = c[:k], np.sqrt(np.diag(covariance))[:k]
+    parameters = fit_effects(base.data, names, {}, _columns(structure)).sizes[gain.name]
     strength = gain.size / NEGLIGIBLE["restitution"]
-    if gain.name == "speed_dependent_restitution":
-        scale = impact_candidates.best_speed_scale(data)
-        scale_sd = impact_candidates.speed_scale_sd(data, scale)
-        # The fast limit moves with the scale: both ends of the scale's interval are tried.
-        at = impact_candidates.conditions(data)
-        ends = [
-            fit_restitution(data, impact_candidates.restitution_columns(at, names, s))[0][0]
-            for s in (max(scale - scale_sd, 0.05), scale + scale_sd)
-        ]
-        fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
-        parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
-    elif gain.name == "restitution_drift":
-        # Columns of the drift are the last; they change a restitution that is the mean of the others at the start.
-        at_start = float(np.mean(design[:, :-2] @ c[:-2]))
-        told = {"relative_per_s": -2, "relative_per_run": -1}
-        parameters = {
-            name: (float(c[i] / at_start), float(sd[i] / at_start)) for name, i in told.items() if np.ptp(design[:, i])
-        }
-    else:
-        first = k - 2 * (1 + ("restitution_drift" in names))
-        (a, b), (a_sd, b_sd) = c[first : first + 2], sd[first : first + 2]
-        size = float(np.hypot(a, b))
-        parameters = {
-            "amplitude": (size, float(np.hypot(a * a_sd, b * b_sd) / max(size, 1e-9))),
-            "direction_rad": (float(np.arctan2(b, a)), 0.5 * float(a_sd + b_sd) / max(size, 1e-9)),
-        }
     return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 
 
@@ -349,9 +320,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
     if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
         return []
     out = []
-    scatter = float(
-        fit_restitution(base.data, impact_candidates.restitution_design(base.data, step.restitution_terms))[2]
-    )
+    scatter = float(fit_restitution(base.data, restitution_design(base.data, step.restitution_terms))[2])
     if scatter > 1.35 * USUAL_SCATTER:
         out.append(
             Structure(
