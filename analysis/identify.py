@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from analysis.contact.restitution import rig_sizes
 from analysis.flights.parameters import LAW_TERMS
 from analysis.flights.runs import Run, prepare
 from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
@@ -126,7 +127,8 @@ def identify_runs(
         )
         for run, share in zip(runs, shares, strict=True)
     ]
-    rig = fit_rig(runs, model.effects if model else None, stated, search)
+    held_restitution = rig_sizes(stated_sizes(model), frame)
+    rig = fit_rig(runs, model.effects if model else None, stated, search, held_restitution)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)

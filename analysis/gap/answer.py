@@ -6,10 +6,9 @@ import json
 import math
 from typing import Any
 
-from analysis.contact.restitution import scenario_restitution
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
-from analysis.gap.estimates import Estimates, value_of
+from analysis.gap.estimates import LAW, Estimates, value_of
 from analysis.gap.ladder import Ladder
 from ovines.core.effects import EFFECTS
 from ovines.recording_schema import Nominal
@@ -61,8 +60,7 @@ def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:
     the speed, the floor friction at the start of the first run where it drifts."""
     table, values = estimates.with_effect.table, dict[str, float | None]()
     if ladder.impacts.fitted is not None:
-        values["restitution"] = scenario_restitution(ladder.impacts.fitted.data, ladder.impacts.restitution_terms)
-        values |= {name: value_of(table, name)[0] for name in ("wall_friction", "tangential_restitution")}
+        values |= {name: value_of(table, name)[0] for name in LAW}
     friction = value_of(table, "floor_friction")[0]
     if friction is not None:
         fitted = ladder.flights.fitted.model

@@ -9,7 +9,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from analysis.contact.effect_rows import ROWS as EFFECT_ROWS
 from analysis.contact.law import fit_restitution, restitution_gain, sticks
+from analysis.contact.restitution import DIRECTION, SPEED
+from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.intervals import (
@@ -24,6 +27,7 @@ from analysis.identification.intervals import (
 )
 from analysis.identification.lens_speeds import restitution_sd
 from analysis.motion.rig_frame import RigFrame
+from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 
 Array = NDArray[np.float64]
@@ -84,8 +88,12 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), UNKNOWN)
     if rig.law is None:
         return result
-    (value,), covariance, _, _ = fit_restitution(rig.data)
-    result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    if rig.restitution is None:
+        (value,), covariance, _, _ = fit_restitution(rig.data)
+        result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    else:
+        value, unknowns = rig.restitution.value, len(rig.restitution.coefficients)
+        result["restitution"] = normal_interval(value, _few(len(rig.data), unknowns) * rig.restitution.sd)
     if rig.angle:
         result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
             rig.data, rig.law.wall_friction, rig.law.tangential_restitution
@@ -146,16 +154,16 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
     rows: list[Row] = [(name, law[name], n) for name in ("restitution", "wall_friction", "tangential_restitution")]
     if rig.law is not None and n > 2:
         rows.append(("restitution_scatter", _scatter(rig), n))
-    if rig.law is not None and n >= FEWEST_FOR_SLOPE:
+    if rig.law is not None and n >= FEWEST_FOR_SLOPE and SPEED not in rig.named:
         _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
-        few = np.sqrt(n / (n - 2)) * stdtrit(n - 2, 0.5 + LEVEL / 2) / NORMAL_90
         rows.append(
             (
                 "restitution_speed_slope_s_per_m",
-                normal_interval(slope, np.hypot(few * sd, LENS_SHARE["slope"] * rig.lens.relative)),
+                normal_interval(slope, np.hypot(_few(n, 2) * sd, LENS_SHARE["slope"] * rig.lens.relative)),
                 n,
             )
         )
+    rows += [(name, interval, n) for name, interval in _effect_rows(rig, law, frame)]
     rows += [(name, interval, None) for name, interval in _floor_rows(rig, frame)]
     rows += [(name, interval, int(rig.wall.used.sum())) for name, interval in _wall_rows(rig, frame)]
     rows += [(name, interval, None) for name, interval in _drive_rows(rig)]
@@ -169,10 +177,70 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
     return table
 
 
+def _few(impacts: int, unknowns: int) -> float:
+    """What a normal sd is to be multiplied with where the errors' size is read off so few ``impacts``."""
+    free = max(impacts - unknowns, 1)
+    return float(np.sqrt(impacts / free) * stdtrit(free, 0.5 + LEVEL / 2) / NORMAL_90)
+
+
+def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list[tuple[str, Interval]]:
+    """Sizes of the effects on the restitution that were fitted, and how long a contact lasts."""
+    told: dict[str, dict[str, tuple[float, float]]] = {}
+    if rig.restitution is not None:
+        told = {name: dict(sizes) for name, sizes in rig.restitution.sizes.items()}
+        few = _few(len(rig.data), len(rig.restitution.coefficients))
+        # Errors of the speeds that the impacts share are shares of the restitution, and move a limit of it as much.
+        shared = rig.restitution.sd * few
+        shared = float(np.sqrt(max(law["restitution"].sd ** 2 - shared**2, 0.0)))
+        for name, sizes in told.items():
+            told[name] = {parameter: (value, few * sd) for parameter, (value, sd) in sizes.items()}
+        if SPEED in told:
+            value, sd = told[SPEED]["restitution_fast"]
+            told[SPEED]["restitution_fast"] = (value, float(np.hypot(sd, shared)))
+        if DIRECTION in told:
+            (size, sd), (direction, turned) = told[DIRECTION].values()
+            lens = shared / max(size, 1e-9)
+            direction = float(np.angle(np.exp(1j * (direction + frame.turn_rad))))
+            told[DIRECTION] = {
+                "amplitude": (size, float(np.hypot(sd, shared))),
+                "direction_rad": (direction, float(np.hypot(turned, lens))),
+            }
+    if rig.wall.delay_s > 0 and rig.law is not None:
+        factor = contact_time_s(1.0, rig.law.restitution)
+        duration = factor * rig.wall.delay_s
+        told["finite_contact_time"] = {
+            "duration_s": (duration, factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration)
+        }
+    return [
+        (EFFECT_ROWS[effect][parameter][0], normal_interval(value, sd))
+        for effect, sizes in told.items()
+        for parameter, (value, sd) in sizes.items()
+    ]
+
+
+def _lobe_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
+    """Lobes of the wall, their direction in the room where the Host stands on the mean."""
+    wall = rig.wall
+    if not isinstance(wall.wall, LobedWall) or not set(LOBE_TERMS) <= set(wall.terms):
+        return []
+    at = [wall.terms.index(term) for term in LOBE_TERMS]
+    order, size = wall.wall.order, max(float(np.hypot(*wall.estimate[at])), 1e-9)
+    own = np.sqrt(np.mean((np.diag(wall.covariance) + rig.lens.wall_sd(wall) ** 2)[at]))
+    sd = float(np.hypot(own, LENS_SHARE["ellipse"] * rig.lens.relative))
+    host = wall.impacts.junctions.host[wall.used, 3]
+    direction = np.arctan2(wall.estimate[at[1]], wall.estimate[at[0]]) / order + float(np.mean(host)) + frame.turn_rad
+    return [
+        ("wall_lobe_amplitude", normal_interval(size, sd)),
+        ("wall_lobe_order", normal_interval(order, 0.0)),
+        ("wall_lobe_direction_rad", normal_interval(float(np.angle(np.exp(1j * direction))), sd / order / size)),
+    ]
+
+
 def _scatter(rig: RigFit) -> Interval:
     """The restitution's scatter; what the measurement scatters from place to place is no lower bound of it."""
     assert rig.law is not None
-    found = scatter_interval(rig.data, rig.law.restitution)
+    value = rig.law.restitution if rig.restitution is None else rig.restitution.value
+    found = scatter_interval(rig.plain_data, value)
     lens = np.hypot(LENS_SHARE["scatter"] * rig.lens.relative, SPEED_SHARE)
     low = float(np.sqrt(max(found.low**2 - (NORMAL_90 * lens) ** 2, 0.0)))
     return Interval(found.value, max(found.sd, lens if low == 0.0 else 0.0), low, found.high)
@@ -225,7 +293,8 @@ def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     return [
         (wall_parameter(term), normal_interval(value[k], np.hypot(sd[k], shared.get(term, 0.0))))
         for k, term in enumerate(wall.terms)
-    ]
+        if term not in LOBE_TERMS
+    ] + _lobe_rows(rig, frame)
 
 
 def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:

@@ -31,12 +31,12 @@ from analysis.contact.restitution import (
     restitution_columns,
     restitution_design,
 )
-from analysis.contact.wall_fit import WallFit, fit_wall
+from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order
 from analysis.flights.fit import FlightFits
 from analysis.statistics.gain import regress
-from analysis.walls.lobes import LOBE_TERMS, ORDERS, LobedWall, best_order, lobe_columns
+from analysis.walls.lobes import LOBE_TERMS, ORDERS, LobedWall, lobe_columns
 from analysis.walls.wall import Wall
-from ovines.robust import MEDIAN_TO_SD, residual_sd
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 
@@ -200,8 +200,6 @@ PROBES = {
 LOBES_AS_PROBE = ("twice the azimuth", "three times the azimuth")
 #: so many orders of lobes are tried, of which the best gains this much more by chance
 LOBES_BY_CHANCE = 2 * float(np.log(len(ORDERS)))
-# A contact distance off by more of its robust sds chooses no order.
-CUT_DISTANCE_SD = 4.0
 #: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
 SPOTS_BY_CHANCE = 8.0
 
@@ -364,7 +362,7 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
     if not shape.finite and "finite_contact_time" not in withheld:
         trial = fit_wall(base.junctions, wall.wall, terms, prior, speed[:, None])
         add("finite_contact_time", trial, slice(-1, None), float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
-    order = _next_order(base, shape)
+    order = lobe_order(base.wall, shape.order)
     named = order > 0 and not shape.order and "wall_lobes" not in withheld
     if named:
         trial = fit_wall(base.junctions, LobedWall.of(wall.wall, order), [*terms, *LOBE_TERMS], prior, held)
@@ -394,22 +392,7 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
 
 def with_lobes(base: ImpactFit, shape: Shape) -> Shape:
     """``shape`` with the lobes that the contact distances ask for, however small."""
-    return replace(shape, order=_next_order(base, shape))
-
-
-def _next_order(base: ImpactFit, shape: Shape) -> int:
-    """The order of lobes beside those of ``shape`` that the contact distances ask for most; 0 where there is no
-    ring."""
-    wall, data = base.wall, base.data
-    if not wall.wall.ellipse_terms:
-        return 0
-    residual = wall.residual_m[data.index]
-    limit = CUT_DISTANCE_SD * max(residual_sd(residual), 1e-12)
-    design = wall.impacts.design(shape.terms(wall.wall))[data.index]
-    if shape.finite:
-        design = np.column_stack([design, data.before])
-    seen = data.azimuth_rad - data.host_angle_rad
-    return best_order(seen, design, np.clip(residual, -limit, limit), shape.order)
+    return replace(shape, order=lobe_order(base.wall, shape.order))
 
 
 def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:

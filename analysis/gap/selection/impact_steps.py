@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import Law, LawData, fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, fit_effects, restitution_design
+from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
@@ -145,13 +146,6 @@ def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ..
     return tuple(g.name for g in candidates if g.named and g.name != best.name and best.gain - g.gain < EQUIVALENT)
 
 
-def _contact_time(slope_s: float, restitution: float) -> float:
-    """Duration of a contact from the slope of the contact distance in the approach speed: paths meet eps T/(1 + eps) v
-    further out.
-    """
-    return slope_s * (1 + restitution) / max(restitution, 0.05)
-
-
 def contact_negligible_s(base: ImpactFit) -> float:
     """A contact as short as this is an instant: the way at the median approach is a small share of the radius."""
     return CONTACT_NEGLIGIBLE * base.wall.wall.size_m / max(float(np.median(base.data.before)), 1e-9)
@@ -161,16 +155,16 @@ def _shape_accepted(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool
     if gain.gain < IMPACT_GAIN or gain.significance < SIGNIFICANCE:
         return False
     if gain.name == "finite_contact_time":
-        return _contact_time(float(gain.estimate[-1]), base.law.restitution) > contact_negligible_s(base)
+        return contact_time_s(float(gain.estimate[-1]), base.law.restitution) > contact_negligible_s(base)
     e = gain.estimate[:2]
     return float(np.hypot(*e)) > (ELLIPTICITY_UNDER_LENS if lens_residual_found else ELLIPTICITY_NEGLIGIBLE)
 
 
 def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -> Cause:
     if gain.name == "finite_contact_time":
-        factor = _contact_time(1.0, base.law.restitution)
+        factor = contact_time_s(1.0, base.law.restitution)
         duration = base.contact_slope_s * factor
-        parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + 0.03 * duration)}
+        parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + CONTACT_MODEL_SHARE * duration)}
         return Cause(
             gain.name, "impact", parameters, duration / contact_negligible_s(base), gain.gain, "normal", "impact"
         )
