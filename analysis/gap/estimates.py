@@ -21,7 +21,6 @@ from analysis.flights.runs import prepare
 from analysis.flights.stated_terms import effects_as_laws
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
-from analysis.gap.selection.centres import PLACEMENT_SHARE
 from analysis.gap.series import Series
 from analysis.identify import Joint, identify_runs
 from analysis.motion.rig_frame import rig_frame
@@ -128,13 +127,14 @@ def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     told = told_effects(joint.table, [cause.effect]).get(cause.effect, {})
     if cause.effect == "stated_radius":
         told = _length_off(cause, joint, series)
-    if cause.effect == "wall_centre_offset":
-        # The Host's own frame is known no better than its markers were placed.
-        placed = PLACEMENT_SHARE * series.contact_radius_m
-        told = {name: (value, float(np.hypot(sd, placed))) for name, (value, sd) in told.items()}
     if not told:
         return cause
-    return replace(cause, parameters=series.frame.rig_parameters(cause.effect, told))
+    told = series.frame.rig_parameters(cause.effect, told)
+    if cause.stage == "geometry":
+        # The steps know more of what makes them unsure: markers' places, what two views show of the lenses.
+        step = cause.parameters
+        told = {name: (value, max(sd, step[name][1] if name in step else 0.0)) for name, (value, sd) in told.items()}
+    return replace(cause, parameters=told)
 
 
 def _length_off(cause: Cause, joint: Joint, series: Series) -> Sized:

@@ -165,9 +165,7 @@ def fit_rig(
     if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
         return rig
     tried = {
-        name: replace(
-            _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search), held=held_restitution or {}
-        )
+        name: replace(_fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search), held=rig.held)
         for name in ("radius_m", "inertia_factor")
     }
     best = min(tried, key=lambda name: _misfit(tried[name]))

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 # Of the contact radius: what fits are good to at best, what a lens residual leaves of the wall's centre, what a
 # marker's place in the disk is known to (2, 25 and 5 um of 40 mm).
-FIT_SHARE, PLACEMENT_SHARE, MARKER_SHARE = 5e-5, 6.25e-4, 1.25e-4
+FIT_SHARE, LENS_SHARE, MARKER_SHARE = 5e-5, 6.25e-4, 1.25e-4
 
 
 def centre_negligible_m(series: Series) -> float:
@@ -57,7 +57,7 @@ def centre_offsets(series: Series, flight: FlightFit, impacts: ImpactFit | None)
             ("mass_centre_offset", -wall.disk_m, _rows_of(DISK_TERMS, terms), MASS_CENTRE_NEGLIGIBLE * radius_m),
         ):
             sd = np.sqrt(np.diag(rows @ covariance @ rows.T))
-            error = np.hypot(sd, lens if effect == "mass_centre_offset" else PLACEMENT_SHARE * radius_m).tolist()
+            error = np.hypot(sd, lens if effect == "mass_centre_offset" else LENS_SHARE * radius_m).tolist()
             size = float(np.hypot(*vector))
             parameters = {"x_m": (float(vector[0]), error[0]), "y_m": (float(vector[1]), error[1])}
             gain = (size / max(float(sd[0]), 1e-12)) ** 2
