@@ -201,8 +201,3 @@ def _turning(vector: Array, covariance: Array) -> dict[str, tuple[float, float]]
     across = np.array([-along[1], along[0]])
     sd, turned = (float(np.sqrt(u @ covariance @ u)) for u in (along, across))
     return {"amplitude": (size, sd), "direction_rad": (float(np.arctan2(vector[1], vector[0])), turned / size)}
-
-
-def scenario_restitution(data: LawData, names: Sequence[str]) -> float:
-    """The restitution to which the effects ``names`` are added in a scenario (:class:`EffectsFit`)."""
-    return fit_effects(data, names, {}).value

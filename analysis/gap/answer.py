@@ -39,7 +39,7 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
         "[model]",
         "# " + summary["verdict"] + (": " + ", ".join(summary["effects"]) if summary["effects"] else ""),
         f"effects = {json.dumps(known + added)}",
-        *(f"{name} = {value:.6g}" for name, value in values.items()),
+        *(f"{name} = {_within(name, value):.6g}" for name, value in values.items()),
     ]
     sizes = {name: dict(one) for name, one in (model.effect_parameters if model else {}).items()}
     sizes |= {
@@ -53,6 +53,13 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
             continue  # a recoil of a disk whose mass nobody has told
         lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
     return "\n".join(lines) + "\n"
+
+
+def _within(name: str, value: float) -> float:
+    """A nominal parameter as ``[model]`` takes it: an estimate may lie beyond what can be (a restitution of the slowest
+    impacts, where none was slow), and is written at the bound."""
+    low = -1.0 if name == "tangential_restitution" else 0.0
+    return min(max(value, low), 1.0 if "restitution" in name else math.inf)
 
 
 def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:

@@ -28,7 +28,7 @@ from analysis.contact.law import (
     law_data,
     spin_balance,
 )
-from analysis.contact.restitution import RESTITUTION_EFFECTS, EffectsFit, Sizes, conditions, fit_effects
+from analysis.contact.restitution import EffectsFit, Sizes, conditions
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, usable
 from analysis.contact.wall_force import WallForce, wall_force
 from analysis.flights.evidence import columns_of
@@ -39,6 +39,7 @@ from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
 from analysis.identification.floor_law import SURE_FORCE, choose_floor
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
+from analysis.identification.restitution_rows import restitution_fit, without_effects
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import DISK_TERMS, ELLIPSE_TERMS, Ring
 
@@ -78,8 +79,6 @@ LASTING_WORDS = (
 )
 # An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
 OFF_THE_LAW_SD = 5.0
-# Effects on the restitution are fitted to so many impacts, as the diagnosis asks for them.
-FEWEST_FOR_EFFECTS = 8
 # The disk's fastest spin, single wrong angles left out.
 FASTEST_SHARE = 0.99
 
@@ -111,11 +110,7 @@ class RigFit:
     def restitution(self) -> EffectsFit | None:
         """The restitution with the effects on it that ``[model]`` names; None where it names none, or impacts are too
         few."""
-        names = [name for name in RESTITUTION_EFFECTS if name in self.named]
-        fewest = FEWEST_FOR_EFFECTS if set(names) - set(self.held) else 1
-        if not names or len(self.data) < fewest:
-            return None
-        return fit_effects(self.from_start(self.data), names, self.held)
+        return restitution_fit(self.from_start(self.data), self.named, self.held)
 
     def from_start(self, data: LawData) -> LawData:
         """``data`` with times that count from the starts of the runs, as laws count them."""
@@ -127,8 +122,7 @@ class RigFit:
         """The impacts as they would be without the effects on the restitution."""
         if self.restitution is None:
             return self.data
-        more = self.restitution.at(conditions(self.from_start(self.data))) - self.restitution.value
-        return replace(self.data, after=self.data.after - more * self.data.before)
+        return without_effects(self.data, self.from_start(self.data), self.restitution)
 
     @cached_property
     def wall_force(self) -> WallForce | None:

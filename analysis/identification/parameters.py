@@ -7,16 +7,13 @@ from dataclasses import astuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
-from analysis.contact.effect_rows import ROWS as EFFECT_ROWS
 from analysis.contact.law import fit_restitution, restitution_gain, sticks
-from analysis.contact.restitution import DIRECTION, SPEED
+from analysis.contact.restitution import SPEED
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.intervals import (
-    LEVEL,
     NORMAL_90,
     Interval,
     normal_interval,
@@ -26,6 +23,7 @@ from analysis.identification.intervals import (
     widened,
 )
 from analysis.identification.lens_speeds import restitution_sd
+from analysis.identification.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.motion.rig_frame import RigFrame
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
@@ -92,8 +90,8 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
         (value,), covariance, _, _ = fit_restitution(rig.data)
         result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
     else:
-        value, unknowns = rig.restitution.value, len(rig.restitution.coefficients)
-        result["restitution"] = normal_interval(value, _few(len(rig.data), unknowns) * rig.restitution.sd)
+        value = rig.restitution.value
+        result["restitution"] = told_restitution(rig.restitution, len(rig.data))
     if rig.angle:
         result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
             rig.data, rig.law.wall_friction, rig.law.tangential_restitution
@@ -159,7 +157,7 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
         rows.append(
             (
                 "restitution_speed_slope_s_per_m",
-                normal_interval(slope, np.hypot(_few(n, 2) * sd, LENS_SHARE["slope"] * rig.lens.relative)),
+                normal_interval(slope, np.hypot(few(n, 2) * sd, LENS_SHARE["slope"] * rig.lens.relative)),
                 n,
             )
         )
@@ -177,45 +175,20 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
     return table
 
 
-def _few(impacts: int, unknowns: int) -> float:
-    """What a normal sd is to be multiplied with where the errors' size is read off so few ``impacts``."""
-    free = max(impacts - unknowns, 1)
-    return float(np.sqrt(impacts / free) * stdtrit(free, 0.5 + LEVEL / 2) / NORMAL_90)
-
-
 def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list[tuple[str, Interval]]:
     """Sizes of the effects on the restitution that were fitted, and how long a contact lasts."""
     told: dict[str, dict[str, tuple[float, float]]] = {}
+    n = len(rig.data)
     if rig.restitution is not None:
-        told = {name: dict(sizes) for name, sizes in rig.restitution.sizes.items()}
-        few = _few(len(rig.data), len(rig.restitution.coefficients))
-        # Errors of the speeds that the impacts share are shares of the restitution, and move a limit of it as much.
-        shared = rig.restitution.sd * few
-        shared = float(np.sqrt(max(law["restitution"].sd ** 2 - shared**2, 0.0)))
-        for name, sizes in told.items():
-            told[name] = {parameter: (value, few * sd) for parameter, (value, sd) in sizes.items()}
-        if SPEED in told:
-            value, sd = told[SPEED]["restitution_fast"]
-            told[SPEED]["restitution_fast"] = (value, float(np.hypot(sd, shared)))
-        if DIRECTION in told:
-            (size, sd), (direction, turned) = told[DIRECTION].values()
-            lens = shared / max(size, 1e-9)
-            direction = float(np.angle(np.exp(1j * (direction + frame.turn_rad))))
-            told[DIRECTION] = {
-                "amplitude": (size, float(np.hypot(sd, shared))),
-                "direction_rad": (direction, float(np.hypot(turned, lens))),
-            }
+        own = told_restitution(rig.restitution, n).sd
+        shared = float(np.sqrt(max(law["restitution"].sd ** 2 - own**2, 0.0)))
+        told = effect_sizes(rig.restitution, n, shared, frame.turn_rad)
     if rig.wall.delay_s > 0 and rig.law is not None:
         factor = contact_time_s(1.0, rig.law.restitution)
         duration = factor * rig.wall.delay_s
-        told["finite_contact_time"] = {
-            "duration_s": (duration, factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration)
-        }
-    return [
-        (EFFECT_ROWS[effect][parameter][0], normal_interval(value, sd))
-        for effect, sizes in told.items()
-        for parameter, (value, sd) in sizes.items()
-    ]
+        sd = factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration
+        told["finite_contact_time"] = {"duration_s": (duration, sd)}
+    return rows_of(told)
 
 
 def _lobe_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
