@@ -127,8 +127,9 @@ def identify_runs(
         )
         for run, share in zip(runs, shares, strict=True)
     ]
-    held_restitution = rig_sizes(stated_sizes(model), frame)
-    rig = fit_rig(runs, model.effects if model else None, stated, search, held_restitution)
+    sizes = stated_sizes(model)
+    at_impacts = rig_sizes(sizes, frame) | {name: sizes[name] for name in ("inertia_error",) if name in sizes}
+    rig = fit_rig(runs, model.effects if model else None, stated, search, at_impacts)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)

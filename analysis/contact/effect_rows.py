@@ -30,6 +30,7 @@ ROWS: dict[str, dict[str, tuple[str, float]]] = {
         "relative_per_s": ("restitution_drift_per_s", 1.0),
         "relative_per_run": ("restitution_drift_per_run", 1.0),
     },
+    "inertia_error": {"ratio": ("inertia_ratio", 1.0)},
     "finite_contact_time": {"duration_s": ("contact_duration_s", 1.0)},
     "wall_centre_offset": {"x_m": ("wall_centre_x_m", 1.0), "y_m": ("wall_centre_y_m", 1.0)},
     "mass_centre_offset": {"x_m": ("disk_centre_x_m", -1.0), "y_m": ("disk_centre_y_m", -1.0)},

@@ -18,6 +18,7 @@ from scipy.special import fdtrc
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
+from analysis.contact.inertia import fit_inertia
 from analysis.contact.law import (
     Law,
     LawData,
@@ -79,6 +80,8 @@ LASTING_WORDS = (
 )
 # An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
 OFF_THE_LAW_SD = 5.0
+# An inertia that the impacts show is fitted until it moves by less than this share of its sd, so often at most.
+INERTIA_RESTS_SD, MOST_INERTIAS = 0.05, 3
 # The disk's fastest spin, single wrong angles left out.
 FASTEST_SHARE = 0.99
 
@@ -90,7 +93,8 @@ class RigFit:
 
     ``lens`` the lens residual that the flights show, ``balance`` of spin and impulse as given, ``length_doubt`` the
     relative error of lengths that an imbalance leaves open, ``left_out`` impacts that do not follow the law.
-    ``named``: effects of ``[model]``, ``held``: sizes of those on the restitution, in the rig's frame and units."""
+    ``named``: effects of ``[model]``, ``held``: stated sizes of those at impacts, in the rig's frame and units;
+    ``inertia``: ratio of the true inertia to the stated one with its sd, where it was fitted."""
 
     runs: tuple[Run, ...]
     floor: FloorFit
@@ -105,6 +109,7 @@ class RigFit:
     left_out: int = 0
     named: tuple[str, ...] = ()
     held: Sizes = field(default_factory=dict)
+    inertia: tuple[float, float] | None = None
 
     @cached_property
     def restitution(self) -> EffectsFit | None:
@@ -137,10 +142,10 @@ def fit_rig(
     effects: Sequence[str] | None,
     stated: Mapping[str, float] | None = None,
     search: bool = True,
-    held_restitution: Sizes | None = None,
+    held_sizes: Sizes | None = None,
 ) -> RigFit:
     """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default, and what
-    it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`) and of the restitution.
+    it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`) and of impacts (``held_sizes``).
 
     ``search``: whether what ``[model]`` does not name is looked for.  Where spins and impulses then do not balance, the
     disk's radius and its inertia factor are each tried with what they need, and the one taken with which the impacts
@@ -153,7 +158,9 @@ def fit_rig(
     if angle and _swings(chosen[0], chosen[1].fits[0].shared[:2]):
         runs = cut_again(runs, chosen[1].fits[0].shared[:2])
         chosen = choose_floor(runs, named, angle, held, search)
-    rig = replace(_rig(*chosen, named, angle), held=held_restitution or {})
+    rig = replace(_rig(*chosen, named, angle), held=held_sizes or {})
+    if "inertia_error" in named and "inertia_error" not in rig.held:
+        return _with_inertia(rig, named, held, search)
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
     if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
@@ -178,6 +185,27 @@ def fit_rig(
     )
     doubt = abs(value / runs[0].data.radius_m - 1) if best == "radius_m" else 0.0
     return replace(tried[best], notes=(*tried[best].notes, words, more), length_doubt=doubt)
+
+
+def _with_inertia(rig: RigFit, named: Sequence[str], held: Mapping[str, float], search: bool) -> RigFit:
+    """``rig`` with the inertia that its impacts show, fitted again with it as often as that changes it."""
+    ratio = 1.0
+    for _ in range(MOST_INERTIAS):
+        first = rig.runs[0].data
+        data = law_data(rig.wall.impacts, rig.wall.used, first.radius_m, first.inertia_factor)
+        told = fit_inertia(data, len(rig.runs)) if rig.angle else None
+        if told is None:
+            return rig
+        rig = replace(rig, inertia=(ratio * told.ratio, ratio * told.sd))
+        if abs(told.ratio - 1) < INERTIA_RESTS_SD * told.sd:
+            return rig
+        ratio *= told.ratio
+        runs = [
+            replace(run, data=replace(run.data, inertia_factor=told.ratio * run.data.inertia_factor))
+            for run in rig.runs
+        ]
+        rig = replace(_fit(runs, named, held, search), held=rig.held, inertia=rig.inertia)
+    return rig
 
 
 def _swings(runs: Sequence[Run], origin_m: NDArray[np.float64]) -> bool:

@@ -188,6 +188,8 @@ def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list
         duration = factor * rig.wall.delay_s
         sd = factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration
         told["finite_contact_time"] = {"duration_s": (duration, sd)}
+    if rig.inertia is not None:
+        told["inertia_error"] = {"ratio": rig.inertia}
     return rows_of(told)
 
 
