@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.effect_rows import told_effects
-from analysis.flights.stated_terms import held_laws, stated_sizes
+from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
 from analysis.walls.wall import Ring, Sides, Wall, identified_wall
@@ -99,8 +99,8 @@ def _sizes(
         sizes[name] = sizes.get(name, {}) | EFFECTS[name].nearest({p: value for p, (value, _) in told.items()})
     drift = identification.loc[identification["parameter"] == "friction_drift_per_s", "value"]
     if "friction_drift" in effects and len(drift) and np.isfinite(drift.iloc[0]):
-        middle = float(drift.iloc[0])
-        sizes["friction_drift"] = {"relative_per_s": middle / (1 - 0.5 * middle * duration_s)}
+        told = drift_from_the_start((float(drift.iloc[0]), 0.0), (0.0, 0.0), [-0.5 * duration_s])
+        sizes["friction_drift"] = {"relative_per_s": told["relative_per_s"][0]}
     return sizes
 
 

@@ -71,7 +71,10 @@ def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:
     friction = value_of(table, "floor_friction")[0]
     if friction is not None:
         fitted = ladder.flights.fitted.model
-        drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+        held = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+        rows = {"drift": "friction_drift_per_s", DRIFT_OF_RUN: "friction_drift_per_run"}
+        told = {term: value_of(table, row)[0] for term, row in rows.items()}
+        drift = {term: held[term] if value is None else value for term, value in told.items()}
         values["floor_friction"] = friction * share_at_start(drift, [run.data.start_s for run in ladder.series.runs])
     return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 

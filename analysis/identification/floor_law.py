@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from analysis.flights.fit import LENS_TERMS, ORIGIN
 from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
+from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
 from analysis.identification.floor import FloorFit, fit_floor, lens_priors
+from analysis.identification.run_drift import with_run_drift
 
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
 TERMS_OF = {
@@ -86,15 +89,24 @@ def choose_floor(
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
         floor = fit_floor(runs, floor.names, held, floor)
+    if (
+        "friction_drift" in effects
+        and DRIFT_OF_RUN not in (stated or {})
+        and len(runs) > 1
+        and "friction" in floor.names
+    ):
+        runs, floor, per_run = with_run_drift(runs, floor, held)
+    else:
+        per_run = None
     if not search:
-        return list(runs), floor, notes
+        return list(runs), replace(floor, per_run=per_run), notes
     floor, added = _with_terms(runs, floor, effects, held)
     if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
         # Last: what a tilt or a drag leaves over may look like friction that knows no spin.
         plain, others = _with_terms(runs, fit_floor(runs, names, {**held, "coupling": 0.0}), effects, held)
         if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
             floor, added = plain, [UNCOUPLED_WORDS, *others]
-    return list(runs), floor, [*notes, *added]
+    return list(runs), replace(floor, per_run=per_run), [*notes, *added]
 
 
 def _with_terms(

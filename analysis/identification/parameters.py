@@ -238,6 +238,8 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
             interval = widened(interval, shared * abs(interval.value))
             interval = Interval(*(max(v, 0.0) if k != 1 else v for k, v in enumerate(astuple(interval))))
         rows.append((FLOOR_NAMES[name], interval))
+    if rig.floor.per_run is not None:
+        rows.append(("friction_drift_per_run", normal_interval(*rig.floor.per_run)))
     if "friction" not in rig.floor.names:
         rows.append(("floor_friction", UNKNOWN))
     return rows
