@@ -112,6 +112,7 @@ def identify_runs(
     stated = stated_terms(model, frame, [run.data.start_s for run in runs])
     # Friction that changes from run to run is told about the middle one.
     shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
+    middles_s = np.array([-run.data.start_s for run in runs])
     held = rows_of([term for law in laws for term in frame.law(law).terms])
     stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
     inertia = stated_sizes(model).get("inertia_error", {}).get("ratio", 1.0)
@@ -122,10 +123,11 @@ def identify_runs(
                 run.data,
                 law=held if len(held) else run.data.law,
                 friction_share=float(share),
+                later_s=float(middle_s - middles_s.mean()),
                 inertia_factor=inertia * run.data.inertia_factor,
             ),
         )
-        for run, share in zip(runs, shares, strict=True)
+        for run, share, middle_s in zip(runs, shares, middles_s, strict=True)
     ]
     sizes = stated_sizes(model)
     at_impacts = rig_sizes(sizes, frame) | {name: sizes[name] for name in ("inertia_error",) if name in sizes}

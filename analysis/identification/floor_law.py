@@ -89,15 +89,9 @@ def choose_floor(
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
         floor = fit_floor(runs, floor.names, held, floor)
-    if (
-        "friction_drift" in effects
-        and DRIFT_OF_RUN not in (stated or {})
-        and len(runs) > 1
-        and "friction" in floor.names
-    ):
+    per_run = None
+    if "friction_drift" in effects and DRIFT_OF_RUN not in (stated or {}):
         runs, floor, per_run = with_run_drift(runs, floor, held)
-    else:
-        per_run = None
     if not search:
         return list(runs), replace(floor, per_run=per_run), notes
     floor, added = _with_terms(runs, floor, effects, held)

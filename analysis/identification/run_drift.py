@@ -23,14 +23,16 @@ MOST_FITS = 4
 
 def numbers_of(count: int) -> Array:
     """Numbers (R,) of so many runs, counted from the middle one."""
-    return np.arange(count) - 0.5 * (count - 1)
+    return np.arange(count, dtype=np.float64) - 0.5 * (count - 1)
 
 
 def with_run_drift(
     runs: Sequence[Run], floor: FloorFit, held: Mapping[str, float]
-) -> tuple[list[Run], FloorFit, tuple[float, float]]:
+) -> tuple[list[Run], FloorFit, tuple[float, float] | None]:
     """``runs`` with the friction that each has of its own, ``floor`` fitted with it, and the relative change per run
-    about the middle one, with its sd."""
+    about the middle one, with its sd; None of a single run, or without friction."""
+    if len(runs) < 2 or "friction" not in floor.names:
+        return list(runs), floor, None
     change = 0.0
     number = numbers_of(len(runs))
     own = [run.data.friction_share for run in runs]

@@ -23,7 +23,7 @@ from ovines.pipeline.diagnosis import load_series
 from ovines.recording import Recording, read_series
 from ovines.recording_schema import Nominal
 
-CAUSES = ("viscous_drag", "speed_dependent_restitution", "wall_ellipticity")
+CAUSES = ("friction_drift", "speed_dependent_restitution", "wall_lobes")
 # Flights are fitted until a step is within 0.05 sd (RESTS_SD in analysis/identification/floor.py): from another start,
 # with a drag that is held, they rest elsewhere by as much, and what follows from them by a little more.  Seen: 0.08.
 MOST_SD = 0.15
@@ -86,7 +86,7 @@ def test_the_written_model_identifies_to_what_the_diagnosis_told(diagnosed):
         off = held.loc[name, "value"] - told.loc[name, "value"]
         assert abs(off) <= MOST_SD * told.loc[name, "sd"], (name, off, told.loc[name, "sd"])
     # What is held is not told again.
-    assert not {"viscous_drag_per_s", "restitution_fast", "restitution_speed_scale_m_per_s"} & set(held.index)
+    assert not {"friction_drift_per_run", "restitution_fast", "restitution_speed_scale_m_per_s"} & set(held.index)
     for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction"):
         assert getattr(written, name) == pytest.approx(told.loc[name, "value"], rel=1e-5)
         assert estimates.nominal(written)[name]["with_effect"] == told.loc[name, "value"]
