@@ -70,8 +70,8 @@ PER_S, START_RIDGE = 100.0, 1e-9
 class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
     round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0; ``friction_share``: its
-    floor friction over the one that the series shares; ``later_s``: from its start to its middle, less the runs' mean of
-    that, for a friction that drifts from the start on.
+    floor friction over the one that the series shares; ``later_s``: from its start to its middle, less the runs'
+    mean of that, for a friction that drifts from the start on.
     """
 
     name: str

@@ -36,16 +36,15 @@ def with_run_drift(
     change = 0.0
     number = numbers_of(len(runs))
     own = [run.data.friction_share for run in runs]
-    for fit in range(MOST_FITS):
+    for _ in range(MOST_FITS):
         step, sd = _step(floor, change, number)
         change += step
-        if abs(step) < RESTS_SD * sd or fit == MOST_FITS - 1:
-            break
-        shares = [share * (1 + change * n) for share, n in zip(own, number, strict=True)]
         runs = [
-            replace(run, data=replace(run.data, friction_share=float(share)))
-            for run, share in zip(runs, shares, strict=True)
+            replace(run, data=replace(run.data, friction_share=float(share * (1 + change * n))))
+            for run, share, n in zip(runs, own, number, strict=True)
         ]
+        if abs(step) < RESTS_SD * sd:
+            break
         floor = fit_floor(runs, floor.names, held, floor)
     return list(runs), floor, (change, sd)
 
