@@ -36,6 +36,18 @@ NOT_HELD = (
     "[model] laws has a law of cameras or clocks. Only ovines diagnose takes it out of the tracks: the points here "
     "still hold what it describes."
 )
+#: errors of the measurement that change lengths, times or places
+TAKEN_OUT_BY_DIAGNOSE = (
+    "length_scale_error",
+    "frame_rate_error",
+    "sensor_window_offset",
+    "plane_tilt",
+    "trigger_jitter",
+)
+NOT_TAKEN_OUT = (
+    "[model] states {}. Only ovines diagnose takes errors of the measurement out: the numbers here are those of the data "
+    "as they are."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +80,12 @@ def identify_series(
     runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], recordings, frame)
     joint = identify_runs(runs, recordings[0].model, frame, held_laws(recordings))
     rig, law, merged = joint.rig, joint.law, joint.merged
-    notes = (*([NOT_HELD] if measurement_laws(recordings) else []), *joint.notes)
+    left_in = [name for name in stated_sizes(recordings[0].model) if name in TAKEN_OUT_BY_DIAGNOSE]
+    notes = (
+        *([NOT_HELD] if measurement_laws(recordings) else []),
+        *([NOT_TAKEN_OUT.format(", ".join(left_in))] if left_in else []),
+        *joint.notes,
+    )
     return joint.table, [
         Identified(
             joint.table,

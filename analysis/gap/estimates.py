@@ -1,8 +1,8 @@
 """What the parameters and effects amount to, by the one estimator that ``ovines identify`` uses too.
 
 The ladder chooses which effects are there; :func:`analysis.identify.identify_runs` then says how large everything is on
-the corrected series with the effects that were named.  Sizes that it does not fit (clocks, centres, walls, laws of the
-restitution) stay those of the steps that found them.
+the corrected series with the effects that were named.  Sizes that it does not fit (clocks and cameras, what the Host
+does beside its drive, the centre marker, :data:`HELD`) stay those of the steps that found them.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from analysis.identification.intervals import (
     tangential_intervals,
     widened,
 )
-from analysis.identification.lens_speeds import restitution_sd
+from analysis.identification.lens_residual import restitution_sd
 from analysis.identification.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.motion.rig_frame import RigFrame
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
