@@ -45,8 +45,8 @@ TAKEN_OUT_BY_DIAGNOSE = (
     "trigger_jitter",
 )
 NOT_TAKEN_OUT = (
-    "[model] states {}. Only ovines diagnose takes errors of the measurement out: the numbers here are those of the data "
-    "as they are."
+    "[model] states {}. Only ovines diagnose takes errors of the measurement out: the numbers here are those of the "
+    "data as they are."
 )
 
 
