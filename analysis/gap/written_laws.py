@@ -11,10 +11,10 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder
-from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.flight_law import find_flight_law, flight_law_size
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
-from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes, needless_beside
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
@@ -57,22 +57,11 @@ def write_laws(
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
-    runs, frame, fits = ladder.series.runs, ladder.series.frame, ladder.flights.fitted.fits
+    fits = ladder.flights.fitted.fits
     laws: list[LawFound | None] = []
-    if "flight" in left:
-        law, steps = find_flight_law(runs, ladder.flights, frame, rng)
-        if law is not None and not law.closed > LAW_LEAST_CLOSED:
-            law, steps = None, ladder.flights  # nor does it change the names beside it, or their sizes
-        gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
-        if law is not None and law.fitted is not None:
-            steps = sized_beside(law.fitted[1], steps, ladder.series)
-        sized = {c.effect: c for c in steps.causes}
-        causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
-        ladder = replace(ladder, flights=steps, causes=causes)
-        named = None if law is None or withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
-        ladder = named or ladder
-        laws.append(None if named else law)
-    found, unprompted = _contact_laws(ladder, fits, left, rng)
+    law, ladder = _flight_law(ladder, left, rng, withheld)
+    laws.append(law)
+    found, unprompted, ladder = _contact_laws(ladder, fits, left, rng)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
         ladder = replace(ladder, structure=tuple(structure))
@@ -80,30 +69,54 @@ def write_laws(
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
 
 
+def _flight_law(
+    ladder: Ladder, left: set[str], rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[LawFound | None, Ladder]:
+    """The law of the flights, and the ladder whose names and sizes are those beside it.
+
+    It is searched whether or not a probe found something, as those of the impacts are: a name may have taken what was
+    another law's.  Where something is left of the measurement or the Host's path, only a probe asks: either bends
+    flights like a law."""
+    if "flight" not in left and left & {"measurement", "drive"}:
+        return None, ladder
+    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng)
+    if law is None or law.closed <= LAW_LEAST_CLOSED:
+        return None, ladder  # nor does it change the names beside it, or their sizes
+    if "flight" not in left:
+        size, least = flight_law_size(law, ladder.flights), ladder.flights.units.negligible_m_per_s2
+        if _believed(law, size, least) is None:
+            return None, ladder
+        structure = (*ladder.structure, _law_structure(law, "flight", "x", size, least))
+        ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
+    gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
+    if law.fitted is not None:
+        steps = sized_beside(law.fitted[1], steps, ladder.series)
+    sized = {c.effect: c for c in steps.causes}
+    causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
+    ladder = replace(ladder, flights=steps, causes=causes)
+    named = None if withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
+    return (law, ladder) if named is None else (None, named)
+
+
 def _contact_laws(
     ladder: Ladder, fits: Sequence[FlightFits], left: set[str], rng: np.random.Generator
-) -> tuple[list[LawFound | None], list[Structure]]:
-    """Laws of the impacts and the wall's shape, and what is left where only they show it.
+) -> tuple[list[LawFound | None], list[Structure], Ladder]:
+    """Laws of the impacts and the wall's shape, what is left where only they show it, and the ladder without the names
+    that they make needless.
 
     ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left.
     Both are searched whether or not a probe found something: probes ask for a few forms, the dictionary for many.  What
     it finds unprompted counts where it is more than negligible and halves of the runs agree."""
     impacts = ladder.impacts.fitted
     if impacts is None:
-        return [], []
+        return [], [], ladder
     frame, lens = ladder.series.frame, ladder.measurement.lens_residual_found
     laws, structure = list[LawFound | None](), list[Structure]()
     # A contact that lasts follows another tangential law, and its distances grow with the speed.
     instant = not ladder.impacts.shape.finite
     if instant or "impact" in left:
-        law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, frame, rng)
-        if law is not None and "impact" not in left:
-            sizes = impact_law_sizes(law, impacts, fits)
-            target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
-            law = _believed(law, *sizes[target])
-            if law is not None:
-                structure.append(_law_structure(law, "impact", COORDINATES[target], *sizes[target]))
-        laws.append(law)
+        law, more, ladder = _impact_law(ladder, fits, "impact" in left, rng)
+        laws, structure = [law], list(more)
     if instant or "geometry" in left:
         under_lens = ELLIPTICITY_UNDER_LENS / ELLIPTICITY_NEGLIGIBLE if lens and "geometry" not in left else 1.0
         least_m = DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m * under_lens
@@ -113,7 +126,46 @@ def _contact_laws(
             if law is not None:
                 structure.append(_law_structure(law, "geometry", "radius", law.size, least_m))
         laws.append(law)
-    return laws, structure
+    return laws, structure, ladder
+
+
+def _impact_law(
+    ladder: Ladder, fits: Sequence[FlightFits], asked: bool, rng: np.random.Generator
+) -> tuple[LawFound | None, tuple[Structure, ...], Ladder]:
+    """The law of the impacts, what is left where only it shows it (``asked``: a probe has), and the ladder without the
+    effects of the restitution that had imitated a part of it."""
+    law, structure = _asked_impact_law(ladder, fits, asked, rng)
+    if law is None or law.closed <= LAW_LEAST_CLOSED:
+        return law, structure, ladder
+    gone = needless_beside(law, ladder.impacts, fits)
+    if gone:
+        fewer = replace(
+            ladder,
+            impacts=replace(
+                ladder.impacts,
+                restitution_terms=tuple(name for name in ladder.impacts.restitution_terms if name not in gone),
+                causes=tuple(c for c in ladder.impacts.causes if c.effect not in gone),
+            ),
+            causes=tuple(c for c in ladder.causes if c.effect not in gone),
+        )
+        again, told = _asked_impact_law(fewer, fits, asked, rng)
+        if again is not None and again.closed > LAW_LEAST_CLOSED:
+            return again, told, fewer
+    return law, structure, ladder
+
+
+def _asked_impact_law(
+    ladder: Ladder, fits: Sequence[FlightFits], asked: bool, rng: np.random.Generator
+) -> tuple[LawFound | None, tuple[Structure, ...]]:
+    impacts = ladder.impacts.fitted
+    assert impacts is not None, "no impacts: there is nothing to ask"
+    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng)
+    if law is None or asked:
+        return law, ()
+    sizes = impact_law_sizes(law, impacts, fits)
+    target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
+    law = _believed(law, *sizes[target])
+    return law, () if law is None else (_law_structure(law, "impact", COORDINATES[target], *sizes[target]),)
 
 
 def _believed(law: LawFound, size: float, least: float) -> LawFound | None:

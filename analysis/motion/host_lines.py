@@ -169,27 +169,37 @@ class Excess:
     power: float
 
 
-def excess(time_s: Array, residual: Array) -> Excess:
-    """Whether ``residual`` (N,), NaN where unknown, holds more than noise: a line, or a band that is too strong.
+def excess(time_s: Array, residual: Array) -> list[Excess]:
+    """Whether each column of ``residual`` (N, C), NaN where unknown, holds more than noise: a line, or a band that is
+    too strong.
 
-    The noise is taken for AR(1), as the fast end of the spectrum shows it.
+    The noise is taken for AR(1), as the fast end of the spectra shows it.  The same cameras see all columns: their
+    noises may differ in size, not in their correlation, which one column of a short run leaves open.
     """
-    if not _tells(residual):
-        return Excess(False, 0.0, 0.0)
-    spectrum, turn = _periodogram(residual)
-    _, level = _noise_level(spectrum, turn)
-    over = spectrum / np.maximum(level, FINEST**2)
-    over[0] = 0.0
-    peak = int(np.argmax(over))
-    line = over[peak] > np.log(len(over) / BY_CHANCE)
-    return Excess(bool(line or _band_exceeds(over)), _peak(spectrum, peak, time_s), float(over[peak]))
+    told = [k for k, column in enumerate(residual.T) if _tells(column)]
+    out = [Excess(False, 0.0, 0.0)] * residual.shape[1]
+    if not told:
+        return out
+    spectra = {k: _periodogram(residual[:, k]) for k in told}
+    sized = {k: _noise_costs(*spectra[k]) for k in told}
+    together = np.sum([costs for _, costs in sized.values()], 0)
+    most = int(np.flatnonzero(together < together.min() + UNSURE)[-1])
+    for k in told:
+        spectrum, turn = spectra[k]
+        level = np.exp(sized[k][0][most]) * _spectrum(float(CORRELATIONS[most]), turn)
+        over = spectrum / np.maximum(level, FINEST**2)
+        over[0] = 0.0
+        peak = int(np.argmax(over))
+        line = over[peak] > np.log(len(over) / BY_CHANCE)
+        out[k] = Excess(bool(line or _band_exceeds(over)), _peak(spectrum, peak, time_s), float(over[peak]))
+    return out
 
 
 def noise_correlation(residual: Array) -> float:
     """AR(1) correlation of the noise from frame to frame in ``residual`` (N, C), NaN where unknown, which holds nothing
     but noise or what is slow and of its size: median over its columns."""
-    found = [_noise_level(*_periodogram(column))[0] for column in residual.T if _tells(column)]
-    return float(np.median(found)) if found else 0.0
+    costs = [_noise_costs(*_periodogram(column))[1] for column in residual.T if _tells(column)]
+    return float(np.median([CORRELATIONS[int(np.argmin(one))] for one in costs])) if costs else 0.0
 
 
 def _tells(residual: Array) -> bool:
@@ -208,17 +218,14 @@ def _periodogram(residual: Array) -> tuple[Array, Array]:
     return spectrum, np.asarray(np.arange(len(spectrum)) * (2 * np.pi / len(values)), float)
 
 
-def _noise_level(spectrum: Array, turn: Array) -> tuple[float, Array]:
-    """Correlation of AR(1) noise as the fast end of a spectrum shows it, and its power at every angle, at the largest
-    correlation that it may have."""
+def _noise_costs(spectrum: Array, turn: Array) -> tuple[Array, Array]:
+    """Logarithms of the size that AR(1) noise of each of :data:`CORRELATIONS` would have, as the fast end of a
+    spectrum shows it, and how badly it explains that end (-2 log L)."""
     bands, shapes = _shapes(len(turn), float(turn[1]))
     weight = np.array([len(band) for band in bands]) / MEDIAN_VARIANCE
     seen = np.array([np.log(max(float(np.median(spectrum[band])), 1e-300) / np.log(2)) for band in bands])
     sizes = (seen - shapes) @ weight / np.sum(weight)
-    costs = (seen - shapes - sizes[:, None]) ** 2 @ weight
-    best = int(np.argmin(costs))
-    most = int(np.flatnonzero(costs < costs[best] + UNSURE)[-1])
-    return float(CORRELATIONS[best]), np.exp(sizes[most]) * _spectrum(float(CORRELATIONS[most]), turn)
+    return sizes, (seen - shapes - sizes[:, None]) ** 2 @ weight
 
 
 @lru_cache(maxsize=64)

@@ -186,13 +186,13 @@ def fit_host_motion(
     time_s = time_s - zero_s
     fit, overtones = _main_line(time_s, position, sd, frequency_hz, overtones)
     fit = _with_further_lines(time_s, position, sd, fit)
-    left = [excess(time_s, column).there for column in fit.residual.T]
+    left = [one.there for one in excess(time_s, fit.residual)]
     if any(left) and overtones and _left_share(position, fit) > MAIN_SHARE:
         # No line of it is the drive: a sweep, a random drive.
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
     if any(left):
         fit = _with_rise_and_fall(time_s, position, sd, fit)
-        left = [excess(time_s, column).there for column in fit.residual.T]
+        left = [one.there for one in excess(time_s, fit.residual)]
     smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
     kept = 1 + 2 * overtones
     omega_sd = float(fit.sd[0]) if overtones else 0.0
@@ -243,7 +243,7 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
     stands = True  # whether each line so far took most of what was there
     own, duration = fit, float(np.ptp(time_s)) if len(time_s) else 0.0
     for _ in range(MOST_LINES):
-        found = [excess(time_s, column) for column in fit.residual.T]
+        found = excess(time_s, fit.residual)
         above = [axis for axis, one in enumerate(found) if one.there]
         if not above:
             return fit if stands or _spaced(fit, duration) else own
@@ -266,10 +266,10 @@ def _with_rise_and_fall(time_s: Array, position: Array, sd: Array, fit: LineFit)
     """``fit`` with the one line that the Host's height is, where it is one, whatever happens in the plane: a path that
     only follows its frames is a poor load of the floor when it is differentiated twice."""
     height = np.where(np.arange(4) == 2, position, np.nan)
-    if not excess(time_s, fit.residual[:, 2]).there:
+    if not excess(time_s, fit.residual)[2].there:
         return fit
     level = fit_lines(time_s, height, sd, np.zeros(0), 0)
-    peak = excess(time_s, level.residual[:, 2]).omega_rad_per_s
+    peak = excess(time_s, level.residual)[2].omega_rad_per_s
     line = fit_lines(time_s, height, sd, np.array([peak]), 0)
     before, after = (float(np.nanmean(one.residual[:, 2] ** 2)) for one in (level, line))
     if not after < OWN_SHARE**2 * before:

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+from analysis.motion.host_lines import excess
 from analysis.motion.host_path import fit_host_motion
 from analysis.motion.host_table import host_at
 
@@ -190,3 +192,22 @@ def test_a_host_at_rest_has_means_only():
 def test_nothing_seen_is_a_host_at_the_origin():
     host = fit_host_motion(np.arange(5) / 800, np.full((5, 4), np.nan), np.full((5, 4), 1e-5), None)
     assert np.all(host.at(np.zeros(1)) == 0.0)
+
+
+def test_a_slow_path_of_a_short_run_is_seen_beside_three_columns_of_noise():
+    """Six times the noise, 320 frames: what correlation the noise has one column leaves open, four do not."""
+    time_s = np.arange(320) / 800
+    slow = 8e-5 * np.cos(2 * np.pi * 13 * time_s) * np.sin(2 * np.pi * 3.1 * time_s)
+    for seed in range(20):
+        residual = np.random.default_rng(seed).normal(0, 1.3e-5, (320, 4))
+        residual[:, 2] += slow
+        assert [one.there for one in excess(time_s, residual)] == [False, False, True, False]
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.7])
+def test_noise_alone_is_no_motion_however_it_goes_on_from_frame_to_frame(correlation):
+    time_s = np.arange(320) / 800
+    for seed in range(40):
+        white = np.random.default_rng([seed, 7]).normal(0, 1.3e-5, (360, 4))
+        noise = lfilter([1.0], [1.0, -correlation], white, axis=0)[40:]
+        assert not any(one.there for one in excess(time_s, noise))

@@ -9,45 +9,40 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import NO_ANGLE_SD_RAD, SHARED
+from analysis.flights.fit import NO_ANGLE_SD_RAD
 from analysis.flights.parameters import LAW, LAW_TERMS
 from analysis.flights.runs import Run
-from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
+from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
+from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Halves, Profile, Regression, halves_of
+from analysis.gap.laws.regression import Halves, halves_of
 from analysis.gap.laws.search import Found, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import MOST_TERMS, rows_of
 
 Array = NDArray[np.float64]
-# Rounds of fitting coefficients by the equation of motion, and the numbers inside by its residuals; steps of those are
-# kept to so many of the search's.
-ROUNDS, LONGEST_STEP, STEP = 2, 2.0, 0.05
 FEWEST_FLIGHTS = 3
-# Coefficients that a fit has turned about or blown up are no law.
-LARGEST_FACTOR = 10.0
 # Angles that miss by more than so many medians are wrong tracks.
 CLIP_SD = 8.0
 
 
 @dataclass(frozen=True, eq=False)
 class FittedLaw:
-    """A law in the flights' equation of motion: ``runs`` that hold it, their ``fit``, its ``parts``, ``values`` of
-    coefficients and numbers inside, and their ``covariance``."""
+    """A law in the flights' equation of motion: ``runs`` that hold it, their ``fit`` with its coefficients free, and
+    how large it is (``sized``)."""
 
     runs: tuple[Run, ...]
     fit: FlightFit
-    parts: tuple[Candidate, ...]
-    values: Array
-    covariance: Array
+    sized: SizedLaw
 
 
 def find_flight_law(
@@ -76,11 +71,12 @@ def find_flight_law(
         _mean_square(runs, one, lever_m) for one in (*paths, [predict.free_paths(run) for run in runs])
     )
     floor = floor * min(1.0, float(after.sum() / floor.sum()))  # never above the best model
-    rig_law = law_at(law.parts, law.values, law.covariance)
+    sized = law.sized
+    rig_law = law_at(sized.parts, sized.values, sized.covariance)
     told = LawFound(
         in_world(rig_law, frame),
         rig_law,
-        with_sds(lambda v: in_world(law_at(law.parts, v), frame), law.values, law.covariance),
+        with_sds(lambda v: in_world(law_at(sized.parts, v), frame), sized.values, sized.covariance),
         p,
         before,
         after,
@@ -89,13 +85,25 @@ def find_flight_law(
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
         (law.runs, law.fit),
-        _halves(problem if base is first else flight_regression(base), law),
+        _halves(problem if base is first else flight_regression(base), sized),
     )
     return told, steps
 
 
-def _halves(problem: FlightRegression, law: FittedLaw) -> Halves | None:
-    """A fitted law's size by halves of the runs, on the rows of the flights without it."""
+def flight_law_size(law: LawFound, steps: FlightSteps) -> float:
+    """RMS acceleration (m/s^2) that a law makes along the flights; a torque counts as the force at the rim that would
+    make it."""
+    fits = steps.named.fits
+    known = flight_regression(steps.named).known
+    given = np.empty((len(known), 3, len(law.rig_law.terms)))
+    pushes(rows_of(law.rig_law.terms), known, given)
+    rim_m = fits[0].run.radius_m * fits[0].run.inertia_factor
+    push = given.sum(2) * np.array([1.0, 1.0, rim_m])
+    return float(np.sqrt(np.mean(np.sum(push**2, 1))))
+
+
+def _halves(problem: FlightRegression, law: SizedLaw) -> Halves | None:
+    """A law's size by halves of the runs, on the rows of the flights without it."""
     terms = [term for part in law.parts for term in part.terms]
     return halves_of(problem.problem, problem.columns(terms) @ law.values[: len(terms)])
 
@@ -130,89 +138,14 @@ def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
 def fitted_law(runs: Sequence[Run], base: FlightFit, found: Found) -> FittedLaw | None:
     """The parts of a found law in the equation of motion, coefficients and numbers refined; None where the flights do
     not take it."""
-    held = len(runs[0].data.law)
-    if held + len(found.terms) > MOST_TERMS:
+    held, count = len(runs[0].data.law), len(found.coefficients)
+    if held + count > MOST_TERMS:
         return None
-    parts, coefficients = found.parts, found.coefficients
-    names = LAW_TERMS[held : held + len(coefficients)]
-    for _ in range(ROUNDS):
-        terms = [term for part in parts for term in part.terms]
-        rows = rows_of([replace(t, coefficient=float(c)) for t, c in zip(terms, coefficients, strict=True)])
-        held_runs = tuple(replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs)
-        p = base.model.parameters.copy()
-        p[LAW + held : LAW + held + len(names)] = 1.0
-        trial = fit(held_runs, replace(base.model, parameters=p, free=(*base.model.free, *names)))
-        factors = trial.model.parameters[LAW + held : LAW + held + len(names)]
-        if not np.all(np.abs(factors) < LARGEST_FACTOR):
-            return None
-        coefficients = coefficients * factors
-        step, covariance = _refined(flight_regression(trial), trial, parts, coefficients, names)
-        values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])
-        if not np.any(step):
-            break
-        parts = _stepped(parts, step)
-    return FittedLaw(held_runs, trial, tuple(found_at(parts, values)), values, covariance)
-
-
-def found_at(parts: Sequence[Candidate], values: Array) -> list[Candidate]:
-    """The parts at the numbers that stand behind the coefficients in ``values``."""
-    numbers = values[sum(len(part.terms) for part in parts) :]
-    out = []
-    for part in parts:
-        own, numbers = numbers[: len(part.numbers)], numbers[len(part.numbers) :]
-        out.append(part.at(own.tolist()))
-    return out
-
-
-def _refined(
-    problem: FlightRegression, trial: FlightFit, parts: Sequence[Candidate], coefficients: Array, names: Sequence[str]
-) -> tuple[Array, Array]:
-    """Step of the numbers inside, in steps of the search, and the covariance of coefficients and numbers."""
-    columns = [SHARED.index(n) for n in sorted((n for n in trial.columns if n in SHARED), key=SHARED.index)]
-    law = [columns.index(SHARED.index(n)) for n in names]
-    others = [i for i in range(len(columns)) if i not in law]
-    whole = problem.problem
-    without = Regression(whole.residual, whole.nuisances[:, others], whole.prior[others], whole.block, whole.run)
-    jacobian, sizes_inside = [whole.nuisances[:, law] / coefficients], []
-    at = 0
-    for part in parts:
-        own = coefficients[at : at + len(part.terms)]
-        at += len(part.terms)
-        for i, (number, by, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
-            unit = abs(number) * by if positive else by
-            moved = [list(part.numbers) for _ in range(2)]
-            moved[0][i] += STEP * unit
-            moved[1][i] -= STEP * unit
-            ahead, behind = (problem.columns(part.at(m).terms) @ own for m in moved)
-            jacobian.append(((ahead - behind) / (2 * STEP * unit))[:, None])
-            sizes_inside.append(unit)
-    _, step, covariance = Profile.of(without).gain(np.hstack(jacobian))
-    covariance = covariance * whole.excess
-    inside = step[len(names) :] / np.array(sizes_inside) if sizes_inside else np.zeros(0)
-    return np.clip(inside, -LONGEST_STEP, LONGEST_STEP), _with_jackknife(covariance, trial, coefficients, names)
-
-
-def _with_jackknife(covariance: Array, trial: FlightFit, coefficients: Array, names: Sequence[str]) -> Array:
-    """Coefficients' sds no smaller than their scatter when one run is left out: lens and model errors scatter there."""
-    runs = len(trial.evidence)
-    if runs < 4:
-        return covariance
-    at = [list(trial.columns).index(n) for n in names]
-    left_out = trial.forms.solved(trial.columns).left_out[:, at] * coefficients
-    scatter = np.sqrt((runs - 1) / runs * np.sum((left_out - left_out.mean(0)) ** 2, 0))
-    grown = np.ones(len(covariance))
-    own = np.sqrt(np.maximum(np.diag(covariance)[: len(at)], 1e-300))
-    grown[: len(at)] = np.maximum(1.0, scatter / own)
-    return covariance * np.outer(grown, grown)
-
-
-def _stepped(parts: Sequence[Candidate], step: Array) -> tuple[Candidate, ...]:
-    out = []
-    for part in parts:
-        own, step = step[: len(part.numbers)], step[len(part.numbers) :]
-        moved = [
-            n * float(np.exp(s * size)) if positive else n + float(s) * size
-            for n, s, size, positive in zip(part.numbers, own, part.steps, part.positive, strict=True)
-        ]
-        out.append(part.at(moved))
-    return tuple(out)
+    sized = sized_law(runs, base, found.parts, found.coefficients)
+    if sized is None:
+        return None
+    held_runs = with_law(runs, sized.parts, sized.values[:count])
+    p = base.model.parameters.copy()
+    p[LAW + held : LAW + held + count] = 1.0
+    free = (*base.model.free, *LAW_TERMS[held : held + count])
+    return FittedLaw(held_runs, fit(held_runs, replace(base.model, parameters=p, free=free)), sized)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.along_flights import known_states
-from analysis.flights.evidence import flight_rows, usable_flights
+from analysis.flights.evidence import columns_of, flight_rows, usable_flights
 from analysis.flights.fit import SHARED, FlightFits, whiten
 from analysis.flights.model import STATES
-from analysis.flights.noise import GROSS_SD
+from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.gap.laws.regression import Regression
 from analysis.gap.selection.flight_candidates import FlightFit, prior_of
 from ovines.core.laws.kernel import pushes
@@ -85,22 +85,29 @@ class FlightRegression:
 
 def flight_regression(fitted: FlightFit) -> FlightRegression:
     """The flights of a fit that may speak for what all share, its free parameters as nuisances."""
-    names = [n for n in fitted.columns if n in SHARED]
-    columns = sorted(SHARED.index(n) for n in names)
+    columns = columns_of([n for n in fitted.columns if n in SHARED])
+    prior = prior_of([SHARED[c] for c in columns], fitted.fits[0].run.contact_radius_m)
+    return regression_of(fitted.fits, fitted.noise, columns, prior)
+
+
+def regression_of(
+    every: Sequence[FlightFits], noise: FlightNoise, columns: Sequence[int], prior: Array
+) -> FlightRegression:
+    """The flights of runs that may speak for what all share, with the frames' ``noise``; nuisances are the ``columns``
+    (P indices into ``SHARED``, ascending) with prior weights (P,)."""
     flights: list[_Flight] = []
     residuals: list[Array] = []
     nuisances: list[Array] = []
     block: list[int] = []
     run: list[int] = []
-    for number, fits in enumerate(fitted.fits):
+    for number, fits in enumerate(every):
         for k in np.flatnonzero(usable_flights(fits)):
-            one, residual, rows = _linearised(fits, int(k), columns, fitted)
+            one, residual, rows = _linearised(fits, int(k), columns, noise)
             residuals.append(residual)
             nuisances.append(rows)
             block += [len(flights)] * len(residual)
             run += [number] * len(residual)
             flights.append(one)
-    prior = prior_of([SHARED[c] for c in columns], fitted.fits[0].run.contact_radius_m)
     problem = Regression(
         np.concatenate(residuals) if residuals else np.zeros(0),
         np.vstack(nuisances) if nuisances else np.zeros((0, len(columns))),
@@ -111,9 +118,9 @@ def flight_regression(fitted: FlightFit) -> FlightRegression:
     return FlightRegression(problem, tuple(flights))
 
 
-def _linearised(fits: FlightFits, k: int, columns: Sequence[int], fitted: FlightFit) -> tuple[_Flight, Array, Array]:
+def _linearised(fits: FlightFits, k: int, columns: Sequence[int], noise: FlightNoise) -> tuple[_Flight, Array, Array]:
     seen = flight_rows(fits, k, columns)
-    white = fitted.noise.whitening(
+    white = noise.whitening(
         seen.index, seen.time_s, np.ascontiguousarray(seen.sd[:, 0]), np.ascontiguousarray(seen.sd[:, 2])
     )
     rows, residual = seen.rows.copy(), seen.residual.copy()

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.contact.held_laws import known_at_impacts
+from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -16,7 +17,10 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.search import find_law
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, kept_gain
+from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
+from analysis.gap.selection.null_distribution import threshold
+from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
 
 FEWEST_IMPACTS = 20
@@ -60,6 +64,20 @@ def find_wall_law(
     # What the law moves is no scatter of the distances: weighed again without it.
     sharp = distance_regression(impacts, fits, law_at(found.parts, values_of(found)))
     return replace(told_law(sharp, found, p, frame), size=size_m)
+
+
+def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:
+    """The named effects of the restitution that are no longer accepted beside a law: they had imitated a part of it."""
+    impacts, own = steps.fitted, [c.effect for c in steps.causes if c.effect in RESTITUTION_EFFECTS]
+    if impacts is None or not own:
+        return ()
+    data = impacts.data
+    values = of_target("restitution", law.rig_law, known_at_impacts(data, impacts.junctions, fits))
+    if values is None:
+        return ()
+    least = threshold(steps.null_distribution, IMPACT_GAIN)
+    kept = [kept_gain(data, steps.restitution_terms, name, values[:, None]) for name in own]
+    return tuple(gain.name for gain in kept if not law_accepted(gain, least, data))
 
 
 def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> dict[str, tuple[float, float]]:

@@ -213,14 +213,14 @@ def select_laws(
     for _ in range(MOST_TERMS):
         found = impact_candidates.restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
-        open_ = [g for g in found if g.name not in {s.name for s in structure} and _law_accepted(g, least, base.data)]
+        open_ = [g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data)]
         best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
         probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
         if best is None or (probe is not None and probe.gain > best.gain + OVERRIDES):
             if probe is None:
                 break
             structure.append(probe)
-            names = [n for n in names if n in held or _law_accepted(_kept(base, names, n, structure), least, base.data)]
+            names = [n for n in names if n in held or law_accepted(_kept(base, names, n, structure), least, base.data)]
         else:
             names.append(best.name)
             added[best.name] = _rivals(best, found)
@@ -236,7 +236,7 @@ def select_laws(
     tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for residual in COORDINATES:
-        accepted = [p for p in tangential if p.residual == residual and _law_accepted(p, least, base.data)]
+        accepted = [p for p in tangential if p.residual == residual and law_accepted(p, least, base.data)]
         structure += sorted(accepted, key=lambda p: -p.gain)[:1]
     return (
         causes,
@@ -270,7 +270,7 @@ def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[Imp
     return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
 
 
-def _law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
+def law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
     """``least``: gain that chance does not reach."""
     return (
         gain.gain > least

@@ -1,0 +1,175 @@
+"""How large a law of the flights is, by the estimator of ``ovines identify``: its coefficients are shared unknowns of
+the flights like any other, beside the lens residual and the unknown force that the flights show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from analysis.flights.evidence import columns_of
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.parameters import INDEX, LAW_TERMS
+from analysis.flights.runs import Run
+from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.flight_rows import FlightRegression, regression_of
+from analysis.gap.laws.regression import NORMAL_90
+from analysis.gap.selection.flight_candidates import FlightFit, run_places
+from analysis.identification.floor import (
+    FEWEST_FLIGHTS,
+    FEWEST_RUNS,
+    HELD_M,
+    NONLINEAR,
+    WEAK_SD,
+    FloorFit,
+    fit_floor,
+    prior_sd,
+)
+from analysis.identification.lens_residual import LINEAR_SHARE
+from ovines.core.laws.terms import rows_of
+
+Array = NDArray[np.float64]
+# Rounds of coefficients by the equation of motion and numbers inside by its residuals; a step of these is kept to so
+# many of the search's, and they rest within this share of their sds.
+ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
+# Step of a number's difference, in the search's.
+STEP = 0.05
+LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
+UPPER_90 = 0.95
+# Coefficients that a fit has turned about or blown up are no law.
+LARGEST_FACTOR = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class SizedLaw:
+    """``parts`` at their numbers; ``values`` of all coefficients, then of the numbers inside, and their
+    ``covariance``."""
+
+    parts: tuple[Candidate, ...]
+    values: Array
+    covariance: Array
+
+
+def with_law(runs: Sequence[Run], parts: Sequence[Candidate], coefficients: Array) -> tuple[Run, ...]:
+    """The runs that hold a law besides what they hold."""
+    terms = [term for part in parts for term in part.terms]
+    rows = rows_of([replace(t, coefficient=float(c)) for t, c in zip(terms, coefficients, strict=True)])
+    return tuple(replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs)
+
+
+def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], coefficients: Array) -> SizedLaw | None:
+    """The law of ``parts`` beside what ``base`` fits; None where the flights do not take it."""
+    held = len(runs[0].data.law)
+    names = list(LAW_TERMS[held : held + len(coefficients)])
+    model, parts = base.model, tuple(parts)
+    others = [n for n in model.free if n in SHARED]
+    start = {n: float(model.parameters[i]) for n, i in INDEX.items() if model.parameters[i] != 0.0}
+    places = run_places([run.data for run in runs])
+    drifting = [
+        replace(run, data=replace(run.data, friction_share=1 + model.drift_per_run * place.number))
+        for run, place in zip(runs, places, strict=True)
+    ]
+    covariance = np.zeros((len(coefficients), len(coefficients)))
+    for _ in range(ROUNDS):
+        floor = fit_floor(
+            with_law(drifting, parts, coefficients), [*others, *names], {**start, **dict.fromkeys(names, 1.0)}
+        )
+        at = [floor.names.index(n) for n in names]
+        if not np.all(np.abs(floor.estimate[at]) < LARGEST_FACTOR):
+            return None
+        start |= {n: float(v) for n, v in zip(floor.names, floor.estimate, strict=True)}
+        coefficients = coefficients * floor.estimate[at]
+        own_sd = np.abs(coefficients) * np.sqrt(np.diag(floor.covariance)[at])
+        step, covariance = _numbers_step(floor, names, parts, coefficients, own_sd)
+        inside = np.sqrt(np.diag(covariance)[len(names) :])
+        if not np.any(np.abs(step) > RESTS_SD * inside):
+            break
+        parts = _stepped(parts, step)
+    values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])
+    return SizedLaw(parts, values, covariance)
+
+
+def _numbers_step(
+    floor: FloorFit, names: Sequence[str], parts: Sequence[Candidate], coefficients: Array, own_sd: Array
+) -> tuple[Array, Array]:
+    """Step of the numbers inside, where the coefficients ``names`` rest, and the covariance of both: of flights, or
+    runs, that disagree more than their noise lets them (:func:`analysis.identification.floor.disagreement`)."""
+    columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
+    sds = prior_sd(floor.lens_sd_m)
+    prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
+    rows = regression_of(floor.fits, floor.noise, columns, prior)
+    law = [columns.index(SHARED.index(n)) for n in names]
+    order = [*(i for i in range(len(columns)) if i not in law), *law]
+    inside = _derivatives(rows, parts, coefficients)
+    design = np.hstack([rows.problem.nuisances[:, order], inside])
+    design[:, len(columns) - len(law) : len(columns)] /= coefficients
+    weight = np.concatenate([prior[order][: -len(law)], np.zeros(len(law) + inside.shape[1])])
+    seen = design.T @ design
+    information = seen + np.diag(weight)
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)
+    # What is no number inside has come to rest: its score is nil, the prior's pull included.
+    score = np.concatenate([np.zeros(len(columns)), inside.T @ rows.problem.residual])
+    step = covariance @ score
+    grown = _disagreement(design, rows, step, covariance)
+    # Linear terms of a lens residual are held at nil: what those that may be there do to the others.
+    held = [i for i, c in enumerate(order) if SHARED[columns[c]] in LINEAR]
+    amplitude_m = floor.lens_sd_m if floor.lens_sd_m > HELD_M else 0.0
+    turned = covariance @ seen[:, held] * LINEAR_SHARE * amplitude_m
+    covariance = covariance * np.outer(grown, grown) + turned @ turned.T
+    own = np.arange(len(columns) - len(law), len(step))
+    told = covariance[np.ix_(own, own)]
+    wider = np.ones(len(told))
+    wider[: len(law)] = np.maximum(1.0, own_sd / np.sqrt(np.diag(told)[: len(law)]))
+    return step[len(columns) :], told * np.outer(wider, wider)
+
+
+def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance: Array) -> Array:
+    """Factor (C,) >= 1 on the sds by which flights, and runs, disagree more than their noise lets them: the sandwich
+    estimator clustered by either, wider by what a scatter of so few leaves open (Student's t)."""
+    left = rows.problem.residual - design @ step
+    factor = np.ones(len(step))
+    for cluster, fewest in ((rows.problem.block, FEWEST_FLIGHTS), (rows.problem.run, FEWEST_RUNS)):
+        number = np.unique(cluster, return_inverse=True)[1]
+        count = int(number.max(initial=-1)) + 1
+        if count >= fewest:
+            scores = np.zeros((count, len(step)))
+            np.add.at(scores, number, design * left[:, None])
+            spread = np.sum((scores @ covariance) ** 2, 0) * count / (count - 1)
+            few = float(stdtrit(count - 1, UPPER_90)) / NORMAL_90
+            factor = np.maximum(factor, few * np.sqrt(spread / np.diag(covariance)))
+    return factor
+
+
+def _derivatives(rows: FlightRegression, parts: Sequence[Candidate], coefficients: Array) -> Array:
+    """What a unit of each number inside adds to the rows (M, I)."""
+    columns, at = [np.zeros((len(rows.problem.residual), 0))], 0
+    for part in parts:
+        own = coefficients[at : at + len(part.terms)]
+        at += len(part.terms)
+        for i, (number, by, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
+            unit = STEP * (abs(number) * by if positive else by)
+            moved = [list(part.numbers) for _ in range(2)]
+            moved[0][i] += unit
+            moved[1][i] -= unit
+            ahead, behind = (rows.columns(part.at(m).terms) @ own for m in moved)
+            columns.append(((ahead - behind) / (2 * unit))[:, None])
+    return np.hstack(columns)
+
+
+def _stepped(parts: Sequence[Candidate], step: Array) -> tuple[Candidate, ...]:
+    """The parts with their numbers moved by ``step``, scales by their logarithm, none farther than
+    :data:`LONGEST_STEP`."""
+    out = []
+    for part in parts:
+        own, step = step[: len(part.numbers)], step[len(part.numbers) :]
+        moved = []
+        for number, by, size, positive in zip(part.numbers, own, part.steps, part.positive, strict=True):
+            unit = abs(number) * size if positive else size
+            times = float(np.clip(by / unit, -LONGEST_STEP, LONGEST_STEP))
+            moved.append(number * float(np.exp(times * size)) if positive else number + times * size)
+        out.append(part.at(moved))
+    return tuple(out)
