@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.contact.effect_rows import Sized, told_effects
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import prepare
-from analysis.flights.stated_terms import drift_from_the_start, effects_as_laws
+from analysis.flights.stated_terms import effects_as_laws
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
@@ -31,7 +31,7 @@ from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
 #: effects whose sizes the steps that found them tell, and the estimator holds
-HELD = ("spin_coupling", "nes_rocking", "inertia_error")
+HELD = ("spin_coupling", "friction_drift", "nes_rocking", "inertia_error")
 #: what both models have, by its name in diagnosis.json
 LAW = ("restitution", "wall_friction", "tangential_restitution")
 NOMINAL = ("floor_friction", *LAW, "restitution_scatter")
@@ -125,8 +125,6 @@ def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     if cause.effect in HELD:
         return cause
     told = told_effects(joint.table, [cause.effect]).get(cause.effect, {})
-    if cause.effect == "friction_drift":
-        told = _drift(joint, series)
     if cause.effect == "stated_radius":
         told = _length_off(cause, joint, series)
     if not told:
@@ -137,14 +135,6 @@ def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
         step = cause.parameters
         told = {name: (value, max(sd, step[name][1] if name in step else 0.0)) for name, (value, sd) in told.items()}
     return replace(cause, parameters=told)
-
-
-def _drift(joint: Joint, series: Series) -> Sized:
-    """A drift of the friction about the middles of the runs, told about their starts and the first of them."""
-    found = [value_of(joint.table, f"friction_drift_per_{unit}") for unit in ("s", "run")]
-    per_s, per_run = ((0.0 if value is None else value, sd) for value, sd in found)
-    told = drift_from_the_start(per_s, per_run, [run.data.start_s for run in series.runs])
-    return {name: one for name, one in told.items() if np.isfinite(one[1])}
 
 
 def _length_off(cause: Cause, joint: Joint, series: Series) -> Sized:

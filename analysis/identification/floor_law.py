@@ -16,6 +16,7 @@ from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
 from analysis.identification.floor import RESTS_SD, FloorFit, disagreement, fit_floor, lens_priors, prior_of
+from analysis.identification.restitution_rows import few
 
 Array = NDArray[np.float64]
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
@@ -32,6 +33,8 @@ ANOTHER_LAW = 25.0
 SURE_FORCE = 0.95
 #: the column of a change of the friction per run, beyond those that flights know; fits until the change rests
 PER_RUN, MOST_DRIFT_FITS = len(SHARED), 4
+# A line through the runs has two unknowns: its scatter is read off so many runs less two.
+DRIFT_UNKNOWNS = 2
 UNCOUPLED_WORDS = (
     "The flights follow floor friction without its coupling to the spin (spin_coupling), which [model] effects names: "
     "the floor friction is that of plain sliding."
@@ -215,7 +218,8 @@ def _step(floor: FloorFit, change: float, number: Array) -> tuple[float, float]:
     covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
     step = covariance @ score
     wider = disagreement([e.only(columns) for e in evidence], step, covariance)
-    return float(step[-1]), float(np.sqrt(covariance[-1, -1]) * wider[-1])
+    grown = float(wider[-1]) * (few(len(number), DRIFT_UNKNOWNS) if wider[-1] > 1 else 1.0)
+    return float(step[-1]), float(np.sqrt(covariance[-1, -1])) * grown
 
 
 def _with_column(evidence: Evidence, slope: float) -> Evidence:
