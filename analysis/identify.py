@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from analysis.contact.restitution import rig_sizes
 from analysis.flights.parameters import LAW_TERMS
 from analysis.flights.runs import Run, prepare
 from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
@@ -34,6 +35,18 @@ FORCE_SAID = "Something acts on the disk"
 NOT_HELD = (
     "[model] laws has a law of cameras or clocks. Only ovines diagnose takes it out of the tracks: the points here "
     "still hold what it describes."
+)
+#: errors of the measurement that change lengths, times or places
+TAKEN_OUT_BY_DIAGNOSE = (
+    "length_scale_error",
+    "frame_rate_error",
+    "sensor_window_offset",
+    "plane_tilt",
+    "trigger_jitter",
+)
+NOT_TAKEN_OUT = (
+    "[model] states {}. Only ovines diagnose takes errors of the measurement out: the numbers here are those of the "
+    "data as they are."
 )
 
 
@@ -67,7 +80,12 @@ def identify_series(
     runs = prepare([frame.motion(motion, k) for k, motion in enumerate(motions)], recordings, frame)
     joint = identify_runs(runs, recordings[0].model, frame, held_laws(recordings))
     rig, law, merged = joint.rig, joint.law, joint.merged
-    notes = (*([NOT_HELD] if measurement_laws(recordings) else []), *joint.notes)
+    left_in = [name for name in stated_sizes(recordings[0].model) if name in TAKEN_OUT_BY_DIAGNOSE]
+    notes = (
+        *([NOT_HELD] if measurement_laws(recordings) else []),
+        *([NOT_TAKEN_OUT.format(", ".join(left_in))] if left_in else []),
+        *joint.notes,
+    )
     return joint.table, [
         Identified(
             joint.table,
@@ -111,6 +129,7 @@ def identify_runs(
     stated = stated_terms(model, frame, [run.data.start_s for run in runs])
     # Friction that changes from run to run is told about the middle one.
     shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
+    middles_s = np.array([-run.data.start_s for run in runs])
     held = rows_of([term for law in laws for term in frame.law(law).terms])
     stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
     inertia = stated_sizes(model).get("inertia_error", {}).get("ratio", 1.0)
@@ -121,12 +140,15 @@ def identify_runs(
                 run.data,
                 law=held if len(held) else run.data.law,
                 friction_share=float(share),
+                later_s=float(middle_s - middles_s.mean()),
                 inertia_factor=inertia * run.data.inertia_factor,
             ),
         )
-        for run, share in zip(runs, shares, strict=True)
+        for run, share, middle_s in zip(runs, shares, middles_s, strict=True)
     ]
-    rig = fit_rig(runs, model.effects if model else None, stated, search)
+    sizes = stated_sizes(model)
+    at_impacts = rig_sizes(sizes, frame) | {name: sizes[name] for name in ("inertia_error",) if name in sizes}
+    rig = fit_rig(runs, model.effects if model else None, stated, search, at_impacts)
     junctions = accepted(rig)
     merged = merge(rig, find_sequences(rig, junctions), junctions)
     rig = refit_law(rig, merged.junctions)

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.stated_terms import held_laws, stated_sizes
+from analysis.contact.effect_rows import told_effects
+from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
 from analysis.walls.wall import Ring, Sides, Wall, identified_wall
@@ -54,8 +55,11 @@ def nominal_scenario(
         )
     )
     effects = recording.model.effects if recording.model is not None else ("floor_friction", "spin_coupling")
-    stated = stated_sizes(recording.model)
+    sizes = _sizes(identification, recording, effects, duration_s)
     floor = _value("floor_friction", identification, recording)
+    if floor and "friction_drift" in sizes:
+        # Identified about the middle of a run, and simulated from its start on.
+        floor /= 1 + sizes["friction_drift"].get("relative_per_s", 0.0) * 0.5 * duration_s
     # Told from the clock's zero: a flight that begins at a time of its own counts from there.
     start_s = host_motion.zero_s - 0.5 * duration_s
     laws = tuple(one.later(-start_s, -host_motion.omega_rad_per_s * start_s) for one in held_laws([recording]))
@@ -79,9 +83,25 @@ def nominal_scenario(
         max(duration_s, 1e-3),
         friction,
         sample_rate_hz=0.0,
-        effects={name: sizes for name, sizes in stated.items() if name not in HERE_ALREADY},
+        effects={name: one for name, one in sizes.items() if name not in HERE_ALREADY},
         laws=laws,
     )
+
+
+def _sizes(
+    identification: pd.DataFrame | None, recording: Recording, effects: Sequence[str], duration_s: float
+) -> dict[str, dict[str, float]]:
+    """Sizes of the ``effects`` of ``[model]``: as identified, where the data were asked, else as stated."""
+    sizes = {name: dict(one) for name, one in stated_sizes(recording.model).items()}
+    if identification is None:
+        return sizes
+    for name, told in told_effects(identification, effects).items():
+        sizes[name] = sizes.get(name, {}) | EFFECTS[name].nearest({p: value for p, (value, _) in told.items()})
+    drift = identification.loc[identification["parameter"] == "friction_drift_per_s", "value"]
+    if "friction_drift" in effects and len(drift) and np.isfinite(drift.iloc[0]):
+        told = drift_from_the_start((float(drift.iloc[0]), 0.0), (0.0, 0.0), [-0.5 * duration_s])
+        sizes["friction_drift"] = {"relative_per_s": told["relative_per_s"][0]}
+    return sizes
 
 
 def laws_from(laws: Sequence[WrittenLaw], host_motion: HostMotion, start_s: float, impact: bool) -> Laws:

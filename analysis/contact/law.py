@@ -199,10 +199,10 @@ def _huber(z2: Array, clip: float) -> Array:
     return np.where(z2 < clip**2, z2, 2 * clip * np.sqrt(z2) - clip**2)
 
 
-def follows(data: LawData, law: Law, limit_sd: float) -> NDArray[np.bool_]:
-    """Which impacts' normal speeds are within ``limit_sd`` of the law, its scatter included."""
-    spread = np.sqrt(data.normal_sd**2 + (law.scatter * data.before) ** 2)
-    return np.abs(data.after - law.restitution * data.before) < limit_sd * spread
+def follows(data: LawData, restitution: Array | float, scatter: float, limit_sd: float) -> NDArray[np.bool_]:
+    """Which impacts' normal speeds are within ``limit_sd`` of a ``restitution`` (K,), its scatter included."""
+    spread = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)
+    return np.asarray(np.abs(data.after - restitution * data.before) < limit_sd * spread, bool)
 
 
 def predicted_tangential(data: LawData, wall_friction: Array | float, tangential_restitution: Array | float) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Impacts, Junctions, measure
 from analysis.statistics.robust import at_least_noise, root_weights
+from analysis.walls.lobes import best_order
 from analysis.walls.wall import Wall
 from ovines.robust import residual_sd
 
@@ -26,6 +27,12 @@ SLOWEST_M_PER_S = 0.05
 UNCERTAIN_SHARE, UNCERTAIN_GAP_SHARE = 0.2, 0.0125
 # A contact distance beyond this counts in the sum of squares as if it were this far off.
 CUT_SD = 5.0
+# ... and chooses an order of lobes with no more than this many robust sds.
+CUT_DISTANCE_SD = 4.0
+# What a linear spring with a dashpot leaves of a contact's duration (share of it).
+CONTACT_MODEL_SHARE = 0.03
+# A contact's restitution is at least this where its duration is told from how far paths meet past the wall.
+LEAST_RESTITUTION = 0.05
 # Two flights that miss each other by more than this (chi-square of two degrees: by chance never; 36 at most in series
 # whose flights hold all that acts) and are farther off the wall than this share of its size and so many robust sds do
 # not meet in one impact: a flight hides one, or several fell among frames that nobody saw.
@@ -37,7 +44,7 @@ class WallFit:
     """``wall``, the ``impacts`` seen with it, ``residual_m`` of the contact distance, ``scatter_m`` (robust), ``used``
     mask,
     ``extra`` coefficients of further regressors, ``covariance`` of (terms, extra); ``delay_s`` by which flights meet
-    past the wall."""
+    past the wall, with its sd."""
 
     wall: Wall
     impacts: Impacts
@@ -49,6 +56,13 @@ class WallFit:
     covariance: Array
     chi_square: float
     delay_s: float = 0.0
+    delay_sd_s: float = 0.0
+
+
+def contact_time_s(delay_s: float, restitution: float) -> float:
+    """Duration of a contact from the ``delay_s`` by which flights meet past the wall: paths meet eps T/(1 + eps) v
+    further out."""
+    return delay_s * (1 + restitution) / max(restitution, LEAST_RESTITUTION)
 
 
 def usable(impacts: Impacts, size_m: float) -> NDArray[np.bool_]:
@@ -127,6 +141,21 @@ def fit_wall(
         covariance * np.outer(wider, wider),
         chi,
     )
+
+
+def lobe_order(fit: WallFit, without: int = 0) -> int:
+    """The order of lobes that the contact distances of a ``fit`` ask for most beside its terms, not ``without``; 0
+    where there is no ring, or too few impacts."""
+    if not fit.wall.ellipse_terms:
+        return 0
+    used = np.flatnonzero(fit.used)
+    residual = fit.residual_m[used]
+    limit = CUT_DISTANCE_SD * max(residual_sd(residual), 1e-12)
+    design = fit.impacts.design(fit.terms)[used]
+    if len(fit.estimate) > len(fit.terms):
+        design = np.column_stack([design, fit.impacts.of("normal_before")[used]])
+    seen = fit.impacts.azimuth_rad[used] - fit.impacts.junctions.host[used, 3]
+    return best_order(seen, design, np.clip(residual, -limit, limit), without)
 
 
 def _between_runs(scores: Array, run: NDArray[np.int64], covariance: Array) -> Array:

@@ -14,7 +14,7 @@ from analysis.compiled import compiled
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivatives, fly_with_velocity_derivatives
 from analysis.flights.noise import CLIP_SD, PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import FRICTION, IMPACT_BEFORE_S, PARAMETERS
+from analysis.flights.parameters import DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
@@ -70,7 +70,8 @@ PER_S, START_RIDGE = 100.0, 1e-9
 class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
     round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0; ``friction_share``: its
-    floor friction over the one that the series shares.
+    floor friction over the one that the series shares; ``later_s``: from its start to its middle, less the runs'
+    mean of that, for a friction that drifts from the start on.
     """
 
     name: str
@@ -87,6 +88,7 @@ class RunData:
     law: Array = field(default_factory=NO_LAW.copy)
     number: int = 0
     friction_share: float = 1.0
+    later_s: float = 0.0
 
     @property
     def wall(self) -> Wall:
@@ -396,7 +398,9 @@ def fit_flights(
 def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
     """``parameters`` of flight ``k``, which know when the impact before it was and what the floor is in its run."""
     own = parameters.copy()
-    own[FRICTION] *= run.friction_share
+    later = 1 + own[DRIFT] * run.later_s
+    own[FRICTION] *= run.friction_share * later
+    own[DRIFT] /= later
     own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
     return own
 
@@ -545,9 +549,22 @@ class FlightFits:
             out,
             derivative,
         )
-        if FRICTION in free:
-            derivative[:, :, STATES + list(free).index(FRICTION)] *= self.run.friction_share
+        if FRICTION in free and len(derivative):
+            self._of_the_series(
+                derivative[:, :, STATES:], list(free), self.parameters if parameters is None else parameters
+            )
         return out, derivative
+
+    def _of_the_series(self, derivative: Array, free: list[int], parameters: Array) -> None:
+        """Derivatives (N, 6, F) with respect to the run's own friction and its drift made those with respect to the
+        series', in place."""
+        share, later = self.run.friction_share, 1 + parameters[DRIFT] * self.run.later_s
+        friction = derivative[:, :, free.index(FRICTION)]
+        if DRIFT in free:
+            drift = derivative[:, :, free.index(DRIFT)]
+            drift /= later**2
+            drift += parameters[FRICTION] * share * self.run.later_s * friction
+        friction *= share * later
 
     def force_path(self, k: int) -> ForcePath:
         """What the frames of flight k say of the unknown force."""

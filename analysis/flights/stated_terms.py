@@ -112,6 +112,16 @@ def effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
     return [WrittenLaw((Term("floor_friction", rocking["relative"], (since,)),))]
 
 
+def drift_from_the_start(
+    per_s: tuple[float, float], per_run: tuple[float, float], starts_s: Sequence[float]
+) -> dict[str, tuple[float, float]]:
+    """Sizes (value, sd) of ``friction_drift`` as :func:`stated_terms` takes them, of the changes about the middles of
+    runs that began at ``starts_s``."""
+    middle_s, later = _middle(starts_s)
+    told = {"relative_per_s": (*per_s, middle_s), "relative_per_run": (*per_run, later)}
+    return {name: (value / (1 - value * way), sd / (1 - value * way) ** 2) for name, (value, sd, way) in told.items()}
+
+
 def share_at_start(terms: Mapping[str, float], starts_s: Sequence[float]) -> float:
     """Floor friction at the start of the first run over that in the middle of all."""
     middle_s, later = _middle(starts_s)

@@ -8,9 +8,8 @@ from typing import Any
 
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
-from analysis.gap.estimates import Estimates, value_of
+from analysis.gap.estimates import LAW, Estimates, value_of
 from analysis.gap.ladder import Ladder
-from analysis.gap.selection.impact_candidates import scenario_restitution
 from ovines.core.effects import EFFECTS
 from ovines.recording_schema import Nominal
 
@@ -40,7 +39,7 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
         "[model]",
         "# " + summary["verdict"] + (": " + ", ".join(summary["effects"]) if summary["effects"] else ""),
         f"effects = {json.dumps(known + added)}",
-        *(f"{name} = {value:.6g}" for name, value in values.items()),
+        *(f"{name} = {_within(name, value):.6g}" for name, value in values.items()),
     ]
     sizes = {name: dict(one) for name, one in (model.effect_parameters if model else {}).items()}
     sizes |= {
@@ -56,17 +55,26 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
     return "\n".join(lines) + "\n"
 
 
+def _within(name: str, value: float) -> float:
+    """A nominal parameter as ``[model]`` takes it: an estimate may lie beyond what can be (a restitution of the slowest
+    impacts, where none was slow), and is written at the bound."""
+    low = -1.0 if name == "tangential_restitution" else 0.0
+    return min(max(value, low), 1.0 if "restitution" in name else math.inf)
+
+
 def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:
     """Parameters with the effects as a scenario takes them: the restitution of the slowest impacts where it falls with
     the speed, the floor friction at the start of the first run where it drifts."""
     table, values = estimates.with_effect.table, dict[str, float | None]()
     if ladder.impacts.fitted is not None:
-        values["restitution"] = scenario_restitution(ladder.impacts.fitted.data, ladder.impacts.restitution_terms)
-        values |= {name: value_of(table, name)[0] for name in ("wall_friction", "tangential_restitution")}
+        values |= {name: value_of(table, name)[0] for name in LAW}
     friction = value_of(table, "floor_friction")[0]
     if friction is not None:
         fitted = ladder.flights.fitted.model
-        drift = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+        held = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
+        rows = {"drift": "friction_drift_per_s", DRIFT_OF_RUN: "friction_drift_per_run"}
+        told = {term: value_of(table, row)[0] for term, row in rows.items()}
+        drift = {term: held[term] if value is None else value for term, value in told.items()}
         values["floor_friction"] = friction * share_at_start(drift, [run.data.start_s for run in ladder.series.runs])
     return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 

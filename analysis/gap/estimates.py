@@ -1,8 +1,8 @@
 """What the parameters and effects amount to, by the one estimator that ``ovines identify`` uses too.
 
 The ladder chooses which effects are there; :func:`analysis.identify.identify_runs` then says how large everything is on
-the corrected series with the effects that were named.  Sizes that it does not fit (clocks, centres, walls, laws of the
-restitution) stay those of the steps that found them.
+the corrected series with the effects that were named.  Sizes that it does not fit (clocks and cameras, what the Host
+does beside its drive, the centre marker, :data:`HELD`) stay those of the steps that found them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.contact.effect_rows import Sized, told_effects
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import prepare
 from analysis.flights.stated_terms import effects_as_laws
@@ -24,6 +24,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
 from analysis.identify import Joint, identify_runs
 from analysis.motion.rig_frame import rig_frame
+from analysis.walls.wall import wall_parameter
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.recording_schema import Nominal
@@ -31,12 +32,6 @@ from ovines.recording_schema import Nominal
 Array = NDArray[np.float64]
 #: effects whose sizes the steps that found them tell, and the estimator holds
 HELD = ("spin_coupling", "friction_drift", "nes_rocking", "inertia_error")
-#: effect -> its parameter, and the row of table ``identification`` that tells it
-ROWS = {
-    "floor_friction": ("coefficient", "floor_friction"),
-    "viscous_drag": ("rate_per_s", "viscous_drag_per_s"),
-    "air_drag": ("rate_per_m", "air_drag_per_m"),
-}
 #: what both models have, by its name in diagnosis.json
 LAW = ("restitution", "wall_friction", "tangential_restitution")
 NOMINAL = ("floor_friction", *LAW, "restitution_scatter")
@@ -85,7 +80,7 @@ def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, La
     if sum(len(law.terms) for law in held) > MOST_TERMS:
         held = list(given)
     joint = _joint(ladder.series, better, held)
-    causes = tuple(_sized(cause, joint) for cause in ladder.causes)
+    causes = tuple(_sized(cause, joint, ladder.series) for cause in ladder.causes)
     return Estimates(_recalibrated(ladder), joint), replace(ladder, causes=causes)
 
 
@@ -125,29 +120,31 @@ def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
     return known.model_copy(update={"effects": tuple(effects), "effect_parameters": sizes})
 
 
-def _sized(cause: Cause, joint: Joint) -> Cause:
+def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     """``cause`` with the size that the estimator gives it, where it does."""
-    if cause.effect == "table_tilt":
-        return _tilt(cause, joint)
-    if cause.effect not in ROWS:
+    if cause.effect in HELD:
         return cause
-    parameter, row = ROWS[cause.effect]
-    value, sd = value_of(joint.table, row)
-    return cause if value is None else replace(cause, parameters={**cause.parameters, parameter: (value, sd)})
+    told = told_effects(joint.table, [cause.effect]).get(cause.effect, {})
+    if cause.effect == "stated_radius":
+        told = _length_off(cause, joint, series)
+    if not told:
+        return cause
+    told = series.frame.rig_parameters(cause.effect, told)
+    if cause.stage == "geometry":
+        # The steps know more of what makes them unsure: markers' places, what two views show of the lenses.
+        step = cause.parameters
+        told = {name: (value, max(sd, step[name][1] if name in step else 0.0)) for name, (value, sd) in told.items()}
+    return replace(cause, parameters=told)
 
 
-def _tilt(cause: Cause, joint: Joint) -> Cause:
-    """The tilt from the acceleration's components, which Froude's similarity leaves as they are."""
-    floor, names = joint.rig.floor, ("tilt_x", "tilt_y")
-    if not set(names) <= set(floor.names):
-        return cause
-    at = [floor.names.index(name) for name in names]
-    pull, covariance = floor.estimate[at], floor.covariance[np.ix_(at, at)]
-    size = float(np.hypot(*pull))
-    along, across = pull / size, np.array([-pull[1], pull[0]]) / size
-    sd, turned = (float(np.sqrt(u @ covariance @ u)) for u in (along, across))
-    parameters = {
-        "tilt_rad": (size / GRAVITY_M_PER_S2, sd / GRAVITY_M_PER_S2),
-        "direction_rad": (float(np.arctan2(pull[1], pull[0])), turned / size),
-    }
-    return replace(cause, parameters=parameters)
+def _length_off(cause: Cause, joint: Joint, series: Series) -> Sized:
+    """How far that stated length of the wall is off which is off by most of its sds."""
+    design = series.runs[0].data.wall
+    off = [
+        (value - stated, sd)
+        for term, stated in design.values().items()
+        if design.is_length(term)
+        for value, sd in [value_of(joint.table, wall_parameter(term))]
+        if value is not None and sd > 0
+    ]
+    return {"radius_m": max(off, key=lambda one: abs(one[0]) / one[1])} if off else {}

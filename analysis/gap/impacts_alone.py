@@ -15,17 +15,21 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.contact.effect_rows import told_effects
 from analysis.contact.given_impacts import given_law_data, part_of
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
+from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.gap.cause import Cause, Structure
+from analysis.gap.estimates import value_of
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
-from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, restitution_design, scenario_restitution
 from analysis.gap.selection.impact_steps import USUAL_SCATTER, select_laws
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, impact_null_distribution
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
+from analysis.identification.given_impacts import identify_impacts
 from ovines.errors import InputError
 from ovines.recording import Recording
+from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
 FEWEST = 8
@@ -74,6 +78,10 @@ def diagnose_impacts(
     null = impact_null_distribution(data, held, rng)
     finite = "finite_contact_time" in effects or not known.any()  # then nothing tangential is probed
     causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
+    table = _identified(tables, recordings, [cause.effect for cause in causes])
+    plain = _identified(tables, recordings, []) if causes else table
+    told = told_effects(table, [cause.effect for cause in causes])
+    causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
     structure += _scatter(data, terms, structure)
     gained = [gain.gain for gain in probes if gain.residual == "restitution"]
     left_p = min([1.0, by_chance(null, max(gained)) if gained else 1.0, *(one.p for one in structure)])
@@ -106,13 +114,28 @@ def diagnose_impacts(
         "nominal": {
             name: {
                 "as_given": getattr(model, name, None) if model else None,
-                "recalibrated": getattr(fit.law, name),
-                "with_effect": scenario_restitution(data, terms) if name == "restitution" else getattr(fit.law, name),
+                "recalibrated": _value(plain, name),
+                "with_effect": _value(table, name),
             }
             for name in ("restitution", "wall_friction", "tangential_restitution")
         },
         "time": {"free_flight_s": 0.0, "sustained_contact_s": 0.0, "left_out_s": 0.0},
     }  # fmt: skip
+
+
+def _identified(tables: Sequence[pd.DataFrame], recordings: Sequence[Recording], found: Sequence[str]) -> pd.DataFrame:
+    """Table ``identification`` of the impacts with what was ``found``: how large it is, is its to say."""
+    first = recordings[0]
+    known = first.model or Nominal(effects=())
+    better = known.model_copy(update={"effects": (*known.effects, *(n for n in found if n not in known.effects))})
+    named = replace(first, settings=first.settings.model_copy(update={"model": better}))
+    return identify_impacts(tables, [named, *recordings[1:]]).identification
+
+
+def _value(table: pd.DataFrame, name: str) -> float:
+    """Of a parameter in table ``identification``; NaN where the impacts give none."""
+    value = value_of(table, name)[0]
+    return np.nan if value is None else value
 
 
 def _law_of(data: LawData, tangential: bool) -> Law:

@@ -9,7 +9,7 @@ to what happens there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.special import fdtrc
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
+from analysis.contact.inertia import fit_inertia
 from analysis.contact.law import (
     Law,
     LawData,
@@ -28,7 +29,8 @@ from analysis.contact.law import (
     law_data,
     spin_balance,
 )
-from analysis.contact.wall_fit import WallFit, fit_wall, usable
+from analysis.contact.restitution import EffectsFit, Sizes, conditions
+from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, usable
 from analysis.contact.wall_force import WallForce, wall_force
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
@@ -38,6 +40,8 @@ from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
 from analysis.identification.floor_law import SURE_FORCE, choose_floor
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
+from analysis.identification.restitution_rows import restitution_fit, without_effects
+from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import DISK_TERMS, ELLIPSE_TERMS, Ring
 
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
@@ -76,6 +80,8 @@ LASTING_WORDS = (
 )
 # An impact this far from the law (sd, its scatter included) is none of it: of 10,000 none by chance.
 OFF_THE_LAW_SD = 5.0
+# An inertia that the impacts show is fitted until it moves by less than this share of its sd, so often at most.
+INERTIA_RESTS_SD, MOST_INERTIAS = 0.05, 3
 # The disk's fastest spin, single wrong angles left out.
 FASTEST_SHARE = 0.99
 
@@ -86,7 +92,9 @@ class RigFit:
     disk's angle.
 
     ``lens`` the lens residual that the flights show, ``balance`` of spin and impulse as given, ``length_doubt`` the
-    relative error of lengths that an imbalance leaves open, ``left_out`` impacts that do not follow the law."""
+    relative error of lengths that an imbalance leaves open, ``left_out`` impacts that do not follow the law.
+    ``named``: effects of ``[model]``, ``held``: stated sizes of those at impacts, in the rig's frame and units;
+    ``inertia``: ratio of the true inertia to the stated one with its sd, where it was fitted."""
 
     runs: tuple[Run, ...]
     floor: FloorFit
@@ -99,6 +107,27 @@ class RigFit:
     balance: SpinBalance
     length_doubt: float = 0.0
     left_out: int = 0
+    named: tuple[str, ...] = ()
+    held: Sizes = field(default_factory=dict)
+    inertia: tuple[float, float] | None = None
+
+    @cached_property
+    def restitution(self) -> EffectsFit | None:
+        """The restitution with the effects on it that ``[model]`` names; None where it names none, or impacts are too
+        few."""
+        return restitution_fit(self.from_start(self.data), self.named, self.held)
+
+    def from_start(self, data: LawData) -> LawData:
+        """``data`` with times that count from the starts of the runs, as laws count them."""
+        starts = np.array([run.data.start_s for run in self.runs])
+        return replace(data, time_s=data.time_s - starts[data.run])
+
+    @property
+    def plain_data(self) -> LawData:
+        """The impacts as they would be without the effects on the restitution."""
+        if self.restitution is None:
+            return self.data
+        return without_effects(self.data, self.from_start(self.data), self.restitution)
 
     @cached_property
     def wall_force(self) -> WallForce | None:
@@ -113,9 +142,10 @@ def fit_rig(
     effects: Sequence[str] | None,
     stated: Mapping[str, float] | None = None,
     search: bool = True,
+    held_sizes: Sizes | None = None,
 ) -> RigFit:
     """Floor, wall and contact law of the runs of one rig; ``effects`` as in ``[model]``, None for the default, and what
-    it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`).
+    it states of the flights (:func:`analysis.flights.stated_terms.stated_terms`) and of impacts (``held_sizes``).
 
     ``search``: whether what ``[model]`` does not name is looked for.  Where spins and impulses then do not balance, the
     disk's radius and its inertia factor are each tried with what they need, and the one taken with which the impacts
@@ -128,13 +158,15 @@ def fit_rig(
     if angle and _swings(chosen[0], chosen[1].fits[0].shared[:2]):
         runs = cut_again(runs, chosen[1].fits[0].shared[:2])
         chosen = choose_floor(runs, named, angle, held, search)
-    rig = _rig(*chosen, named, angle)
+    rig = replace(_rig(*chosen, named, angle), held=held_sizes or {})
+    if "inertia_error" in named and "inertia_error" not in rig.held:
+        return _with_inertia(rig, named, held, search)
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
     if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
         return rig
     tried = {
-        name: _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search)
+        name: replace(_fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search), held=rig.held)
         for name in ("radius_m", "inertia_factor")
     }
     best = min(tried, key=lambda name: _misfit(tried[name]))
@@ -153,6 +185,27 @@ def fit_rig(
     )
     doubt = abs(value / runs[0].data.radius_m - 1) if best == "radius_m" else 0.0
     return replace(tried[best], notes=(*tried[best].notes, words, more), length_doubt=doubt)
+
+
+def _with_inertia(rig: RigFit, named: Sequence[str], held: Mapping[str, float], search: bool) -> RigFit:
+    """``rig`` with the inertia that its impacts show, fitted again with it as often as that changes it."""
+    ratio = 1.0
+    for _ in range(MOST_INERTIAS):
+        first = rig.runs[0].data
+        data = law_data(rig.wall.impacts, rig.wall.used, first.radius_m, first.inertia_factor)
+        told = fit_inertia(data, len(rig.runs)) if rig.angle else None
+        if told is None:
+            return rig
+        rig = replace(rig, inertia=(ratio * told.ratio, ratio * told.sd))
+        if abs(told.ratio - 1) < INERTIA_RESTS_SD * told.sd:
+            return rig
+        ratio *= told.ratio
+        runs = [
+            replace(run, data=replace(run.data, inertia_factor=told.ratio * run.data.inertia_factor))
+            for run in rig.runs
+        ]
+        rig = replace(_fit(runs, named, held, search), held=rig.held, inertia=rig.inertia)
+    return rig
 
 
 def _swings(runs: Sequence[Run], origin_m: NDArray[np.float64]) -> bool:
@@ -201,7 +254,8 @@ def _rig(runs: Sequence[Run], floor: FloorFit, notes: Sequence[str], named: Sequ
         more = [SPURIOUS_WORDS.format(size) if note == ELLIPSE_WORDS else note for note in more]
     balance = spin_balance(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
     data = _law_data(wall, wall.used, floor, first, balance)
-    return RigFit(tuple(runs), floor, wall, data, fit_contact_law(data, angle), angle, (*notes, *more), lens, balance)
+    law = fit_contact_law(data, angle)
+    return RigFit(tuple(runs), floor, wall, data, law, angle, (*notes, *more), lens, balance, named=tuple(named))
 
 
 def _law_data(wall: WallFit, used: NDArray[np.bool_], floor: FloorFit, rig: RunData, balance: SpinBalance) -> LawData:
@@ -211,8 +265,8 @@ def _law_data(wall: WallFit, used: NDArray[np.bool_], floor: FloorFit, rig: RunD
 
 
 def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit, list[str]]:
-    """The wall as it is meant to be; a circle as an ellipse where ``[model]`` says so or the impacts leave no doubt;
-    with a lasting contact where it shows.
+    """The wall as it is meant to be, with the shapes and the lasting contact that ``[model]`` names; a circle as an
+    ellipse, and a contact as a lasting one, also where the impacts leave no doubt.
     """
     junctions, start = intersect(floor.fits), floor.fits[0].run.wall
     terms = [term for term in start.nominal_terms if angle or term not in DISK_TERMS]
@@ -223,29 +277,34 @@ def _wall(floor: FloorFit, effects: Sequence[str], angle: bool) -> tuple[WallFit
         # The impacts' own distance, not the design: a scale that is off by 4 % would leave every impact a millimetre
         # from the wall.
         start = start.grown(float(np.median(seen.of("gap")[near])))
-    circle = fit_wall(junctions, start, terms, prior)
-    count = int(circle.used.sum())
-    if count >= FEWEST_FOR_ELLIPSE:
-        lasting = fit_wall(junctions, start, terms, prior, circle.impacts.of("normal_before")[:, None])
-        delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))
-        if delay > max(LASTING_S, LASTING_SD * sd) and lasting.scatter_m < circle.scatter_m:
-            return (
-                replace(
-                    lasting, delay_s=delay, estimate=lasting.estimate[:-1], covariance=lasting.covariance[:-1, :-1]
-                ),
-                [LASTING_WORDS.format(1e3 * delay)],
-            )
-    if not isinstance(start.outline, Ring):
-        return circle, []
-    ellipse = fit_wall(junctions, start, [*terms, *ELLIPSE_TERMS], prior)
     if "wall_ellipticity" in effects:
-        return ellipse, []
-    if (
-        count < FEWEST_FOR_ELLIPSE
-        or circle.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m
-        or not _surely_better(circle, ellipse)
-    ):
-        return circle, []
+        terms += start.ellipse_terms
+    plain = fit_wall(junctions, start, terms, prior)
+    if "wall_lobes" in effects and plain.wall.ellipse_terms:
+        order = lobe_order(plain)
+        if order:
+            start, terms = LobedWall.of(start, order), [*terms, *LOBE_TERMS]
+            plain = fit_wall(junctions, start, terms, prior)
+    count = int(plain.used.sum())
+    lasts = "finite_contact_time" in effects
+    if count >= FEWEST_FOR_ELLIPSE:
+        lasting = fit_wall(junctions, start, terms, prior, plain.impacts.of("normal_before")[:, None])
+        delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))
+        sure = delay > max(LASTING_S, LASTING_SD * sd) and lasting.scatter_m < plain.scatter_m
+        if sure or (lasts and delay > 0):
+            fitted = replace(
+                lasting,
+                delay_s=delay,
+                delay_sd_s=sd,
+                estimate=lasting.estimate[:-1],
+                covariance=lasting.covariance[:-1, :-1],
+            )
+            return fitted, [] if lasts else [LASTING_WORDS.format(1e3 * delay)]
+    if not isinstance(start.outline, Ring) or set(ELLIPSE_TERMS) <= set(terms) or count < FEWEST_FOR_ELLIPSE:
+        return plain, []
+    ellipse = fit_wall(junctions, start, [*terms, *ELLIPSE_TERMS], prior)
+    if plain.scatter_m < ELLIPSE_SHARE * ellipse.scatter_m or not _surely_better(plain, ellipse):
+        return plain, []
     return ellipse, [ELLIPSE_WORDS]
 
 
@@ -279,6 +338,15 @@ def fit_contact_law(data: LawData, angle: bool) -> Law | None:
     )
 
 
+def _follows(rig: RigFit, data: LawData) -> NDArray[np.bool_]:
+    """Which impacts of ``data`` follow the restitution that was fitted, with its effects."""
+    assert rig.law is not None
+    if rig.restitution is None:
+        return follows(data, rig.law.restitution, rig.law.scatter, OFF_THE_LAW_SD)
+    expected = rig.restitution.at(conditions(rig.from_start(data)))
+    return follows(data, expected, rig.restitution.scatter, OFF_THE_LAW_SD)
+
+
 def refit_law(rig: RigFit, junctions: NDArray[np.bool_]) -> RigFit:
     """The contact law once more, on those of the usable impacts that are true for ``junctions`` (K,) and follow it."""
     used = rig.wall.used & junctions
@@ -290,12 +358,9 @@ def refit_law(rig: RigFit, junctions: NDArray[np.bool_]) -> RigFit:
             fitted = replace(rig, data=data, law=fit_contact_law(data, rig.angle))
         if fitted.law is None:
             break
-        law, everyone = (
-            fitted.law,
-            _law_data(rig.wall, used, rig.floor, first, rig.balance),
-        )
+        everyone = _law_data(rig.wall, used, rig.floor, first, rig.balance)
         still = used.copy()
-        still[everyone.index[~follows(everyone, law, OFF_THE_LAW_SD)]] = False
+        still[everyone.index[~_follows(fitted, everyone)]] = False
         if np.array_equal(still, chosen):
             break
         chosen = still

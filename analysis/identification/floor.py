@@ -77,7 +77,8 @@ class FloorFit:
     """Flights fitted with the best shared parameters: ``names`` of those estimated, ``estimate`` and ``covariance`` of
     them;
     ``noise`` of the frames and what no law explains, ``coupling`` of sliding and spinning friction, ``lens_sd_m`` prior
-    of the lens residual's terms (none where the flights show none)."""
+    of the lens residual's terms (none where the flights show none), ``per_run`` relative change of friction per run
+    about the middle one with its sd, where it was fitted."""
 
     fits: tuple[FlightFits, ...]
     evidence: tuple[Evidence, ...]
@@ -87,6 +88,7 @@ class FloorFit:
     noise: FlightNoise
     coupling: float
     lens_sd_m: float
+    per_run: tuple[float, float] | None = None
 
 
 def fit_floor(
@@ -122,7 +124,7 @@ def fit_floor(
             )
             rows = in_threads(linearised, [(fit, columns) for fit in fits])
             evidence = in_threads(weighed, [(one, noise) for one in rows])
-            prior, pull = _prior(columns, shared, lens_sd)
+            prior, pull = prior_of(columns, shared, lens_sd)
             step, covariance = _step(evidence, columns, prior, pull)
             if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
                 break
@@ -159,7 +161,7 @@ def fit_floor(
     at = [columns.index(SHARED.index(n)) for n in names]
     open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
     evidence = [one.only(told) for one in open_evidence] if shapes else open_evidence
-    prior, pull = _prior(columns, shared, lens_sd)
+    prior, pull = prior_of(columns, shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0
     step, covariance = _step(open_evidence, columns, prior, pull)
@@ -290,7 +292,7 @@ def prior_sd(lens_sd_m: float) -> dict[str, float]:
     }
 
 
-def _prior(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Array, Array]:
+def prior_of(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Array, Array]:
     """Prior's 1/variance of the columns, and how it pulls offsets to zero from where they stand (``shared``)."""
     sds = prior_sd(lens_sd_m)
     prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
@@ -310,7 +312,7 @@ def lens_priors(columns: Sequence[int], chosen: Sequence[int], shared: Array) ->
 def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
     """The prior of the ``chosen`` of the evidence's ``columns``, the lens residual's terms integrated out."""
     lens = {SHARED.index(name) for name in LENS_TERMS}
-    weight, pull = _prior(chosen, shared, lens_sd_m)
+    weight, pull = prior_of(chosen, shared, lens_sd_m)
     return Prior(
         tuple(list(columns).index(c) for c in chosen),
         weight,

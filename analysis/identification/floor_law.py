@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.flights.evidence import columns_of, linearised, usable_flights
-from analysis.flights.fit import LENS_TERMS, ORIGIN
+from analysis.flights.evidence import Evidence, columns_of, linearised, usable_flights
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
 from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
+from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import FloorFit, fit_floor, lens_priors
+from analysis.identification.floor import RESTS_SD, FloorFit, disagreement, fit_floor, lens_priors, prior_of
+from analysis.identification.restitution_rows import few
 
+Array = NDArray[np.float64]
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
 TERMS_OF = {
     "viscous_drag": ("viscous",),
@@ -26,6 +31,10 @@ TERMS_OF = {
 ANOTHER_LAW = 25.0
 # Probability of an unknown force from which it counts as certain: notes speak of it, other laws are tried.
 SURE_FORCE = 0.95
+#: the column of a change of the friction per run, beyond those that flights know; fits until the change rests
+PER_RUN, MOST_DRIFT_FITS = len(SHARED), 4
+# A line through the runs has two unknowns: its scatter is read off so many runs less two.
+DRIFT_UNKNOWNS = 2
 UNCOUPLED_WORDS = (
     "The flights follow floor friction without its coupling to the spin (spin_coupling), which [model] effects names: "
     "the floor friction is that of plain sliding."
@@ -86,15 +95,18 @@ def choose_floor(
     if any(run is not None for run in found):
         runs = [new or run for new, run in zip(found, runs, strict=True)]
         floor = fit_floor(runs, floor.names, held, floor)
+    per_run = None
+    if "friction_drift" in effects and DRIFT_OF_RUN not in (stated or {}):
+        runs, floor, per_run = with_run_drift(runs, floor, held)
     if not search:
-        return list(runs), floor, notes
+        return list(runs), replace(floor, per_run=per_run), notes
     floor, added = _with_terms(runs, floor, effects, held)
     if coupled and "coupling" not in held and floor.noise.sure > SURE_FORCE:
         # Last: what a tilt or a drag leaves over may look like friction that knows no spin.
         plain, others = _with_terms(runs, fit_floor(runs, names, {**held, "coupling": 0.0}), effects, held)
         if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
             floor, added = plain, [UNCOUPLED_WORDS, *others]
-    return list(runs), floor, [*notes, *added]
+    return list(runs), replace(floor, per_run=per_run), [*notes, *added]
 
 
 def _with_terms(
@@ -160,3 +172,65 @@ def _confirmed(floor: FloorFit, terms: Sequence[str]) -> bool:
     at = [floor.names.index(term) for term in terms]
     value = floor.estimate[at]
     return bool(value @ np.linalg.solve(floor.covariance[np.ix_(at, at)], value) > ANOTHER_LAW)
+
+
+def numbers_of(count: int) -> Array:
+    """Numbers (R,) of so many runs, counted from the middle one."""
+    return np.arange(count, dtype=np.float64) - 0.5 * (count - 1)
+
+
+def with_run_drift(
+    runs: Sequence[Run], floor: FloorFit, held: Mapping[str, float]
+) -> tuple[list[Run], FloorFit, tuple[float, float] | None]:
+    """``runs`` with the friction that each has of its own, ``floor`` fitted with it, and the relative change per run
+    about the middle one, with its sd; None of a single run, or without friction."""
+    if len(runs) < 2 or "friction" not in floor.names:
+        return list(runs), floor, None
+    change = 0.0
+    number = numbers_of(len(runs))
+    own = [run.data.friction_share for run in runs]
+    for _ in range(MOST_DRIFT_FITS):
+        step, sd = _step(floor, change, number)
+        change += step
+        runs = [
+            replace(run, data=replace(run.data, friction_share=float(share * (1 + change * n))))
+            for run, share, n in zip(runs, own, number, strict=True)
+        ]
+        if abs(step) < RESTS_SD * sd:
+            break
+        floor = fit_floor(runs, floor.names, held, floor)
+    return list(runs), floor, (change, sd)
+
+
+def _step(floor: FloorFit, change: float, number: Array) -> tuple[float, float]:
+    """Step of the change per run from where it stands, and its sd, all other unknowns fitted along."""
+    friction = float(floor.fits[0].parameters[INDEX["friction"]])
+    evidence = [_with_column(e, friction * n / (1 + change * n)) for e, n in zip(floor.evidence, number, strict=True)]
+    shared = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
+    columns = [*shared, PER_RUN]
+    prior, pull = prior_of(shared, floor.fits[0].shared, floor.lens_sd_m)
+    information, score = np.diag([*prior, 0.0]), np.append(pull, 0.0)
+    for e in evidence:
+        a, b = e.take(columns)
+        information, score = information + a, score + b
+    # Unit diagonal first: friction, metres and rates differ by ten orders of magnitude.
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
+    step = covariance @ score
+    wider = disagreement([e.only(columns) for e in evidence], step, covariance)
+    grown = float(wider[-1]) * (few(len(number), DRIFT_UNKNOWNS) if wider[-1] > 1 else 1.0)
+    return float(step[-1]), float(np.sqrt(covariance[-1, -1])) * grown
+
+
+def _with_column(evidence: Evidence, slope: float) -> Evidence:
+    """Evidence with the column of the change per run: ``slope`` times that of the run's friction."""
+    at = evidence.columns.index(INDEX["friction"])
+    turn = np.vstack([np.eye(len(evidence.columns)), np.zeros(len(evidence.columns))]).T
+    turn[at, -1] = slope
+    return replace(
+        evidence,
+        columns=(*evidence.columns, PER_RUN),
+        information=turn.T @ evidence.information @ turn,
+        score=turn.T @ evidence.score,
+        parts=tuple((turn.T @ a @ turn, turn.T @ b) for a, b in evidence.parts),
+    )

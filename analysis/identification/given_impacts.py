@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from analysis.contact.given_impacts import MOST_RESTITUTION, given_law_data, with_slip
 from analysis.contact.law import LawData, fit_restitution, fit_tangential, restitution_gain, sticks
+from analysis.contact.restitution import SPEED, rig_sizes
+from analysis.flights.stated_terms import stated_sizes
 from analysis.identification.intervals import (
-    LEVEL,
-    NORMAL_90,
     Interval,
     best_tangential,
     normal_interval,
@@ -22,11 +21,23 @@ from analysis.identification.intervals import (
     scatter_interval,
     tangential_intervals,
 )
+from analysis.identification.restitution_rows import (
+    effect_sizes,
+    few,
+    restitution_fit,
+    rows_of,
+    told_restitution,
+    without_effects,
+)
+from analysis.motion.rig_frame import RigFrame
 from ovines.errors import InputError
 from ovines.recording import Recording
+from ovines.recording_schema import Nominal
 from ovines.tables import checked
 
 Array = NDArray[np.float64]
+#: impacts by themselves stand in the world as they were brought
+UNMOVED = RigFrame(np.zeros(2), 0.0, ())
 OPEN = Interval(np.nan, np.nan, np.nan, np.nan)
 FEWEST_FOR_SCATTER, FEWEST_FOR_SLOPE = 3, 5
 
@@ -53,7 +64,7 @@ def identify_impacts(tables: Sequence[pd.DataFrame], recordings: Sequence[Record
             "add the section",
         )
     data = given_law_data(tables, nes)
-    rows, notes, friction, beta = _law(data)
+    rows, notes, friction, beta = _law(data, recordings[0].model)
     identification = pd.DataFrame(
         [(name, i.value, i.sd, i.low, i.high) for name, i, _ in rows],
         columns=["parameter", "value", "sd", "low", "high"],
@@ -73,15 +84,23 @@ def identify_impacts(tables: Sequence[pd.DataFrame], recordings: Sequence[Record
     return GivenImpacts(checked(identification, "identification"), out, tuple(notes))
 
 
-def _law(data: LawData) -> tuple[list[tuple[str, Interval, int]], list[str], float, float]:
+def _law(data: LawData, model: Nominal | None) -> tuple[list[tuple[str, Interval, int]], list[str], float, float]:
     """Rows of the table, notes, wall friction and tangential restitution (NaN where nothing tells them)."""
     n = len(data)
     restitution = friction = tangential = OPEN
     if n == 0:
         names = ("restitution", "wall_friction", "tangential_restitution")
         return [(name, OPEN, 0) for name in names], ["No impact could be used."], np.nan, np.nan
-    (value,), covariance, _, _ = fit_restitution(data)
-    restitution = restitution_interval(data, float(value), float(np.sqrt(covariance[0, 0])))
+    # No clock began with the run: times count from its first impact.
+    first = np.array([np.min(data.time_s[data.run == run], initial=np.inf) for run in range(int(data.run.max()) + 1)])
+    from_start = replace(data, time_s=data.time_s - first[data.run])
+    named = model.effects if model is not None else ()
+    fit = restitution_fit(from_start, named, rig_sizes(stated_sizes(model), UNMOVED))
+    if fit is None:
+        (value,), covariance, _, _ = fit_restitution(data)
+        restitution, plain = restitution_interval(data, float(value), float(np.sqrt(covariance[0, 0]))), data
+    else:
+        value, restitution, plain = fit.value, told_restitution(fit, n), without_effects(data, from_start, fit)
     sliding, notes = with_slip(data), []
     best = (np.nan, np.nan)
     if len(sliding):
@@ -97,11 +116,12 @@ def _law(data: LawData) -> tuple[list[tuple[str, Interval, int]], list[str], flo
         ("tangential_restitution", tangential, len(sliding)),
     ]
     if n >= FEWEST_FOR_SCATTER:
-        rows.append(("restitution_scatter", scatter_interval(data, float(value)), n))
-    if n >= FEWEST_FOR_SLOPE:
+        rows.append(("restitution_scatter", scatter_interval(plain, float(value)), n))
+    if n >= FEWEST_FOR_SLOPE and SPEED not in named:
         _, (slope,), (sd,) = restitution_gain(data, [data.before - data.before.mean()])
-        few = np.sqrt(n / (n - 2)) * stdtrit(n - 2, 0.5 + LEVEL / 2) / NORMAL_90
-        rows.append(("restitution_speed_slope_s_per_m", normal_interval(slope, few * sd), n))
+        rows.append(("restitution_speed_slope_s_per_m", normal_interval(slope, few(n, 2) * sd), n))
+    if fit is not None:
+        rows += [(name, interval, n) for name, interval in rows_of(effect_sizes(fit, n, 0.0, 0.0))]
     for name, interval in (("wall friction", friction), ("tangential restitution", tangential)):
         if len(sliding) and not np.isfinite(interval.value):
             regime = "slides" if name == "wall friction" else "sticks"

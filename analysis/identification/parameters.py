@@ -7,13 +7,13 @@ from dataclasses import astuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from analysis.contact.law import fit_restitution, restitution_gain, sticks
+from analysis.contact.restitution import SPEED
+from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.intervals import (
-    LEVEL,
     NORMAL_90,
     Interval,
     normal_interval,
@@ -22,8 +22,10 @@ from analysis.identification.intervals import (
     tangential_intervals,
     widened,
 )
-from analysis.identification.lens_speeds import restitution_sd
+from analysis.identification.lens_residual import restitution_sd
+from analysis.identification.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.motion.rig_frame import RigFrame
+from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 
 Array = NDArray[np.float64]
@@ -84,8 +86,12 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
     result = dict.fromkeys(("restitution", "wall_friction", "tangential_restitution"), UNKNOWN)
     if rig.law is None:
         return result
-    (value,), covariance, _, _ = fit_restitution(rig.data)
-    result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    if rig.restitution is None:
+        (value,), covariance, _, _ = fit_restitution(rig.data)
+        result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
+    else:
+        value = rig.restitution.value
+        result["restitution"] = told_restitution(rig.restitution, len(rig.data))
     if rig.angle:
         result["wall_friction"], result["tangential_restitution"] = tangential_intervals(
             rig.data, rig.law.wall_friction, rig.law.tangential_restitution
@@ -146,16 +152,16 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
     rows: list[Row] = [(name, law[name], n) for name in ("restitution", "wall_friction", "tangential_restitution")]
     if rig.law is not None and n > 2:
         rows.append(("restitution_scatter", _scatter(rig), n))
-    if rig.law is not None and n >= FEWEST_FOR_SLOPE:
+    if rig.law is not None and n >= FEWEST_FOR_SLOPE and SPEED not in rig.named:
         _, (slope,), (sd,) = restitution_gain(rig.data, [rig.data.before - rig.data.before.mean()])
-        few = np.sqrt(n / (n - 2)) * stdtrit(n - 2, 0.5 + LEVEL / 2) / NORMAL_90
         rows.append(
             (
                 "restitution_speed_slope_s_per_m",
-                normal_interval(slope, np.hypot(few * sd, LENS_SHARE["slope"] * rig.lens.relative)),
+                normal_interval(slope, np.hypot(few(n, 2) * sd, LENS_SHARE["slope"] * rig.lens.relative)),
                 n,
             )
         )
+    rows += [(name, interval, n) for name, interval in _effect_rows(rig, law, frame)]
     rows += [(name, interval, None) for name, interval in _floor_rows(rig, frame)]
     rows += [(name, interval, int(rig.wall.used.sum())) for name, interval in _wall_rows(rig, frame)]
     rows += [(name, interval, None) for name, interval in _drive_rows(rig)]
@@ -169,10 +175,47 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
     return table
 
 
+def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list[tuple[str, Interval]]:
+    """Sizes of the effects on the restitution that were fitted, and how long a contact lasts."""
+    told: dict[str, dict[str, tuple[float, float]]] = {}
+    n = len(rig.data)
+    if rig.restitution is not None:
+        own = told_restitution(rig.restitution, n).sd
+        shared = float(np.sqrt(max(law["restitution"].sd ** 2 - own**2, 0.0)))
+        told = effect_sizes(rig.restitution, n, shared, frame.turn_rad)
+    if rig.wall.delay_s > 0 and rig.law is not None:
+        factor = contact_time_s(1.0, rig.law.restitution)
+        duration = factor * rig.wall.delay_s
+        sd = factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration
+        told["finite_contact_time"] = {"duration_s": (duration, sd)}
+    if rig.inertia is not None:
+        told["inertia_error"] = {"ratio": rig.inertia}
+    return rows_of(told)
+
+
+def _lobe_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
+    """Lobes of the wall, their direction in the room where the Host stands on the mean."""
+    wall = rig.wall
+    if not isinstance(wall.wall, LobedWall) or not set(LOBE_TERMS) <= set(wall.terms):
+        return []
+    at = [wall.terms.index(term) for term in LOBE_TERMS]
+    order, size = wall.wall.order, max(float(np.hypot(*wall.estimate[at])), 1e-9)
+    own = np.sqrt(np.mean((np.diag(wall.covariance) + rig.lens.wall_sd(wall) ** 2)[at]))
+    sd = float(np.hypot(own, LENS_SHARE["ellipse"] * rig.lens.relative))
+    host = wall.impacts.junctions.host[wall.used, 3]
+    direction = np.arctan2(wall.estimate[at[1]], wall.estimate[at[0]]) / order + float(np.mean(host)) + frame.turn_rad
+    return [
+        ("wall_lobe_amplitude", normal_interval(size, sd)),
+        ("wall_lobe_order", normal_interval(order, 0.0)),
+        ("wall_lobe_direction_rad", normal_interval(float(np.angle(np.exp(1j * direction))), sd / order / size)),
+    ]
+
+
 def _scatter(rig: RigFit) -> Interval:
     """The restitution's scatter; what the measurement scatters from place to place is no lower bound of it."""
     assert rig.law is not None
-    found = scatter_interval(rig.data, rig.law.restitution)
+    value = rig.law.restitution if rig.restitution is None else rig.restitution.value
+    found = scatter_interval(rig.plain_data, value)
     lens = np.hypot(LENS_SHARE["scatter"] * rig.lens.relative, SPEED_SHARE)
     low = float(np.sqrt(max(found.low**2 - (NORMAL_90 * lens) ** 2, 0.0)))
     return Interval(found.value, max(found.sd, lens if low == 0.0 else 0.0), low, found.high)
@@ -195,6 +238,8 @@ def _floor_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
             interval = widened(interval, shared * abs(interval.value))
             interval = Interval(*(max(v, 0.0) if k != 1 else v for k, v in enumerate(astuple(interval))))
         rows.append((FLOOR_NAMES[name], interval))
+    if rig.floor.per_run is not None:
+        rows.append(("friction_drift_per_run", normal_interval(*rig.floor.per_run)))
     if "friction" not in rig.floor.names:
         rows.append(("floor_friction", UNKNOWN))
     return rows
@@ -225,7 +270,8 @@ def _wall_rows(rig: RigFit, frame: RigFrame) -> list[tuple[str, Interval]]:
     return [
         (wall_parameter(term), normal_interval(value[k], np.hypot(sd[k], shared.get(term, 0.0))))
         for k, term in enumerate(wall.terms)
-    ]
+        if term not in LOBE_TERMS
+    ] + _lobe_rows(rig, frame)
 
 
 def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:

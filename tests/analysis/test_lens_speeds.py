@@ -10,8 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from analysis.flights.fit import LENS_POWERS, LENS_TERMS, lens_basis
-from analysis.identification.lens_residual import LensResidual
-from analysis.identification.lens_speeds import lens_gradient, restitution_sd
+from analysis.identification.lens_residual import LensResidual, lens_gradient, restitution_sd
 
 RADIUS_M, RESTITUTION = 0.04, 0.7
 

@@ -95,6 +95,14 @@ def stating(series: Series, **sizes: float) -> list[Recording]:
     return [replace(one, settings=one.settings.model_copy(update={"model": model})) for one in series.recordings]
 
 
+def with_scale(recording: Recording) -> Recording:
+    """Beside what ``[model]`` states, lengths that are off."""
+    known = recording.settings.model
+    sizes = {**known.effect_parameters, "length_scale_error": {"scale": 1.01}}
+    model = known.model_copy(update={"effects": (*known.effects, "length_scale_error"), "effect_parameters": sizes})
+    return replace(recording, settings=recording.settings.model_copy(update={"model": model}))
+
+
 def values(joint) -> dict[str, float]:
     return dict(zip(joint["parameter"], joint["value"], strict=True))
 
@@ -108,7 +116,10 @@ def test_a_stated_size_is_held_and_a_wrong_one_is_told(tilted):
     held, one = identify_series(motions, stating(series, **right))
     assert "table_tilt_x_m_per_s2" not in values(held)
     assert values(held)["floor_friction"] == pytest.approx(fitted["floor_friction"], rel=1e-4)
-    wrong, one = identify_series(motions, stating(series, tilt_rad=2 * right["tilt_rad"], direction_rad=0.0))
+    scaled = [with_scale(r) for r in stating(series, tilt_rad=2 * right["tilt_rad"], direction_rad=0.0)]
+    wrong, one = identify_series(motions, scaled)
+    # An error of the measurement is the diagnosis' to take out, and identification says so.
+    assert any("states length_scale_error" in note for note in one[0].notes)
     assert any("another size of table_tilt than [model] states" in note for note in one[0].notes)
     told = values(wrong)
     assert [told["table_tilt_x_m_per_s2"], told["table_tilt_y_m_per_s2"]] == pytest.approx(pull, abs=2e-3)

@@ -23,7 +23,7 @@ from analysis.gap.estimates import improved
 from analysis.gap.ladder import run_ladder
 from analysis.gap.page.figures_drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
-from analysis.gap.selection.lobed_wall import LobedWall, best_order, lobe_columns
+from analysis.walls.lobes import LobedWall, best_order, lobe_columns
 from analysis.walls.wall import Wall
 from ovines.core.effects import EFFECTS
 from ovines.pipeline.diagnosis import load_series

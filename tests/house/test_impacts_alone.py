@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.identification.given_impacts import identify_impacts
 from ovines.__main__ import main
+from ovines.recording import read_series
 from ovines.tables import read_table
 
 RIG = """format = 1
@@ -78,13 +80,25 @@ def test_their_law_is_diagnosed(tmp_path):
         rng = np.random.default_rng(2)
         for run in (1, 2, 3):
             recording(tmp_path / name / f"run-{run}", impacts(rng, 80, slope=slope))
-        assert main(["diagnose", str(tmp_path / name), "--out", str(tmp_path / f"{name}-out")]) == 0
+        model = tmp_path / f"{name}.toml"
+        out = ["--out", str(tmp_path / f"{name}-out"), "--write-model", str(model)]
+        assert main(["diagnose", str(tmp_path / name), *out]) == 0
         answer = json.loads((tmp_path / f"{name}-out" / "diagnosis.json").read_text())
         assert answer["effects"] == ([] if name == "plain" else ["speed_dependent_restitution"]), answer["left"]
         assert answer["verdict"] == ("none" if name == "plain" else "effect")
         assert answer["stage"] == (None if name == "plain" else "impact")
         assert answer["gap"]["recalibrated"]["flight_m"] is None
     assert answer["gap"]["shrinkage"] > 0.7
+    # What identification tells with the written model is what the diagnosis told: one estimator.
+    for run in (1, 2, 3):
+        toml = tmp_path / "falling" / f"run-{run}" / "recording.toml"
+        toml.write_text(toml.read_text() + "\n" + model.read_text())
+    recordings = read_series(tmp_path / "falling")
+    tables = [read_table(one.folder / "impacts.parquet", "given_impacts") for one in recordings]
+    found = identify_impacts(tables, recordings).identification.set_index("parameter")
+    assert "restitution_fast" not in found.index  # stated, so held
+    for name, one in answer["nominal"].items():
+        assert abs(found.loc[name, "value"] - one["with_effect"]) < 1e-3 * found.loc[name, "sd"], name
 
 
 def test_speeds_alone_give_the_restitution(tmp_path):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.contact.held_laws import known_at_impacts
+from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -16,7 +17,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.search import find_law
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, RESTITUTION_EFFECTS, ImpactFit, kept_gain
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, kept_gain
 from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import fit_restitution
+from analysis.contact.restitution import best_speed_scale, restitution_design
 from analysis.flights.evidence import covariance_of
 from analysis.flights.fit import LENS_TERMS, ORIGIN
 from analysis.flights.parameters import INDEX
@@ -26,7 +27,6 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Setting, record, starts
 from analysis.gap.selection.flight_candidates import fit, information_of, prior_of
 from analysis.gap.selection.flight_terms import EFFECT_TERMS
-from analysis.gap.selection.impact_candidates import best_speed_scale, restitution_design
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 from ovines.workers.threads import in_threads
 

@@ -12,23 +12,20 @@ from numpy.typing import NDArray
 
 from analysis.contact.held_laws import since_before
 from analysis.contact.law import Law, LawData, fit_restitution, predicted_tangential
+from analysis.contact.restitution import (
+    RESTITUTION_EFFECTS,
+    best_speed_scale,
+    conditions,
+    restitution_columns,
+    restitution_design,
+)
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Candidate, Panel
-from analysis.gap.selection.impact_candidates import (
-    LOBES_AS_PROBE,
-    PROBES,
-    RESTITUTION_EFFECTS,
-    ImpactFit,
-    best_speed_scale,
-    conditions,
-    covariates,
-    restitution_columns,
-    restitution_design,
-)
-from analysis.gap.selection.lobed_wall import ORDERS, lobe_columns
+from analysis.gap.selection.impact_candidates import LOBES_AS_PROBE, PROBES, ImpactFit, covariates
 from analysis.statistics.robust import at_least_noise, least_squares
+from analysis.walls.lobes import ORDERS, lobe_columns
 
 Array = NDArray[np.float64]
 DEGREES = 180 / np.pi

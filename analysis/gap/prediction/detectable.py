@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from analysis.contact.law import LawData
+from analysis.contact.restitution import conditions
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.gap import thresholds as rules
@@ -23,7 +24,7 @@ from analysis.gap.selection import inertia
 from analysis.gap.selection.centres import centre_negligible_m
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain, conditions
+from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
 from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.one_impact_ahead import through_impacts
 from analysis.gap.selection.flight_candidates import FlightFit, FlightModel
-from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS
 from analysis.gap.selection.impact_floor import impact_floor
 from ovines.recording_schema import Nominal
 

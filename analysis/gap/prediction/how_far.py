@@ -18,15 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import measure
+from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.contact.wall_fit import fit_wall
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
-from analysis.gap.selection.impact_candidates import RESTITUTION_EFFECTS, ImpactFit, wall_prior
+from analysis.gap.selection.impact_candidates import ImpactFit, wall_prior
 from analysis.gap.selection.impact_floor import impact_floor
-from analysis.gap.selection.lobed_wall import LOBE_TERMS
+from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]

@@ -11,18 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chndtr
 
+from analysis.contact.restitution import restitution_design
 from analysis.flights.evidence import covariance_of
 from analysis.gap.ladder import Ladder
 from analysis.gap.selection.flight_candidates import FlightFit, Units, prior_of
 from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flight_terms import FlightTerm, terms
-from analysis.gap.selection.impact_candidates import (
-    NEGLIGIBLE,
-    SPOTS_BY_CHANCE,
-    restitution_design,
-    restitution_groups,
-    spots,
-)
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.null_distribution import held_out_cost, root_of, threshold
 from analysis.gap.thresholds import GAIN, IMPACT_GAIN, IMPROVED

@@ -16,6 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential
+from analysis.contact.restitution import conditions, held_restitution, restitution_design, rig_sizes
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import share_at_start, stated_sizes
@@ -26,7 +27,7 @@ from analysis.gap.selection.flight_candidates import (
     nominal_model,
     run_places,
 )
-from analysis.gap.selection.impact_candidates import ImpactFit, conditions, restitution_design
+from analysis.gap.selection.impact_candidates import ImpactFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Nominal
 
@@ -161,18 +162,8 @@ def predicted_impacts(
 def stated_restitution(data: LawData, model: Nominal, frame: RigFrame) -> Array:
     """Restitution (K,) of each impact as ``[model]`` states it, with the effects on it that have sizes."""
     assert model.restitution is not None
-    each, sizes = np.full(len(data), model.restitution), stated_sizes(model)
-    if "speed_dependent_restitution" in sizes:
-        fast = sizes["speed_dependent_restitution"]["restitution_fast"]
-        scale = sizes["speed_dependent_restitution"]["speed_scale_m_per_s"] / frame.factor("x_m_per_s")
-        each = fast + (each - fast) * np.exp(-data.before / scale)
-    if "direction_dependent_restitution" in sizes:
-        direction = sizes["direction_dependent_restitution"]["direction_rad"] - frame.turn_rad
-        each = each + sizes["direction_dependent_restitution"]["amplitude"] * np.cos(data.azimuth_rad - direction)
-    if "restitution_drift" in sizes:
-        drift, at = sizes["restitution_drift"], conditions(data)
-        per_s = drift["relative_per_s"] / frame.factor("x_per_s")
-        each = each * (1 + per_s * at.since_start_s) * (1 + drift["relative_per_run"] * at.run)
+    slope, offset, _ = held_restitution(conditions(data), rig_sizes(stated_sizes(model), frame))
+    each = offset + slope * model.restitution
     return np.asarray(np.clip(each, 0.0, 1.0), float)
 
 

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from analysis.contact.held_laws import since_before, without_laws
 from analysis.contact.impacts import Junctions, intersect
@@ -26,12 +24,19 @@ from analysis.contact.law import (
     predicted_tangential,
     sticks,
 )
-from analysis.contact.wall_fit import WallFit, fit_wall
+from analysis.contact.restitution import (
+    RESTITUTION_EFFECTS,
+    best_speed_scale,
+    conditions,
+    restitution_columns,
+    restitution_design,
+)
+from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order
 from analysis.flights.fit import FlightFits
-from analysis.gap.selection.lobed_wall import LOBE_TERMS, ORDERS, LobedWall, best_order, lobe_columns
 from analysis.statistics.gain import regress
+from analysis.walls.lobes import LOBE_TERMS, ORDERS, LobedWall, lobe_columns
 from analysis.walls.wall import Wall
-from ovines.robust import MEDIAN_TO_SD, residual_sd
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 
@@ -133,8 +138,6 @@ def wall_prior(wall: Wall) -> dict[str, float]:
     return {term: wall.prior_sd(term) for term in wall.nominal_terms if term.startswith(("side", "turn", "cylinder"))}
 
 
-#: effects of the library that act on the restitution
-RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution", "restitution_drift")
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
 #: law of a series with too few impacts to fit one
@@ -197,53 +200,8 @@ PROBES = {
 LOBES_AS_PROBE = ("twice the azimuth", "three times the azimuth")
 #: so many orders of lobes are tried, of which the best gains this much more by chance
 LOBES_BY_CHANCE = 2 * float(np.log(len(ORDERS)))
-# A contact distance off by more of its robust sds chooses no order.
-CUT_DISTANCE_SD = 4.0
 #: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
 SPOTS_BY_CHANCE = 8.0
-SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
-
-
-def restitution_design(data: LawData, names: Sequence[str]) -> Array:
-    """Columns of restitution for a model with the effects ``names``: constant, falling with speed, with direction."""
-    scale = best_speed_scale(data) if "speed_dependent_restitution" in names else 1.0
-    return restitution_columns(conditions(data), names, scale)
-
-
-class Conditions(NamedTuple):
-    """What a restitution of the library depends on: approach speeds, azimuths, seconds since the runs' starts, numbers
-    of the runs from 0 (K, each)."""
-
-    before: Array
-    azimuth_rad: Array
-    since_start_s: Array
-    run: Array
-
-
-def conditions(data: LawData) -> Conditions:
-    """Those of measured impacts; times that nobody has told count as none."""
-    told = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
-    return Conditions(data.before, data.azimuth_rad, told, data.run.astype(float))
-
-
-def scenario_restitution(data: LawData, names: Sequence[str]) -> float:
-    """The restitution to which the effects ``names`` are added in a scenario: of the slowest impacts where it falls
-    with the speed, the mean over directions, the one at the start of the first run where it drifts."""
-    coefficients = fit_restitution(data, restitution_design(data, names))[0]
-    return float(sum(coefficients[: 1 + ("speed_dependent_restitution" in names)]))
-
-
-def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:
-    """As :func:`restitution_design`, under given conditions (K of each) and with a given speed scale (m/s).  Where it
-    drifts beside another effect the two are added, which is off by their product."""
-    columns = [np.ones(len(at.before))]
-    if "speed_dependent_restitution" in names:
-        columns.append(np.exp(-at.before / scale))
-    if "direction_dependent_restitution" in names:
-        columns += [np.cos(at.azimuth_rad), np.sin(at.azimuth_rad)]
-    if "restitution_drift" in names:
-        columns += [at.since_start_s, at.run]
-    return np.column_stack(columns)
 
 
 def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
@@ -264,37 +222,6 @@ def _with_structure(data: LawData) -> LawData:
         if outlier_count(data, restitution_design(data, RESTITUTION_EFFECTS)) <= few
         else replace(data, outliers=0.0)
     )
-
-
-def best_speed_scale(data: LawData) -> float:
-    """Speed scale (m/s) of an exponential fall of restitution, by likelihood: a grid, then a bounded search about its
-    best.
-    """
-    grid = [_scale_misfit(data, s) for s in SPEED_SCALES_M_PER_S]
-    at = int(np.argmin(grid))
-    low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
-    found = minimize_scalar(
-        lambda u: _scale_misfit(data, np.exp(u)),
-        bounds=(np.log(low), np.log(high)),
-        method="bounded",
-        options={"xatol": 1e-3},
-    )
-    return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
-
-
-def _scale_misfit(data: LawData, scale: float) -> float:
-    return fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / scale)]))[3]
-
-
-def speed_scale_sd(data: LawData, scale: float) -> float:
-    """Standard deviation (m/s) of the speed scale from the curvature of its profile likelihood."""
-    h = 0.05
-    curvature = (
-        _scale_misfit(data, scale * np.exp(h))
-        + _scale_misfit(data, scale * np.exp(-h))
-        - 2 * _scale_misfit(data, scale)
-    ) / h**2
-    return float(scale * np.sqrt(2 / curvature)) if curvature > 1e-9 else scale
 
 
 def restitution_gains(
@@ -435,7 +362,7 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
     if not shape.finite and "finite_contact_time" not in withheld:
         trial = fit_wall(base.junctions, wall.wall, terms, prior, speed[:, None])
         add("finite_contact_time", trial, slice(-1, None), float(abs(trial.estimate[-1]) * np.std(speed[used])), True)
-    order = _next_order(base, shape)
+    order = lobe_order(base.wall, shape.order)
     named = order > 0 and not shape.order and "wall_lobes" not in withheld
     if named:
         trial = fit_wall(base.junctions, LobedWall.of(wall.wall, order), [*terms, *LOBE_TERMS], prior, held)
@@ -465,22 +392,7 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
 
 def with_lobes(base: ImpactFit, shape: Shape) -> Shape:
     """``shape`` with the lobes that the contact distances ask for, however small."""
-    return replace(shape, order=_next_order(base, shape))
-
-
-def _next_order(base: ImpactFit, shape: Shape) -> int:
-    """The order of lobes beside those of ``shape`` that the contact distances ask for most; 0 where there is no
-    ring."""
-    wall, data = base.wall, base.data
-    if not wall.wall.ellipse_terms:
-        return 0
-    residual = wall.residual_m[data.index]
-    limit = CUT_DISTANCE_SD * max(residual_sd(residual), 1e-12)
-    design = wall.impacts.design(shape.terms(wall.wall))[data.index]
-    if shape.finite:
-        design = np.column_stack([design, data.before])
-    seen = data.azimuth_rad - data.host_angle_rad
-    return best_order(seen, design, np.clip(residual, -limit, limit), shape.order)
+    return replace(shape, order=lobe_order(base.wall, shape.order))
 
 
 def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:

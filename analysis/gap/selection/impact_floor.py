@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential
-from analysis.gap.selection.impact_candidates import ImpactFit, covariates, restitution_design
+from analysis.contact.restitution import restitution_design
+from analysis.gap.selection.impact_candidates import ImpactFit, covariates
 
 Array = NDArray[np.float64]
 # Slip over normal impulse at which the free tangential law may bend: from pure stick to pure slide on this rig.

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import Law, LawData, fit_restitution
+from analysis.contact.restitution import RESTITUTION_EFFECTS, fit_effects, restitution_design
+from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, ImpactGain, Shape, fit_impacts
-from analysis.gap.selection.lobed_wall import LOBE_TERMS
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -37,6 +38,7 @@ from analysis.gap.thresholds import (
     SIGNIFICANCE,
     USUAL_DISTANCE,
 )
+from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.wall import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
@@ -85,7 +87,7 @@ def select_impact_effects(
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8
     impacts.
     """
-    terms: Sequence[str] = [e for e in effects if e in impact_candidates.RESTITUTION_EFFECTS]
+    terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
     shape = Shape("wall_ellipticity" in effects, "finite_contact_time" in effects)
     nominal = fit_impacts(flight.fits, shape)
     if len(nominal.data) < LEAST_IMPACTS:
@@ -144,13 +146,6 @@ def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ..
     return tuple(g.name for g in candidates if g.named and g.name != best.name and best.gain - g.gain < EQUIVALENT)
 
 
-def _contact_time(slope_s: float, restitution: float) -> float:
-    """Duration of a contact from the slope of the contact distance in the approach speed: paths meet eps T/(1 + eps) v
-    further out.
-    """
-    return slope_s * (1 + restitution) / max(restitution, 0.05)
-
-
 def contact_negligible_s(base: ImpactFit) -> float:
     """A contact as short as this is an instant: the way at the median approach is a small share of the radius."""
     return CONTACT_NEGLIGIBLE * base.wall.wall.size_m / max(float(np.median(base.data.before)), 1e-9)
@@ -160,16 +155,16 @@ def _shape_accepted(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool
     if gain.gain < IMPACT_GAIN or gain.significance < SIGNIFICANCE:
         return False
     if gain.name == "finite_contact_time":
-        return _contact_time(float(gain.estimate[-1]), base.law.restitution) > contact_negligible_s(base)
+        return contact_time_s(float(gain.estimate[-1]), base.law.restitution) > contact_negligible_s(base)
     e = gain.estimate[:2]
     return float(np.hypot(*e)) > (ELLIPTICITY_UNDER_LENS if lens_residual_found else ELLIPTICITY_NEGLIGIBLE)
 
 
 def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -> Cause:
     if gain.name == "finite_contact_time":
-        factor = _contact_time(1.0, base.law.restitution)
+        factor = contact_time_s(1.0, base.law.restitution)
         duration = base.contact_slope_s * factor
-        parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + 0.03 * duration)}
+        parameters = {"duration_s": (duration, base.contact_slope_sd_s * factor + CONTACT_MODEL_SHARE * duration)}
         return Cause(
             gain.name, "impact", parameters, duration / contact_negligible_s(base), gain.gain, "normal", "impact"
         )
@@ -285,38 +280,8 @@ def law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
 
 
 def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain]) -> Cause:
-    data, beside = base.data, _columns(structure)
-    design = impact_candidates.restitution_design(data, names)
-    k = design.shape[1]
-    c, covariance, _, _ = fit_restitution(data, design if beside is None else np.column_stack([design, beside]))
-    c, sd = c[:k], np.sqrt(np.diag(covariance))[:k]
+    parameters = fit_effects(base.data, names, {}, _columns(structure)).sizes[gain.name]
     strength = gain.size / NEGLIGIBLE["restitution"]
-    if gain.name == "speed_dependent_restitution":
-        scale = impact_candidates.best_speed_scale(data)
-        scale_sd = impact_candidates.speed_scale_sd(data, scale)
-        # The fast limit moves with the scale: both ends of the scale's interval are tried.
-        at = impact_candidates.conditions(data)
-        ends = [
-            fit_restitution(data, impact_candidates.restitution_columns(at, names, s))[0][0]
-            for s in (max(scale - scale_sd, 0.05), scale + scale_sd)
-        ]
-        fast_sd = float(np.hypot(sd[0], 0.5 * (max(ends) - min(ends))))
-        parameters = {"restitution_fast": (float(c[0]), fast_sd), "speed_scale_m_per_s": (scale, scale_sd)}
-    elif gain.name == "restitution_drift":
-        # Columns of the drift are the last; they change a restitution that is the mean of the others at the start.
-        at_start = float(np.mean(design[:, :-2] @ c[:-2]))
-        told = {"relative_per_s": -2, "relative_per_run": -1}
-        parameters = {
-            name: (float(c[i] / at_start), float(sd[i] / at_start)) for name, i in told.items() if np.ptp(design[:, i])
-        }
-    else:
-        first = k - 2 * (1 + ("restitution_drift" in names))
-        (a, b), (a_sd, b_sd) = c[first : first + 2], sd[first : first + 2]
-        size = float(np.hypot(a, b))
-        parameters = {
-            "amplitude": (size, float(np.hypot(a * a_sd, b * b_sd) / max(size, 1e-9))),
-            "direction_rad": (float(np.arctan2(b, a)), 0.5 * float(a_sd + b_sd) / max(size, 1e-9)),
-        }
     return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 
 
@@ -349,9 +314,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
     if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
         return []
     out = []
-    scatter = float(
-        fit_restitution(base.data, impact_candidates.restitution_design(base.data, step.restitution_terms))[2]
-    )
+    scatter = float(fit_restitution(base.data, restitution_design(base.data, step.restitution_terms))[2])
     if scatter > 1.35 * USUAL_SCATTER:
         out.append(
             Structure(

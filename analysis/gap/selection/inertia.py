@@ -1,9 +1,4 @@
-"""The disk's moment of inertia against the stated one: tangential impulses against the spins that they make.
-
-An impulse j at the rim turns the disk by ``j / (q m R)`` whatever the contact's law, stick or slide, so that an error
-of q is told apart from any tangential restitution wherever the disk's angle is seen; without it the two are one.  A
-disk's radius (or unit of length) that is off by as much looks alike.
-"""
+"""The disk's moment of inertia against the stated one, by its impacts (:mod:`analysis.contact.inertia`)."""
 
 from __future__ import annotations
 
@@ -13,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import intersect
-from analysis.contact.law import LawData, law_data
+from analysis.contact.inertia import FEWEST_IMPACTS, fit_inertia
+from analysis.contact.law import law_data
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
@@ -21,16 +17,10 @@ from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.impact_candidates import wall_prior
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
-from analysis.statistics.gain import CUT_SD, regress
 
 Array = NDArray[np.float64]
 # An inertia computed from a drawing is right to this share: holes, rims and markers make more.
 NEGLIGIBLE = 0.02
-# Errors of an impulse beyond the flights' covariance, as a share of the normal one, as the angular probes have it.
-SHARE_OF_NORMAL = 0.002
-# Spins known worse than this (m/s at the rim) tell nothing: a motion without angles.
-KNOWN_SPIN_M_PER_S = 1.0
-FEWEST_IMPACTS = 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,36 +77,16 @@ def inertia_step(flights: FlightFit, inertia_factor: float, stated: float) -> In
         return InertiaStep(stated=stated)
     wall = fit_wall(junctions, run.wall, run.wall.nominal_terms, wall_prior(run.wall))
     data = law_data(wall.impacts, wall.used, run.radius_m, inertia_factor)
-    if len(data) < FEWEST_IMPACTS or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
+    told = fit_inertia(data, len(flights.fits))
+    if told is None:
         return InertiaStep(stated=stated)
-    sd = np.sqrt(data.angular_sd**2 + (SHARE_OF_NORMAL * data.normal_impulse) ** 2)
-    columns = np.column_stack([np.ones(len(data)), data.tangential_impulse])
-    gain, (slope,), (slope_sd,), _, significance = regress(columns, data.angular, sd)
-    # angular / j = (q - q_true) / (1 + q_true), j being computed with q.
-    q = inertia_factor
-    ratio = (q - slope) / (1 + slope) / q
-    ratio_sd = float(slope_sd) * (1 + q) / (1 + slope) ** 2 / q
-    held_out = _held_out(data, columns, sd, len(flights.fits))
     hit = np.unique(data.run)
     found = (
-        gain > IMPACT_GAIN
-        and significance > SIGNIFICANCE
-        and abs(ratio - 1) > NEGLIGIBLE
-        and float(np.mean(held_out[hit] > 0)) >= IMPROVED
+        told.gain > IMPACT_GAIN
+        and told.significance > SIGNIFICANCE
+        and abs(told.ratio - 1) > NEGLIGIBLE
+        and float(np.mean(told.held_out[hit] > 0)) >= IMPROVED
     )
     return InertiaStep(
-        float(ratio), ratio_sd, gain, bool(found), stated, data.tangential_impulse, data.angular, held_out
+        told.ratio, told.sd, told.gain, bool(found), stated, data.tangential_impulse, data.angular, told.held_out
     )
-
-
-def _held_out(data: LawData, columns: Array, sd: Array, runs: int) -> Array:
-    """Fall of the sum of squares (R,) of each run by the other runs' slope; single errors are cut."""
-    out = np.zeros(runs)
-    for run in np.unique(data.run):
-        here = data.run == run
-        rest = ~here if np.count_nonzero(~here) >= FEWEST_IMPACTS else np.ones(len(data), bool)
-        slope = regress(columns[rest], data.angular[rest], sd[rest])[1][0]
-        before, after = (data.angular[here] - k * data.tangential_impulse[here] for k in (0.0, slope))
-        cut = [np.sum(np.minimum((one / sd[here]) ** 2, (4 * CUT_SD) ** 2)) for one in (before, after)]
-        out[run] = cut[0] - cut[1]
-    return out

@@ -1,0 +1,67 @@
+"""The disk's moment of inertia from its impacts: tangential impulses against the spins that they make.
+
+An impulse j at the rim turns the disk by ``j / (q m R)`` whatever the contact's law, stick or slide, so that an error
+of q is told apart from any tangential restitution wherever the disk's angle is seen; without it the two are one.  A
+disk's radius (or unit of length) that is off by as much looks alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import LawData
+from analysis.statistics.gain import CUT_SD, regress
+
+Array = NDArray[np.float64]
+# Errors of an impulse beyond the flights' covariance, as a share of the normal one, as the angular probes have it.
+SHARE_OF_NORMAL = 0.002
+# Spins known worse than this (m/s at the rim) tell nothing: a motion without angles.
+KNOWN_SPIN_M_PER_S = 1.0
+FEWEST_IMPACTS = 15
+
+
+@dataclass(frozen=True, eq=False)
+class InertiaFit:
+    """``ratio`` of the true inertia to the one in use with its ``sd``; ``gain`` in -2 log L and ``significance`` (sds)
+    of its difference from 1; ``held_out`` (R,): what the other runs' ratio takes of each run's sum of squares over the
+    variance."""
+
+    ratio: float
+    sd: float
+    gain: float
+    significance: float
+    held_out: Array
+
+
+def fit_inertia(data: LawData, runs: int) -> InertiaFit | None:
+    """The inertia that the impacts of so many ``runs`` show, against the one that ``data`` was made with; None where
+    they are too few, or without spins.
+
+    A force that the flights lack bends their ends, and with them the impulses: only flights that hold what acts on them
+    tell an inertia."""
+    if len(data) < FEWEST_IMPACTS or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
+        return None
+    sd = np.sqrt(data.angular_sd**2 + (SHARE_OF_NORMAL * data.normal_impulse) ** 2)
+    columns = np.column_stack([np.ones(len(data)), data.tangential_impulse])
+    gain, (slope,), (slope_sd,), _, significance = regress(columns, data.angular, sd)
+    # angular / j = (q - q_true) / (1 + q_true), j being computed with q.
+    q = data.inertia_factor
+    ratio = float((q - slope) / (1 + slope) / q)
+    ratio_sd = float(slope_sd) * (1 + q) / (1 + slope) ** 2 / q
+    return InertiaFit(ratio, float(ratio_sd), float(gain), float(significance), _held_out(data, columns, sd, runs))
+
+
+def _held_out(data: LawData, columns: Array, sd: Array, runs: int) -> Array:
+    """Fall of the sum of squares (R,) of each run by the other runs' slope; single errors are cut."""
+    out = np.zeros(runs)
+    for run in np.unique(data.run):
+        here = data.run == run
+        rest = ~here if np.count_nonzero(~here) >= FEWEST_IMPACTS else np.ones(len(data), bool)
+        slope = regress(columns[rest], data.angular[rest], sd[rest])[1][0]
+        before, after = (data.angular[here] - k * data.tangential_impulse[here] for k in (0.0, slope))
+        cut = [np.sum(np.minimum((one / sd[here]) ** 2, (4 * CUT_SD) ** 2)) for one in (before, after)]
+        out[run] = cut[0] - cut[1]
+    return out

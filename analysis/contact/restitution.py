@@ -1,0 +1,203 @@
+"""A restitution that follows speed, direction or time: the effects of the library on it, held as stated or fitted.
+
+The one place that says what they are to measured impacts: ``ovines identify``, ``compare`` and ``diagnose`` ask here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from analysis.contact.law import LawData, fit_restitution
+from analysis.motion.rig_frame import RigFrame
+
+Array = NDArray[np.float64]
+Sizes = Mapping[str, Mapping[str, float]]
+SPEED, DIRECTION, DRIFT = "speed_dependent_restitution", "direction_dependent_restitution", "restitution_drift"
+#: effects of the library that act on the restitution, in the order of their columns
+RESTITUTION_EFFECTS = (SPEED, DIRECTION, DRIFT)
+#: speeds (m/s) from which the search for an exponential fall begins
+SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
+# Where a scale's interval would end below this speed (m/s), no impact tells a slower one apart.
+SLOWEST_SCALE_M_PER_S = 0.05
+# Step of the logarithm of the scale by which the likelihood's curvature is taken, and the least curvature that is one.
+SCALE_STEP, LEAST_CURVATURE = 0.05, 1e-9
+
+
+class Conditions(NamedTuple):
+    """What a restitution of the library depends on: approach speeds, azimuths, seconds since the runs' starts, numbers
+    of the runs from 0 (K, each)."""
+
+    before: Array
+    azimuth_rad: Array
+    since_start_s: Array
+    run: Array
+
+
+def conditions(data: LawData) -> Conditions:
+    """Those of measured impacts whose times count from the starts of their runs; times that nobody has told count as
+    none."""
+    told = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
+    return Conditions(data.before, data.azimuth_rad, told, data.run.astype(float))
+
+
+def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:
+    """Columns (K, P) of restitution for a model with the effects ``names`` and a speed ``scale`` (m/s): constant,
+    falling with speed, with direction, with time and run.  Where it drifts beside another effect the two are added,
+    which is off by their product."""
+    columns = [np.ones(len(at.before))]
+    if SPEED in names:
+        columns.append(np.exp(-at.before / scale))
+    if DIRECTION in names:
+        columns += [np.cos(at.azimuth_rad), np.sin(at.azimuth_rad)]
+    if DRIFT in names:
+        columns += [at.since_start_s, at.run]
+    return np.column_stack(columns)
+
+
+def restitution_design(data: LawData, names: Sequence[str]) -> Array:
+    """:func:`restitution_columns` of measured impacts, with the speed scale that they show."""
+    scale = best_speed_scale(data) if SPEED in names else 1.0
+    return restitution_columns(conditions(data), names, scale)
+
+
+def best_speed_scale(data: LawData) -> float:
+    """Speed scale (m/s) of an exponential fall of restitution, by likelihood: a grid, then a bounded search about its
+    best.
+    """
+    grid = [_scale_misfit(data, s) for s in SPEED_SCALES_M_PER_S]
+    at = int(np.argmin(grid))
+    low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
+    found = minimize_scalar(
+        lambda u: _scale_misfit(data, np.exp(u)),
+        bounds=(np.log(low), np.log(high)),
+        method="bounded",
+        options={"xatol": 1e-3},
+    )
+    return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
+
+
+def _scale_misfit(data: LawData, scale: float) -> float:
+    return fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / scale)]))[3]
+
+
+def speed_scale_sd(data: LawData, scale: float) -> float:
+    """Standard deviation (m/s) of the speed scale from the curvature of its profile likelihood."""
+    h = SCALE_STEP
+    curvature = (
+        _scale_misfit(data, scale * np.exp(h))
+        + _scale_misfit(data, scale * np.exp(-h))
+        - 2 * _scale_misfit(data, scale)
+    ) / h**2
+    return float(scale * np.sqrt(2 / curvature)) if curvature > LEAST_CURVATURE else scale
+
+
+def rig_sizes(stated: Sizes, frame: RigFrame) -> dict[str, dict[str, float]]:
+    """Those of the ``stated`` sizes of effects that act on the restitution, from the world into the rig's frame."""
+    own = {name: dict(stated[name]) for name in RESTITUTION_EFFECTS if name in stated}
+    if SPEED in own:
+        own[SPEED]["speed_scale_m_per_s"] /= frame.factor("speed_scale_m_per_s")
+    if DIRECTION in own:
+        own[DIRECTION]["direction_rad"] -= frame.turn_rad
+    if DRIFT in own:
+        own[DRIFT]["relative_per_s"] /= frame.factor("relative_per_s")
+    return own
+
+
+def held_restitution(at: Conditions, held: Sizes) -> tuple[Array, Array, Array]:
+    """``slope``, ``offset`` and ``share`` (K, each) of effects whose sizes are ``held`` (in the units of ``at``): a
+    restitution e is offset + slope e, and what else it follows is multiplied by the share."""
+    slope, offset, share = np.ones(len(at.before)), np.zeros(len(at.before)), np.ones(len(at.before))
+    if SPEED in held:
+        slope = np.exp(-at.before / held[SPEED]["speed_scale_m_per_s"])
+        offset = held[SPEED]["restitution_fast"] * (1 - slope)
+    if DIRECTION in held:
+        offset = offset + held[DIRECTION]["amplitude"] * np.cos(at.azimuth_rad - held[DIRECTION]["direction_rad"])
+    if DRIFT in held:
+        share = (1 + held[DRIFT]["relative_per_s"] * at.since_start_s) * (1 + held[DRIFT]["relative_per_run"] * at.run)
+    return share * slope, share * offset, share
+
+
+@dataclass(frozen=True, eq=False)
+class EffectsFit:
+    """The restitution with its effects: ``value`` and ``sd`` of the one to which a scenario adds them (of the slowest
+    impacts where it falls with the speed, the mean over directions, at the start of the first run where it drifts),
+    ``scatter`` from impact to impact, ``sizes`` (value, sd) of the effects that were fitted; ``unknowns`` fitted,
+    ``scale`` of the speed (m/s), ``held`` sizes."""
+
+    value: float
+    sd: float
+    scatter: float
+    sizes: Mapping[str, dict[str, tuple[float, float]]]
+    names: tuple[str, ...]
+    coefficients: Array
+    scale: float
+    held: Sizes
+
+    def at(self, here: Conditions) -> Array:
+        """Restitution (K,) of impacts under given conditions."""
+        design, offset = _design(here, self.names, self.scale, self.held)
+        return np.asarray(offset + design @ self.coefficients, float)
+
+
+def _design(at: Conditions, names: Sequence[str], scale: float, held: Sizes) -> tuple[Array, Array]:
+    slope, offset, share = held_restitution(at, held)
+    columns = share[:, None] * restitution_columns(at, names, scale)
+    columns[:, 0] = slope
+    return columns, offset
+
+
+def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array | None = None) -> EffectsFit:
+    """The restitution of impacts (times from the runs' starts) with the effects ``names``, of which ``held`` ones keep
+    their sizes and the others are fitted; ``beside`` (K, .): further columns whose coefficients nobody asks for."""
+    free = tuple(name for name in RESTITUTION_EFFECTS if name in names and name not in held)
+    at = conditions(data)
+    _, offset, _ = held_restitution(at, held)
+    plain = replace(data, after=data.after - offset * data.before) if held else data
+    scale = best_speed_scale(plain) if SPEED in free else 1.0
+    design, _ = _design(at, free, scale, held)
+    k = design.shape[1]
+    c, covariance, scatter, _ = fit_restitution(plain, design if beside is None else np.column_stack([design, beside]))
+    c, covariance = c[:k], covariance[:k, :k]
+    slow = np.array([1.0, float(SPEED in free), *np.zeros(max(k - 2, 0))])[:k]
+    sd = float(np.sqrt(slow @ covariance @ slow))
+    sizes: dict[str, dict[str, tuple[float, float]]] = {}
+    if SPEED in free:
+        scale_sd = speed_scale_sd(plain, scale)
+        # Both limits move with the scale: both ends of the scale's interval are tried.
+        moved = [
+            fit_restitution(plain, _design(at, free, s, held)[0])[0]
+            for s in (max(scale - scale_sd, SLOWEST_SCALE_M_PER_S), scale + scale_sd)
+        ]
+        fast, sd = (
+            float(np.hypot(own, 0.5 * abs((moved[1] - moved[0])[:k] @ row)))
+            for own, row in ((np.sqrt(covariance[0, 0]), np.eye(k)[0]), (sd, slow))
+        )
+        sizes[SPEED] = {"restitution_fast": (float(c[0]), fast), "speed_scale_m_per_s": (scale, scale_sd)}
+    if DIRECTION in free:
+        first = 1 + (SPEED in free)
+        sizes[DIRECTION] = _turning(c[first : first + 2], covariance[first : first + 2, first : first + 2])
+    if DRIFT in free:
+        # They change a restitution that is the mean of the others at the start.
+        at_start = float(np.mean(design[:, :-2] @ c[:-2]))
+        told = {"relative_per_s": k - 2, "relative_per_run": k - 1}
+        sizes[DRIFT] = {
+            name: (float(c[i] / at_start), float(np.sqrt(covariance[i, i]) / at_start))
+            for name, i in told.items()
+            if np.ptp(design[:, i])
+        }
+    return EffectsFit(float(slow @ c), sd, scatter, sizes, free, c, scale, held)
+
+
+def _turning(vector: Array, covariance: Array) -> dict[str, tuple[float, float]]:
+    """Amplitude and direction of a cosine with coefficients (2,), each with its sd."""
+    size = max(float(np.hypot(*vector)), 1e-9)
+    along = vector / size
+    across = np.array([-along[1], along[0]])
+    sd, turned = (float(np.sqrt(u @ covariance @ u)) for u in (along, across))
+    return {"amplitude": (size, sd), "direction_rad": (float(np.arctan2(vector[1], vector[0])), turned / size)}
