@@ -70,6 +70,7 @@ def _tracking_calls() -> list[Called]:
 def _identification_calls() -> list[Called]:
     from analysis.bounces.contact import BounceRig
     from analysis.bounces.model import BounceFrames, bounce_residual
+    from analysis.contact.tangential_search import Impulses, likeliest
     from analysis.flights.evidence import _without_states
     from analysis.flights.fit import WhiteFrames, fit_single, start_state, whiten
     from analysis.flights.model import FlightRig, fly_with_derivatives
@@ -92,6 +93,7 @@ def _identification_calls() -> list[Called]:
         (fly_with_derivatives, (line, 1.0, line, line, known, rig, places, blocks)),
         (whiten, (blocks, places, places, places)),
         (_without_states, (blocks, places, places, line, line)),
+        (likeliest, (places, line, 1, Impulses(*(line,) * 7, 1.0, places), line)),
         (_tangential, (column, line, line, line, line, line, 1.0, 1.0)),
         (bounce_residual, (line, line, bounce_frames, bounce_rig, blocks, places, places)),
         (_best_scatter, (line, line, column, 1.0)),
