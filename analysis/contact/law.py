@@ -317,8 +317,11 @@ def fit_tangential(
     x = np.ones((len(data), 1)) if friction_design is None else np.ascontiguousarray(friction_design)
     p = x.shape[1]
     impulses = Impulses(
-        *(np.ascontiguousarray(one) for one in (data.slip, data.normal_impulse, data.tangential_impulse)),
-        *(np.ascontiguousarray(one) for one in (data.mobility, data.coupling)),
+        np.ascontiguousarray(data.slip),
+        np.ascontiguousarray(data.normal_impulse),
+        np.ascontiguousarray(data.tangential_impulse),
+        data.mobility,
+        data.coupling,
         data.tangential_sd**2,
         (OUTLIER_SPREAD * data.normal_impulse) ** 2,
         outlier_share(len(data)),
