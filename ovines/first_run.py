@@ -30,8 +30,20 @@ Called = tuple[Any, tuple[Any, ...]]  # the kernel: what is decorated is typed a
 
 def calls(stages: Sequence[str]) -> list[Called]:
     """What these stages call, with arguments of the right types, in the order of a run."""
-    stage_calls = {"calibrate": _marker_calls, "track": _tracking_calls, "identify": _identification_calls}
+    stage_calls = {"calibrate": _calibration_calls, "track": _tracking_calls, "identify": _identification_calls}
     return [call for stage, listed in stage_calls.items() if stage in stages for call in listed()]
+
+
+def _calibration_calls() -> list[Called]:
+    from vision.calibration.bundle_adjustment import add_rows
+    from vision.pinhole import fill
+
+    line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
+    return [
+        *_marker_calls(),
+        (fill, (places, line, places, blocks, blocks)),
+        (add_rows, (blocks, places, 1.0, np.zeros(2, np.int64), places, line)),
+    ]
 
 
 def _marker_calls() -> list[Called]:
