@@ -30,8 +30,20 @@ Called = tuple[Any, tuple[Any, ...]]  # the kernel: what is decorated is typed a
 
 def calls(stages: Sequence[str]) -> list[Called]:
     """What these stages call, with arguments of the right types, in the order of a run."""
-    stage_calls = {"calibrate": _marker_calls, "track": _tracking_calls, "identify": _identification_calls}
+    stage_calls = {"calibrate": _calibration_calls, "track": _tracking_calls, "identify": _identification_calls}
     return [call for stage, listed in stage_calls.items() if stage in stages for call in listed()]
+
+
+def _calibration_calls() -> list[Called]:
+    from vision.calibration.bundle_adjustment import add_rows
+    from vision.pinhole import fill
+
+    line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
+    return [
+        *_marker_calls(),
+        (fill, (places, line, places, blocks, blocks)),
+        (add_rows, (blocks, places, 1.0, np.zeros(2, np.int64), places, line)),
+    ]
 
 
 def _marker_calls() -> list[Called]:
@@ -70,6 +82,7 @@ def _tracking_calls() -> list[Called]:
 def _identification_calls() -> list[Called]:
     from analysis.bounces.contact import BounceRig
     from analysis.bounces.model import BounceFrames, bounce_residual
+    from analysis.contact.tangential_search import Impulses, likeliest
     from analysis.flights.evidence import _without_states
     from analysis.flights.fit import WhiteFrames, fit_single, start_state, whiten
     from analysis.flights.model import FlightRig, fly_with_derivatives
@@ -92,6 +105,7 @@ def _identification_calls() -> list[Called]:
         (fly_with_derivatives, (line, 1.0, line, line, known, rig, places, blocks)),
         (whiten, (blocks, places, places, places)),
         (_without_states, (blocks, places, places, line, line)),
+        (likeliest, (places, line, 1, Impulses(*(line,) * 7, 1.0, places), line)),
         (_tangential, (column, line, line, line, line, line, 1.0, 1.0)),
         (bounce_residual, (line, line, bounce_frames, bounce_rig, blocks, places, places)),
         (_best_scatter, (line, line, column, 1.0)),

@@ -48,6 +48,8 @@ CAUGHT_HALF_PERIODS = 3.0
 PROBE_STEP_S, SHORTEST_STEP_S = 1e-5, 2e-6
 # An arrival is found to this gap (a millionth of the cameras' noise) or to this time, within so many steps.
 ARRIVED_M, ARRIVED_S, ARRIVAL_STEPS = 1e-12, 1e-13, 60
+# Newton's steps on the cubic through a step's ends, from the far end: each squares the error.
+CUBIC_STEPS = 6
 # Instants closer than this are one.
 SAME_TIME_S = 1e-12
 RECORD_SIZE = len(RECORD)
@@ -128,17 +130,48 @@ def _press(
 
 
 @compiled
+def _crossing(h: float, now: ContactView, later: ContactView) -> float:
+    """About when in a step of h the gap is zero for the last time, by the cubic through gaps and speeds at its ends;
+    h where it says nothing.
+    """
+    s = 1.0
+    for _ in range(CUBIC_STEPS):
+        one, two, three = s - 1.0, s * s, s * s * s
+        gap = (
+            (2 * three - 3 * two + 1) * now.gap
+            + s * one * one * h * now.normal_speed
+            + (3 * two - 2 * three) * later.gap
+            + two * one * h * later.normal_speed
+        )
+        slope = (
+            6 * s * one * (now.gap - later.gap)
+            + one * (3 * s - 1) * h * now.normal_speed
+            + s * (3 * s - 2) * h * later.normal_speed
+        )
+        if slope <= 0:
+            return h
+        s -= gap / slope
+    return s * h
+
+
+@compiled
 def _arrival(
-    y: Array, t: float, h: float, later: ContactView, shift_m: float, rig: BounceRig, work: BounceWork
+    y: Array,
+    t: float,
+    h: float,
+    now: ContactView,
+    later: ContactView,
+    shift_m: float,
+    rig: BounceRig,
+    work: BounceWork,
 ) -> tuple[float, ContactView]:
     """Time after t, within h, at which the disk reaches the wall, and the contact point there; ``work.probe`` is the
-    state there.  ``later`` is the contact point at t + h.
+    state there.  ``now`` and ``later`` are the contact points at t and t + h.
     """
-    low, high, middle = 0.0, h, h
+    low, high = 0.0, h
+    middle = _crossing(h, now, later)
     for _ in range(ARRIVAL_STEPS):
-        # Newton's step from the far side where it falls inside, else bisection.
-        middle = high - later.gap / later.normal_speed if later.normal_speed > 0 else 0.5 * (low + high)
-        if middle <= low or middle >= high:
+        if not low < middle < high:
             middle = 0.5 * (low + high)
         _step(y, t, middle, rig, work, work.probe)
         later = contact_view(work.probe, t + middle, rig, shift_m)
@@ -148,8 +181,8 @@ def _arrival(
             high = middle
         else:
             low = middle
-            _step(y, t, high, rig, work, work.probe)
-            later = contact_view(work.probe, t + high, rig, shift_m)
+        # Newton's step where the disk comes nearer, else half of what is left.
+        middle = middle - later.gap / later.normal_speed if later.normal_speed > 0 else low
     return middle, later
 
 
@@ -221,7 +254,7 @@ def simulate_bounces(
                 t += h
                 view = contact_view(y, t, rig, shift_m)
             elif later.gap > 0 and later.normal_speed > 0 and (view.gap <= 0 or view.normal_speed <= 0):
-                passed, view = _arrival(y, t, h, later, shift_m, rig, work)
+                passed, view = _arrival(y, t, h, view, later, shift_m, rig, work)
                 t += passed
                 y[:] = work.probe
                 arrived = True

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from analysis.contact.impacts import QUANTITIES, Impacts
+from analysis.contact.tangential_search import Impulses, likeliest
 
 Array = NDArray[np.float64]
 _AT = {name: i for i, name in enumerate(QUANTITIES)}
@@ -314,37 +314,29 @@ def fit_tangential(
     ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried: the likeliest three are followed; more, and
     what each impact says, where impacts are so few that one more that slides is another answer.  Returns (friction
     coefficients, beta_0, scatter (relative to the normal impulse), -2 log L)."""
-    x = np.ones((len(data), 1)) if friction_design is None else friction_design
+    x = np.ones((len(data), 1)) if friction_design is None else np.ascontiguousarray(friction_design)
     p = x.shape[1]
-    share, broad = outlier_share(len(data)), (OUTLIER_SPREAD * data.normal_impulse) ** 2
-
-    def misfit(theta: Array) -> float:
-        predicted = predicted_tangential(data, x @ theta[:p], theta[p])
-        variance = data.tangential_sd**2 + (np.exp(theta[p + 1]) * data.normal_impulse) ** 2
-        return float(-2 * np.sum(_belongs((data.tangential_impulse - predicted) ** 2, variance, broad, share)[1]))
-
-    starts = [start] if start else [(mu, beta) for mu in FRICTIONS for beta in TANGENTIAL_RESTITUTIONS]
+    impulses = Impulses(
+        np.ascontiguousarray(data.slip),
+        np.ascontiguousarray(data.normal_impulse),
+        np.ascontiguousarray(data.tangential_impulse),
+        data.mobility,
+        data.coupling,
+        data.tangential_sd**2,
+        (OUTLIER_SPREAD * data.normal_impulse) ** 2,
+        outlier_share(len(data)),
+        x,
+    )
+    pairs = [start] if start else [(mu, beta) for mu in FRICTIONS for beta in TANGENTIAL_RESTITUTIONS]
     few = start is None and len(data) <= FEW_IMPACTS
     if few:
-        starts += _starts_of_impacts(data)
-    scored = sorted(
-        (misfit(np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])), mu, beta)
-        for mu, beta in starts
-    )
-    tried = []
-    for _, mu, beta in scored[: MORE_STARTS if few else 3]:
-        first = np.concatenate([[mu], np.zeros(p - 1), [beta, np.log(TANGENTIAL_SCATTER)]])
-        steps = np.concatenate([[STEP_FRICTION], np.full(p - 1, STEP_COEFFICIENT), [STEP_TANGENTIAL, STEP_LOG_SCATTER]])
-        simplex = np.vstack([first, first + np.diag(steps)])
-        found = minimize(
-            misfit,
-            first,
-            method="Nelder-Mead",
-            options={"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-3, "maxiter": 400 * (p + 2)},
-        )
-        tried.append(found)
-    best = min(tried, key=lambda one: one.fun)
-    return best.x[:p], float(best.x[p]), float(np.exp(best.x[p + 1])), float(best.fun)
+        pairs += _starts_of_impacts(data)
+    starts = np.zeros((len(pairs), p + 2))
+    starts[:, [0, p]], starts[:, p + 1] = sorted(pairs), np.log(TANGENTIAL_SCATTER)
+    steps = np.concatenate([[STEP_FRICTION], np.full(p - 1, STEP_COEFFICIENT), [STEP_TANGENTIAL, STEP_LOG_SCATTER]])
+    best = np.empty(p + 2)
+    least = likeliest(starts, steps, MORE_STARTS if few else 3, impulses, best)
+    return best[:p], float(best[p]), float(np.exp(best[p + 1])), float(least)
 
 
 def fit_law(data: LawData) -> Law:

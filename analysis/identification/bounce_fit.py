@@ -59,14 +59,15 @@ STEPS = np.concatenate([[1e-7, 1e-7, 1e-5, 1e-5, 1e-5, 1e-3, 1e-7, 1e-4, 1e-4, 1
 
 @dataclass(frozen=True, eq=False)
 class _Evaluated:
-    """A sequence at unknowns ``theta``: weighted ``residual`` and ``jacobian``, ``cost`` with the prior, its
-    ``records``.
+    """A sequence at unknowns ``theta``, over the first ``count`` frames: weighted ``residual``, its ``weight``,
+    ``cost`` with the prior, its ``records``, and when the disk ``settled``.
     """
 
     theta: Array
+    count: int
     cost: float
     residual: Array
-    jacobian: Array
+    weight: Array
     records: Array
     settled: float
 
@@ -122,19 +123,22 @@ class SequenceFit:
 
     def evaluate(self, theta: Array, count: int) -> _Evaluated:
         """Whitened residuals of the first ``count`` frames for unknowns ``theta``."""
-        r, jacobian = np.zeros((count, 3)), np.zeros((count, 3, len(theta)))
-        records, settled = self._simulated(theta, self.times[:count], self.observed, self.sd, jacobian, r)
-        r, jacobian = self.noise.whitened(r), self.noise.whitened(jacobian)
+        r = np.zeros((count, 3))
+        none = np.zeros((0, 3, len(theta)))
+        records, settled = self._simulated(theta, self.times[:count], self.observed, self.sd, none, r)
+        r = self.noise.whitened(r)
         weight = np.sqrt(np.minimum(1.0, CLIP / np.maximum(np.abs(r), 1e-12)))
         cost = float(np.sum((r * weight) ** 2) + np.sum((self.prior * theta) ** 2))
-        return _Evaluated(
-            theta,
-            cost,
-            r.ravel() * weight.ravel(),
-            jacobian.reshape(-1, len(theta)) * weight.reshape(-1, 1),
-            records,
-            settled,
-        )
+        return _Evaluated(theta, count, cost, r.ravel() * weight.ravel(), weight, records, settled)
+
+    def jacobian(self, here: _Evaluated) -> Array:
+        """Derivatives (3 count, P) of the weighted residual: a dozen simulations and more, so only where a step goes on
+        from there.
+        """
+        theta, count = here.theta, here.count
+        derivative = np.zeros((count, 3, len(theta)))
+        self._simulated(theta, self.times[:count], self.observed, self.sd, derivative, np.zeros((count, 3)))
+        return np.asarray(self.noise.whitened(derivative).reshape(-1, len(theta)) * here.weight.reshape(-1, 1))
 
     def _simulated(
         self, theta: Array, times: Array, observed: Array, sd: Array, jacobian: Array, r: Array
@@ -219,10 +223,12 @@ class SequenceFit:
 
     def _improve(self, here: _Evaluated, count: int, rounds: int, free: int | None = None) -> _Evaluated:
         """Levenberg-Marquardt steps, of the first ``free`` unknowns only where it is given."""
-        damping = FIRST_DAMPING
-        for _ in range(rounds):
-            normal = here.jacobian.T @ here.jacobian
-            right = -here.jacobian.T @ here.residual - self.prior**2 * here.theta
+        damping, there = FIRST_DAMPING, here
+        for number in range(rounds):
+            if number == 0 or there is here:
+                jacobian = self.jacobian(here)
+                normal = jacobian.T @ jacobian
+                right = -jacobian.T @ here.residual - self.prior**2 * here.theta
             step, system = np.zeros(len(right)), normal + np.diag(damping * np.diag(normal) + self.prior**2 + 1e-12)
             step[:free] = np.linalg.solve(system[:free, :free], right[:free])
             there = self.evaluate(here.theta + step, count)
@@ -246,7 +252,8 @@ class SequenceFit:
         misfit = float(per_frame.sum() / max(3 * len(per_frame) - 6, 1))
         if len(here.records) == 0 or misfit > BELIEVED or (open_end and not np.isfinite(here.settled)):
             return None
-        covariance = np.linalg.pinv(here.jacobian.T @ here.jacobian + np.diag(self.prior**2), hermitian=True)
+        jacobian = self.jacobian(here)
+        covariance = np.linalg.pinv(jacobian.T @ jacobian + np.diag(self.prior**2), hermitian=True)
         n, free = len(here.records), len(here.theta)
         derivative = np.zeros((n, len(RECORD), free))
         times = np.append(self.times[:count], self.times[count - 1] + 4 * self.period)

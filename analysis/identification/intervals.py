@@ -43,6 +43,8 @@ TANGENTIAL_RANGE = (-1.0, 1.0)
 ABOVE_FULL_REVERSAL = 0.5
 # Restitutions lie between 0 and 1: they scatter by no more.
 MOST_SCATTER = 0.5
+# Far from where a product of a double and one more factor would be none.
+TINY = 1e-150
 # Golden section.
 GOLDEN = 0.6180339887498949
 # A crossing is looked for in steps that grow by this, then halved so often or to this share of the first step, which is
@@ -73,17 +75,23 @@ def _deviance(scatter: float, residual: Array, variance: Array, size: Array, sha
     """-2 log L of residuals of variance + (scatter size)^2, of which ``share`` are outliers (as
     :func:`analysis.contact.law.fit_restitution`).
     """
-    total = 0.0
+    # Logarithms of products: one of each impact's took most of the time of an interval.
+    total, product = 0.0, 1.0
     for i in range(len(residual)):
         v, r2 = variance[i] + (scatter * size[i]) ** 2, residual[i] ** 2
-        follow = np.log1p(-share) - 0.5 * (r2 / v + np.log(v))
         if share > 0.0:
             broad = v + (OUTLIER_SPREAD * size[i]) ** 2
-            outlier = np.log(share) - 0.5 * (r2 / broad + np.log(broad))
-            high, low = max(follow, outlier), min(follow, outlier)
-            follow = high + np.log1p(np.exp(low - high))
-        total -= 2 * follow
-    return total
+            total += r2 / broad
+            likelier = 1 + (1 - share) / share * np.sqrt(broad / v) * np.exp(0.5 * (r2 / broad - r2 / v))
+            product *= broad / (likelier * likelier)
+        else:
+            total += r2 / v
+            product *= v
+        if not TINY < product < 1 / TINY:
+            total += np.log(product)
+            product = 1.0
+    total += np.log(product)
+    return total - 2 * len(residual) * np.log(share) if share > 0.0 else total
 
 
 @compiled

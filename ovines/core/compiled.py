@@ -51,9 +51,11 @@ def stamp_above(folder: Path, constants: tuple[str, ...] = ()) -> str:
     return hashlib.sha256((STAMP + source_stamp(folder, f"{folder.name}.compiled", constants)).encode()).hexdigest()
 
 
-def compiler(stamp: str, fastmath: bool | set[str] = False, counting: bool = True) -> Callable[[Function], Function]:
+def compiler(
+    stamp: str, fastmath: bool | set[str] = False, counting: bool = True, inline: bool = False
+) -> Callable[[Function], Function]:
     """A decorator that compiles at the first call and keeps the code on disk under ``stamp``; ``fastmath`` as numba has
-    it.
+    it; ``inline``: machine code of its callers holds it, never a call.
 
     ``counting``: whether references on arrays are counted.  A function that makes no array and returns none needs no
     counts, as its caller holds what it is given; with them half of a run's time went into nothing else.
@@ -65,6 +67,7 @@ def compiler(stamp: str, fastmath: bool | set[str] = False, counting: bool = Tru
             return uncached(function)
         options = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": fastmath, "boundscheck": None}
         options["_nrt"] = counting
+        options["forceinline"] = inline
         kernel = Kernel(function, targetoptions=options)
         try:
             kernel.enable_caching()
@@ -96,8 +99,9 @@ compiled = compiler(STAMP, counting=False)
 making_arrays = compiler(STAMP)
 
 
-# For small functions on the hot path: a call hands eight arrays over, which costs more than the work itself.
-inlined: Callable[[Function], Function] = njit(nogil=True, error_model="numpy", inline="always")
+# For small functions on the hot path: a call hands eight arrays over, which costs more than the work itself.  LLVM puts
+# them into their callers; numba would type and lower them anew in each (`inline="always"`), which takes twice as long.
+inlined = compiler(STAMP, counting=False, inline=True)
 
 
 @inlined

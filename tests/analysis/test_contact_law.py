@@ -9,7 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.contact.law import LawData, fit_law, fit_restitution, fit_tangential, speed_law, sticks
+from analysis.contact.law import (
+    OUTLIER_SPREAD,
+    LawData,
+    fit_law,
+    fit_restitution,
+    fit_tangential,
+    outlier_share,
+    predicted_tangential,
+    speed_law,
+    sticks,
+)
 from analysis.identification.intervals import (
     best_tangential,
     restitution_interval,
@@ -66,6 +76,37 @@ def intervals(data: LawData):
         restitution_interval(data, float(restitution), float(np.sqrt(covariance[0, 0]))),
         *tangential_intervals(data, float(friction), beta),
     )
+
+
+@pytest.mark.parametrize("count", [4, 40])
+def test_the_tangential_fit_ends_where_the_likelihood_is_greatest(count):
+    """Its value is that of the law's own prediction there, and within the tolerance of the search none beside it or on
+    a grid is likelier; friction may follow a design.
+    """
+    data = series(np.random.default_rng(count), count)
+    design = np.column_stack([np.ones(count), np.linspace(-1, 1, count)])
+    c, beta, scatter, least = fit_tangential(data, design)
+
+    def value(friction, tangential, spread):
+        misfit = data.tangential_impulse - predicted_tangential(data, design @ friction, tangential)
+        own = data.tangential_sd**2 + (spread * data.normal_impulse) ** 2
+        share, broad = outlier_share(count), own + (OUTLIER_SPREAD * data.normal_impulse) ** 2
+        follows, strays = (-0.5 * (misfit**2 / v + np.log(v)) for v in (own, broad))
+        if share == 0.0:
+            return -2 * np.sum(follows)
+        return -2 * np.sum(np.logaddexp(np.log(1 - share) + follows, np.log(share) + strays))
+
+    assert least == pytest.approx(value(c, beta, scatter), abs=1e-8)
+    for step in (1e-3, 3e-2):
+        for k in (-1, 1):
+            moved = (
+                (c + [k * step, 0], beta, scatter),
+                (c + [0, k * step], beta, scatter),
+                (c, beta + k * step, scatter),
+            )
+            assert all(value(*one) > least - 1e-3 for one in (*moved, (c, beta, scatter * np.exp(k * step))))
+    grid = [value(np.array([mu, 0]), b, 1e-3) for mu in np.linspace(0.02, 0.4, 40) for b in np.linspace(-0.9, 1, 40)]
+    assert min(grid) > least - 1e-3
 
 
 @pytest.mark.parametrize("slip", [(0.0, 0.1), (0.0, 2.0)])

@@ -76,11 +76,12 @@ def _inlined(tree):
 
 def test_python_calls_nothing_that_is_inlined():
     """What is inlined is not kept on the disk: Python would compile it anew in every process, seconds each time."""
-    trees = {
-        path: ast.parse(path.read_text(encoding="utf-8"))
+    sources = {
+        path: path.read_text(encoding="utf-8")
         for package in ("ovines", "vision", "analysis")
         for path in (ROOT / package).rglob("*.py")
     }
+    trees = {path: ast.parse(source) for path, source in sources.items()}
     inlined = {".".join(path.relative_to(ROOT).with_suffix("").parts): _inlined(tree) for path, tree in trees.items()}
     assert "base_motion" in inlined["ovines.core.system.host"]
     slow = []
@@ -92,10 +93,9 @@ def test_python_calls_nothing_that_is_inlined():
             for alias in node.names
             if alias.name in inlined.get(node.module, ())
         }
-        source = ast.unparse(tree)
         for node in tree.body:
             compiled_itself = isinstance(node, ast.FunctionDef) and (
-                node.decorator_list or f"compiled({node.name})" in source
+                node.decorator_list or f"compiled({node.name})" in sources[path]
             )
             slow += [
                 f"{path.relative_to(ROOT)}: {call.func.id}"

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.lens_field import LensField
 from ovines.robust import residual_sd
+from vision.compiled import compiled
 from vision.pinhole import FX, FY, INTRINSICS, N_INTRINSICS, lens_of, pinhole
 
 Array = NDArray[np.float64]
@@ -247,21 +248,40 @@ def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tu
         c = sighting.camera
         sigma = sighting.share * setting.sigma_px[c]
         uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
-        residual = (sighting.uv_px - uv) / sigma
-        length = np.linalg.norm(residual, axis=-1)
-        weight = np.minimum(1.0, HUBER / np.maximum(length, 1e-12))
-        cost += float(np.sum(np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2)))
         where = [*lens_places(state.splines, c), *range(N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1))]
         blocks = [by_lens * setting.lens_free(state, c), by_camera * setting.camera_poses_free]
         if sighting.pose != FIXED:
             first = kept + N_POSE * sighting.pose
             where += range(first, first + N_POSE)
             blocks.append(by_pose)
-        jacobian = np.concatenate(blocks, -1) / sigma
-        weighted = (jacobian * weight[:, None, None]).reshape(-1, len(where))
-        normal[np.ix_(where, where)] += weighted.T @ jacobian.reshape(-1, len(where))
-        right[where] += weighted.T @ residual.reshape(-1)
+        cost += add_rows(
+            np.concatenate(blocks, -1), np.asarray(sighting.uv_px - uv), float(sigma), np.array(where), normal, right
+        )
     return cost + _add_priors(state, setting, normal, right), normal, right
+
+
+@compiled
+def add_rows(derivative: Array, residual: Array, sigma: float, where: Places, normal: Array, right: Array) -> float:
+    """Robust cost of a view's residuals (n, 2), in px, whose ``derivative`` (n, 2, P) is by the unknowns ``where``
+    (P,); their part is added to ``normal`` and ``right``.
+    """
+    count, cost = len(where), 0.0
+    rows, left = np.empty((2 * len(residual), count)), np.empty(2 * len(residual))
+    for i in range(len(residual)):
+        length = np.sqrt(residual[i, 0] ** 2 + residual[i, 1] ** 2) / sigma
+        cost += length * length if length < HUBER else 2 * HUBER * length - HUBER * HUBER
+        weight = np.sqrt(min(1.0, HUBER / max(length, 1e-12))) / sigma
+        for axis in range(2):
+            left[2 * i + axis] = weight * residual[i, axis]
+            for j in range(count):
+                rows[2 * i + axis, j] = weight * derivative[i, axis, j]
+    across = np.ascontiguousarray(rows.T)
+    own, pulled = across @ rows, across @ left
+    for j in range(count):
+        right[where[j]] += pulled[j]
+        for k in range(count):
+            normal[where[j], where[k]] += own[j, k]
+    return cost
 
 
 def _add_priors(state: State, setting: Setting, normal: Array, right: Array) -> float:
