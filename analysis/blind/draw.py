@@ -12,6 +12,7 @@ from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.named import CAUSES, may_stand_together
 from analysis.blind.causes.newest import NEWEST
+from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.series import NOISE_KINDS
 from ovines.errors import InputError
@@ -27,6 +28,7 @@ MADE_OF = {  # the pool that each of a series' causes is drawn from
     "later": ("later",),
     "latest": ("latest",),
     "newest": ("newest",),
+    "unforeseen": ("unforeseen",),
     "beside": ("listed", "any unknown"),
 }
 POOLS = {
@@ -35,8 +37,10 @@ POOLS = {
     "later": tuple(c.name for c in LATER),
     "latest": tuple(c.name for c in LATEST),
     "newest": tuple(c.name for c in NEWEST),
+    "unforeseen": tuple(c.name for c in UNFORESEEN),
     "any unknown": tuple(c.name for c in UNLISTED + LATER + LATEST),
 }
+ASKED_FOR = ("unforeseen", "newest")  # pools that are drawn from only where they are among the kinds, the later first
 SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
 WALL_SHARES = {"round": 0.76, "triangle": 0.06, "square": 0.06, "cylinder": 0.12}
 DRIVE_SHARES = {"sine": 0.65, "start_up": 0.07, "two_axes": 0.07, "two_lines": 0.07, "chirp": 0.07, "random": 0.07}
@@ -93,9 +97,10 @@ class _Decks:
 
 
 def _pools(group: str, kinds: tuple[str, ...]) -> tuple[str, ...]:
-    """What the causes of ``group`` are drawn from: beside a listed one stands one of the newest where they are asked
-    for."""
-    return tuple("newest" if pool == "any unknown" and "newest" in kinds else pool for pool in MADE_OF[group])
+    """What the causes of ``group`` are drawn from: beside a listed one stands one of the unforeseen or the newest where
+    these are asked for."""
+    beside = next((pool for pool in ASKED_FOR if pool in kinds), "any unknown")
+    return tuple(beside if pool == "any unknown" else pool for pool in MADE_OF[group])
 
 
 def _refuse_strange(kinds: tuple[str, ...]) -> None:
@@ -120,8 +125,9 @@ def draw_cases(
     Without ``kinds`` in the shares of ``SHARES``; with them as evenly as whole numbers allow.  ``sizes``: severities
     that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
     Walls, drives and numbers of runs are dealt in their shares, but for causes asked for by name: those are of a round
-    wall, a sine and ``runs`` runs.  With ``newest`` among the kinds the unlisted part of ``beside`` is one of them,
-    from the same deck: none comes twice before all have come.  Noise kinds take turns within a kind of case.
+    wall, a sine and ``runs`` runs.  With ``newest`` or ``unforeseen`` among the kinds the unlisted part of
+    ``beside`` is one of them (with both, of the unforeseen), from the same deck: none comes twice before all have come.
+    Noise kinds take turns within a kind of case.
     """
     _refuse_strange(kinds)
     groups = _dealt(dict.fromkeys(kinds, 1.0) if kinds else SHARES, count, rng)

@@ -15,6 +15,7 @@ from analysis.blind.recording.files import Poses, Series, calibration_of, record
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.recording.place import HOME, Place, draw_place
+from analysis.blind.recording.unforeseen import shake_px
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -192,7 +193,8 @@ def _one_run(
             _blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
     points = [world_points(p.nes, p.host, outline.marks, errors) for p in poses]
-    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng)
+    shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
+    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken)
     tracks["time_s"] *= place.slower
     if place.start_s:
         tracks = tracks.assign(

@@ -12,13 +12,16 @@ from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.newest import NEWEST
+from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST}
+CAUSES: dict[str, Cause] = {
+    cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN
+}
 
 
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
@@ -26,6 +29,9 @@ RIVALS = (
     ("floor_friction", "spin_coupling", "friction_drift"),
     ("nes_rocking", "unknown_hop"),
     ("host_recoil", "host_ringing", "host_sway"),
+    # A contact that lasts keeps no place of the last impact.
+    ("finite_contact_time", "unknown_glue_thread"),
+    ("finite_contact_time", "unknown_loose_ring"),
     (
         "finite_contact_time",
         *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
@@ -35,6 +41,7 @@ ROUND_ONLY = (
     *("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk"),
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
     *("unknown_chipped_disk", "unknown_creeping_liner"),
+    *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import add_newest_forces, newest_traction
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.plant.unforeseen import add_coil, add_unforeseen_forces, friction_of_flight, grain_traction
 
 
 @compiled
@@ -152,7 +153,8 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
 @compiled
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
-    impact so far, lagging friction (x, y), azimuth of last impact); x, y: centre of mass."""
+    impact so far, lagging friction (x, y), azimuth of last impact, number of impacts, direction of the last one's
+    normal); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -162,7 +164,10 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     y = state[1] + arm_y - position[1]
     slip_x = state[2] - spin * arm_y - (velocity[0] - velocity[2] * y)
     slip_y = state[3] + spin * arm_x - (velocity[1] + velocity[2] * x)
-    force_x, force_y, turn = floor_traction(slip_x, slip_y, spin - velocity[2], p, table)
+    from_host = (slip_x, slip_y)
+    slip_x, slip_y = slip_x + p.loose_floor * velocity[0], slip_y + p.loose_floor * velocity[1]
+    traction = floor_traction(slip_x, slip_y, spin - velocity[2], p, table)
+    force_x, force_y, turn = grain_traction(traction, slip_x, slip_y, spin - velocity[2], state[4], p)
     if p.anisotropy != 0.0:
         a, b = np.cos(p.anisotropy_phase_rad), np.sin(p.anisotropy_phase_rad)
         along, across = force_x * a + force_y * b, -force_x * b + force_y * a
@@ -179,11 +184,11 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     if p.patch_amplitude != 0.0:
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
-    mu *= _friction_share(x, y, state, p)
+    mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
-    out = np.zeros(13)
+    out = np.zeros(STATES)
     if p.lag_s > 0.0:
         out[10], out[11] = (force_x - state[10]) / p.lag_s, (force_y - state[11]) / p.lag_s
         force_x, force_y = state[10], state[11]
@@ -201,5 +206,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     out[5] = torque / (p.inertia_factor * p.disk_radius_m**2) - p.spin_drag_per_s * spin
     out[5] -= p.needle_rad_per_s2 * np.sin(state[4] - p.needle_rad)
     _add_latest_forces(time, x, y, state, p, out)
-    add_newest_forces(x, y, slip_x, slip_y, acceleration, p, out)
+    add_newest_forces(x, y, from_host[0], from_host[1], acceleration, p, out)
+    add_unforeseen_forces(time, x, y, from_host, state, p, out)
+    add_coil(acceleration, p, out)
     return out

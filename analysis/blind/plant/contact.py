@@ -7,6 +7,7 @@ from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -28,7 +29,8 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     back = 0.5 * p.step_m * edge + p.breathing_m * (2.0 * time / p.duration_s - 1.0)
     slope = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
     more, steeper = newest_reach(time, azimuth, disk_angle, p)
-    back, slope = back + more, slope + steeper
+    joint, along = joint_reach(azimuth, p)
+    back, slope = back + more + joint, slope + steeper + along
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -55,6 +57,8 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     if p.springy_m != 0.0:
         x += p.springy_m * acceleration[0] / SPRINGY_AT_M_PER_S2
         y += p.springy_m * acceleration[1] / SPRINGY_AT_M_PER_S2
+    if p.loose_ring_m != 0.0 and state[13] > 0.5:  # there was an impact before
+        x, y = x - p.loose_ring_m * np.cos(state[14]), y - p.loose_ring_m * np.sin(state[14])
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
         gap, nx, ny = _flat_gap(x, y, position[2], p)
@@ -152,13 +156,14 @@ def impact(
     rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter[0])
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
+    rebound += edge_gain(state[13], p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
     if p.adhesion_m_per_s != 0.0:
         rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
-    new[9], new[12] = max(state[9], approach), azimuth
+    new[9], new[12], new[14] = max(state[9], approach), azimuth, np.arctan2(ny, nx)
     mu = p.wall_friction * (
         1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
     )
@@ -168,7 +173,7 @@ def impact(
     mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
     grip, slide = newest_grip(approach, slip, p)
     mu *= slide
-    back = p.tangential_restitution * grip * bounce
+    back = p.tangential_restitution * grip * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
@@ -176,15 +181,18 @@ def impact(
     determinant = w_nn * w_tt - w_nt**2
     push_n = (w_tt * change_n - w_nt * change_t) / determinant
     push_t = (w_nn * change_t - w_nt * change_n) / determinant
-    if abs(push_t) > mu * abs(push_n):
+    glue = p.cohesion_m_per_s * bounce
+    if abs(push_t) > mu * abs(push_n) + glue:
         sign = -1.0 if slip > 0.0 else 1.0
-        push_n = change_n / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
-        push_t = sign * mu * abs(push_n)
+        push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
+        push_t = sign * (mu * abs(push_n) + glue)
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
     new[5] += p.offset_blow_m * push_n / inertia * bounce
     new[5] *= 1.0 - p.rolling_loss * bounce
+    if p.rolling_arm_m != 0.0:
+        new[5] = rolled(new[5], push_n * bounce, velocity[2], p)
     return new, approach, slip
 
 

@@ -9,7 +9,7 @@ from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.contact import compliant_step, impact, spring_dashpot, wall_gap
 from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.state import STATES, PlantParameters
 
 STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
@@ -126,7 +126,7 @@ def _run(
         n_impact += 1
         if not soft:
             state = new
-        state[6] = time
+        state[6], state[13] = time, n_impact
         if soft or speed < HOLD_SPEED_M_PER_S:
             touching, since = True, time
     if touching and time - since > sustained:
@@ -159,7 +159,7 @@ def run_plant(
     lines = np.zeros((len(host_harmonics), 7))
     lines[:, : host_harmonics.shape[1]] = host_harmonics
     position = host_pose(START_S, lines)[0]
-    state = np.zeros(13)
+    state = np.zeros(STATES)
     state[:6] = initial
     state[0] += position[0]
     state[1] += position[1]

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+STATES = 15  # numbers of a state: `accelerations.derivative` names them
+
 
 class PlantParameters(NamedTuple):
     """Physics of one run. Angles in the world frame; `azimuth` is of the contact seen from the Host's
@@ -190,3 +192,21 @@ class PlantParameters(NamedTuple):
     liner_rad: float = 0.0
     liner_rad_per_s: float = 0.0
     springy_m: float = 0.0  # the wall stays back by this much at 8 g of the Host
+    # causes in nobody's list that came after those (`causes.unforeseen`)
+    cushion_per_s: float = 0.0  # drag of the air between disk and wall on what moves towards it or away, at the wall
+    coil_m_per_s2: float = 0.0  # the shaker's coil pulls in one direction, with the square of the Host's acceleration
+    coil_rad: float = 0.0
+    loose_floor: float = 0.0  # share of the Host's velocity that its floor does not have
+    grit: float = 0.0  # standard deviation of the floor's friction from flight to flight, relative
+    grit_draw: float = 0.0  # of each run: which ones it has
+    grain: float = 0.0  # share of the weight that stands on one grain under the disk
+    grain_rad: float = 0.0
+    thread_m_per_s2: float = 0.0  # a thread of glue pulls back to where the wall was hit the last time
+    two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
+    cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
+    taped: float = 0.0  # share of the tangential restitution lost along half of the disk's rim
+    taped_rad: float = 0.0
+    rolling_arm_m: float = 0.0  # a blow's torque against the spin
+    joint_m: float = 0.0  # the wall's two ends overlap by this much, its radius goes round from one to the other
+    joint_rad: float = 0.0
+    loose_ring_m: float = 0.0  # the wall lies this far off, to where it was pushed the last time

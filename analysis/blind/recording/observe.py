@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.recording.noise import Noise, draw_errors
+from analysis.blind.recording.unforeseen import glared
 from analysis.blind.recording.views import GROUND_M, HOST_M, MARKERS, NES_M, WINDOW_PX, View, ViewErrors
 
 
@@ -74,17 +75,20 @@ def tracks_of(
     errors: ViewErrors,
     noise: Noise,
     rng: np.random.Generator,
+    shake_px: np.ndarray | float = 0.0,
 ) -> pd.DataFrame:
-    """`tracks` of one run. `points_m` and `true_time_s`: per camera (frames, 12, 3) and (frames,)."""
+    """`tracks` of one run. `points_m` and `true_time_s`: per camera (frames, 12, 3) and (frames,); `shake_px` (frames,)
+    of the first camera along u."""
     parts = []
     for index, view in enumerate(views):
-        pixels = view.pixels(points_m[index])
+        pixels = glared(view.pixels(points_m[index]), index, view, errors)
         frames = len(pixels)
         if noise.kind == "warp":
             u, v = pixels[..., 0] / noise.warp_length_px[0], pixels[..., 1] / noise.warp_length_px[1]
             phase = noise.warp_phase_rad[index]
             pixels = pixels + noise.warp_px * np.stack([np.sin(u + q[0]) * np.sin(v + q[1]) for q in phase], axis=-1)
         if index == 0:
+            pixels[..., 0] += np.reshape(shake_px, (-1, 1))
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
             swing = errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * true_time_s[0])
             pixels = pixels + (pixels - view.centre_px) * swing[:, None, None]

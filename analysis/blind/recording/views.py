@@ -108,5 +108,10 @@ class ViewErrors:
     alternate_s: float = 0.0  # both cameras take every other frame this late
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
+    shaken_px: float = 0.0  # the first camera swings along u after each impact, for 1 m/s of the disk's change ...
+    shaken_hz: float = 30.0  # ... so many times a second
+    glare_px: float = 0.0  # markers near a lamp's reflection are drawn towards it, at most this far, ...
+    glare_m: tuple[float, float] = (0.0, 0.0)  # ... where it lies over the rig ...
+    glare_camera: int = 0  # ... in this camera's picture
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run

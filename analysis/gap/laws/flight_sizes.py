@@ -70,7 +70,9 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
     start = {n: float(model.parameters[i]) for n, i in INDEX.items() if model.parameters[i] != 0.0}
     places = run_places([run.data for run in runs])
     drifting = [
-        replace(run, data=replace(run.data, friction_share=1 + model.drift_per_run * place.number))
+        replace(
+            run, data=replace(run.data, friction_share=1 + model.drift_per_run * place.number, later_s=place.later_s)
+        )
         for run, place in zip(runs, places, strict=True)
     ]
     covariance = np.zeros((len(coefficients), len(coefficients)))
