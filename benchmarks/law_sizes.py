@@ -91,9 +91,8 @@ def main():
                 words = "; ".join(f"{name} {z:+.2f} ({sd:.2g})" for name, z, sd in told)
                 print(f"| {kind} | {seed} | {noise} | {' and '.join(parts) or 'none'} | {words} |", flush=True)
     inside = int(np.sum(np.abs(off) < NORMAL_90))
-    print(
-        f"90 % intervals that hold the truth: {inside} of {len(off)}; rms of sds off {np.sqrt(np.mean(np.square(off))):.2f}"
-    )
+    rms = float(np.sqrt(np.mean(np.square(off))))
+    print(f"90 % intervals that hold the truth: {inside} of {len(off)}; rms of sds off {rms:.2f}")
 
 
 if __name__ == "__main__":
