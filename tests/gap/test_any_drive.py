@@ -18,3 +18,5 @@ def test_a_drive_that_is_no_sine_is_no_cause(drive, tmp_path, capsys):
     assert main(["diagnose", str(folder), "--out", str(tmp_path / "out")]) == 0
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert (told["verdict"], told["effects"]) == ("none", [])
+    # A slow line is a sway beside lines only; a sweep has slow ones of its own.
+    assert ("host_sway" in told["detectable"]) == ("host_sway" in told["probabilities"]) == (drive == "two lines")

@@ -47,7 +47,8 @@ NORMAL_90 = 1.645
 class DriveSteps:
     """``findings``: asked against measured; ``swings`` and ``lines`` that the Host's path holds beside the drive, with
     the ``paths`` and ``pushes`` they are of; ``causes`` and ``structure`` among them, ``error`` by step (R,): sums of
-    squares of the path over its noise's variance, ``by_effect`` (R,) what each named one takes of it."""
+    squares of the path over its noise's variance, ``by_effect`` (R,) what each named one takes of it; ``tells_sway``:
+    whether a slow line would be known for one, the drives being lines and the cameras still."""
 
     findings: tuple[DriveFinding, ...] = ()
     paths: tuple[MeasuredPath, ...] = ()
@@ -58,6 +59,7 @@ class DriveSteps:
     structure: tuple[Structure, ...] = ()
     error: dict[str, Array] = field(default_factory=dict)
     by_effect: dict[str, Array] = field(default_factory=dict)
+    tells_sway: bool = False
 
     def places(self, path: int) -> Array:
         """What swings and lines do to the Host (N, 2; m) in one of the ``paths``."""
@@ -248,10 +250,11 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
     drive_hz = float(np.median([series.runs[p.run].data.host.frequency_hz for p in steps.paths]))
     # Where the drive of most runs is of no lines, slow ones of the others are the drive's, too.
     of_lines = len({path.run for path in steps.paths}) >= IMPROVED * runs
+    tells_sway = of_lines and not ground_moves
     for line in steps.lines:
         size = rms_m(steps, line)
-        slow = line.frequency_hz < SLOW_SHARE * drive_hz and not ground_moves and of_lines
-        if not slow or size < least or float(np.mean(line.each > SURE_IN_RUN)) < IMPROVED:
+        slow = line.frequency_hz < SLOW_SHARE * drive_hz
+        if not (slow and tells_sway) or size < least or float(np.mean(line.each > SURE_IN_RUN)) < IMPROVED:
             continue
         by_effect["host_sway"] = by_effect.get("host_sway", np.zeros(runs)) + _by_run(steps.paths, line.each, runs)
         if "host_sway" in withheld or "host_sway" in {c.effect for c in causes}:
@@ -272,6 +275,7 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
         structure=tuple(structure),
         error=error,
         by_effect={effect: gain for effect, gain in by_effect.items() if effect in named},
+        tells_sway=tells_sway,
     )
 
 

@@ -79,7 +79,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
     if steps.inertia.impulse is not None:
         size, sd = abs(steps.inertia.ratio - 1), steps.inertia.sd
         out["inertia_error"] = _entry("ratio", inertia.NEGLIGIBLE, rules.SIGNIFICANCE * sd, (size, sd))
-    if steps.drive.paths:
+    if steps.drive.tells_sway:
         least = float(np.sqrt(2)) * NEGLIGIBLE_SHARE * steps.series.runs[0].data.contact_radius_m
         out["host_sway"] = _entry("amplitude_m", least, None)
     out.setdefault("centre_marker_offset", _entry("x_m", centre_negligible_m(steps.series), None))
