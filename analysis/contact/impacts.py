@@ -99,6 +99,13 @@ class Impacts:
         """One quantity of :data:`QUANTITIES`, (K,)."""
         return self.value[:, QUANTITIES.index(name)]
 
+    def levers_m(self, radius_m: float) -> Array:
+        """The contact from the disk's centre of mass (K, 2): along the outward normal, and along the tangent."""
+        state = self.junctions.state
+        centre = _turned(self.wall.disk_m, 0.5 * (state[:, 2] + state[:, 8]))
+        c, s = np.cos(self.normal_rad), np.sin(self.normal_rad)
+        return np.column_stack([radius_m + c * centre[:, 0] + s * centre[:, 1], c * centre[:, 1] - s * centre[:, 0]])
+
     def sd(self, name: str) -> Array:
         """Its standard deviation, (K,)."""
         i = QUANTITIES.index(name)
