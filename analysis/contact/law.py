@@ -125,23 +125,33 @@ def law_data(
     """
     at = np.flatnonzero(used)
     v, c = impacts.value[at], impacts.covariance[at]
-    share = 1 + 1 / inertia_factor
-    # Rows of the linear maps from the eight quantities to the impulses; their variances follow.
-    normal = _row({"normal_before": 1.0, "normal_after": 1.0})
-    tangential = _row({"tangential_after": 1 / share, "tangential_before": -1 / share})
-    angular = _row({"spin_after": inertia_factor * radius_m, "spin_before": -inertia_factor * radius_m}) - tangential
+    gyration_m = float(np.sqrt(inertia_factor)) * radius_m
+    levers = impacts.levers_m(radius_m)[at] / gyration_m
+    # The contact point's changes of speed are impulses times the inverse mass [[1 + t^2, -n t], [-n t, 1 + n^2]] with
+    # the levers n and t: rows (K, 8) of the linear maps from the eight quantities to the impulses; variances follow.
+    n, t = levers.T
+    whole = 1 + n**2 + t**2
+    along, across, cross = (1 + t**2) / whole, (1 + n**2) / whole, n * t / whole
+    normal = _rows(len(at), {"normal_before": across, "normal_after": across,
+                             "tangential_after": -cross, "tangential_before": cross})  # fmt: skip
+    tangential = _rows(len(at), {"normal_before": -cross, "normal_after": -cross,
+                                 "tangential_after": along, "tangential_before": -along})  # fmt: skip
+    arm = np.hypot(n, t)
+    turn = gyration_m / arm
+    angular = _rows(len(at), {"spin_after": turn, "spin_before": -turn})
+    angular -= (n / arm)[:, None] * tangential + (t / arm)[:, None] * normal
 
-    def sd(row: Array) -> Array:
-        return np.sqrt(np.einsum("i,kij,j->k", row, c, row) + speed_floor_m_per_s**2)
+    def sd(rows: Array) -> Array:
+        return np.sqrt(np.einsum("ki,kij,kj->k", rows, c, rows) + speed_floor_m_per_s**2)
 
     m = impacts.junctions
     return LawData(
         before=v[:, 0],
         after=v[:, 1],
         slip=v[:, 2],
-        normal_impulse=v @ normal,
-        tangential_impulse=v @ tangential,
-        angular=v @ angular,
+        normal_impulse=np.sum(v * normal, 1),
+        tangential_impulse=np.sum(v * tangential, 1),
+        angular=np.sum(v * angular, 1),
         normal_sd=np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + speed_floor_m_per_s**2),
         tangential_sd=sd(tangential),
         angular_sd=sd(angular),
@@ -154,14 +164,15 @@ def law_data(
         drive_start_rad=m.drive_start_rad[at],
         index=at,
         inertia_factor=inertia_factor,
+        levers=levers,
     )
 
 
-def _row(entries: dict[str, float]) -> Array:
-    row = np.zeros(len(QUANTITIES))
-    for name, value in entries.items():
-        row[_AT[name]] = value
-    return row
+def _rows(count: int, entries: dict[str, Array]) -> Array:
+    rows = np.zeros((count, len(QUANTITIES)))
+    for name, values in entries.items():
+        rows[:, _AT[name]] = values
+    return rows
 
 
 @dataclass(frozen=True)
