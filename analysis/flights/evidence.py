@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import SHARED, FlightFits, seen_frames, whiten
+from analysis.flights.fit import SHARED, FlightFits, seen_frames
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
 from analysis.flights.parameters import PARAMETERS
+from analysis.flights.single_flight import whiten
 from ovines.robust import middle
 
 Array = NDArray[np.float64]

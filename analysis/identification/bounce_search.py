@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.law import SpeedLaw, speed_law
-from analysis.flights.fit import FlightFits, start_state
+from analysis.flights.fit import FlightFits
+from analysis.flights.single_flight import start_state
 from analysis.identification.bounce_fit import SequenceFit
 from analysis.identification.bounce_sequences import BounceSequence
 from analysis.identification.fit import RigFit

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.flights.evidence import FlightRows, RunRows, columns_of
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, whiten
+from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import STATES
 from analysis.flights.noise import (
@@ -19,6 +19,7 @@ from analysis.flights.noise import (
     frame_noise,
     response,
 )
+from analysis.flights.single_flight import whiten
 from analysis.flights.unknown_force import force_evidence, tried_forces
 from analysis.identification.floor import LENS_SDS_M, prior_in
 
