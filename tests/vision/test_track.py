@@ -218,17 +218,30 @@ def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
     assert own[own.frame > 37].error_px.notna().all()
 
 
-def test_ground_markers_wait_for_one_that_is_covered_at_first(tmp_path):
+@pytest.fixture(scope="module")
+def no_first_ground(tmp_path_factory):
+    """A film whose first ground marker is covered in the first 22 frames of one camera."""
+    folder = tmp_path_factory.mktemp("no_first_ground")
+    return folder, *film(folder, 100, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 22, "VW1")])
+
+
+def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     """Named clockwise from what is seen: with the first one covered, the second would be given its name."""
-    cameras, truth = film(tmp_path, 100, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 22, "VW1")])
-    both = compared(truth, track(read_recording(tmp_path), cameras).tracks)
+    folder, cameras, truth = no_first_ground
+    both = compared(truth, track(read_recording(folder), cameras).tracks)
     ground = both[both.marker.isin(["G1", "G2", "G3"])]
     assert ground.error_px.max() < 0.15  # no name of a neighbour
     assert ground[ground.frame >= 28].error_px.notna().all() and ground[ground.frame < 20].error_px.isna().all()
 
 
-def test_ground_markers_that_never_show_together_are_named_with_a_warning(tmp_path):
-    cameras, _ = film(tmp_path, 30, np.random.default_rng(7), spin=100.0, hide=[("G1", 0, 30, "VW1")])
+def test_ground_markers_that_never_show_together_are_named_with_a_warning(no_first_ground, tmp_path):
+    folder, cameras, _ = no_first_ground
+    for name in ("VW1", "VW2"):
+        (tmp_path / name).mkdir()
+        for path in sorted((folder / name).iterdir())[:22]:
+            (tmp_path / name / path.name).symlink_to(path)
+    for name in ("calibration.json", "recording.toml"):
+        (tmp_path / name).symlink_to(folder / name)
     notes = track(read_recording(tmp_path), cameras).notes
     assert any("only 2 of 3 ground markers" in note and "neighbours' names" in note for note in notes)
 
