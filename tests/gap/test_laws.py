@@ -4,20 +4,26 @@ The dictionary was made with the plant's kinds in view: these hold it against fa
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.mathtext import MathTextParser
 
 from analysis.blind.series import make_series, write_series
+from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose
-from analysis.gap.laws.dictionary.candidate import with_coefficients
+from analysis.gap.laws import flight_law
+from analysis.gap.laws.dictionary.candidate import Candidate, with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
+from analysis.gap.laws.impact_law import needless_beside
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
-from analysis.gap.laws.search import _Numbers
+from analysis.gap.laws.search import Found, Rival, _Numbers
 from analysis.gap.page.gap_page import gap_page
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -90,6 +96,42 @@ def test_a_law_of_the_impacts(tmp_path):
     assert (term.target, [one.quantity for one in term.factors]) == ("restitution", ["slip"])
     true = -made.truth["parameters"]["unknown_slip_restitution"]["slip_restitution_s_per_m"]
     assert abs(term.coefficient - true) < 3 * term.sd
+    # A name that had imitated a part of it would go; not beside a law of something else.
+    steps, fits = found.ladder.impacts, found.ladder.flights.fitted.fits
+    name = "direction_dependent_restitution"
+    named = replace(
+        steps, restitution_terms=(name,), causes=(Cause(name, "impact", {}, 2.0, 60.0, "normal", "impact"),)
+    )
+    assert needless_beside(law, named, fits) == (name,)
+    spin = WrittenLaw((Term("spin_kept", -0.02),))
+    assert needless_beside(replace(law, rig_law=spin), named, fits) == ()
+
+
+def test_forms_that_gain_alike_are_held_against_each_other_in_the_equation_of_motion(monkeypatch):
+    """The one with the smaller error, at the price of a fiftieth of the gap for an unknown; far ones are not tried."""
+    one = Candidate(
+        "settles", lambda s: (Term("floor_friction", 1.0, (Factor("time", "exponential", 1.0, s),)),), (1.2,)
+    )
+    line = Candidate("line", lambda: (Term("floor_friction", 1.0, (Factor("time"),)),))
+    far = Candidate("far", lambda: (Term("swirl", 1.0),))
+    some, sds = np.ones(1), np.eye(1)
+    rivals = (Rival(line, -some, sds, 0.89, True), Rival(far, some, sds, 0.2, True))
+    found = Found((one,), some, sds, (some,), 100.0, 1e-9, rivals)
+    errors = {"settles": 2.0, "line": 2.0, "far": 0.0}
+    monkeypatch.setattr(
+        flight_law, "fitted_law", lambda runs, base, law: SimpleNamespace(runs=law.parts[0].name, fit=None)
+    )
+    monkeypatch.setattr(flight_law, "_paths", lambda runs, fit: runs)
+    monkeypatch.setattr(flight_law, "_mean_square", lambda runs, paths, lever_m: np.array([errors[paths]]))
+
+    def chosen():
+        return flight_law._best_law((), None, found, 0.0, 10.0)[0]
+
+    swapped = chosen()  # as good, one unknown less
+    assert (swapped.parts[0].name, [r.candidate.name for r in swapped.rivals]) == ("line", ["settles", "far"])
+    assert swapped.coefficients == -1.0 and swapped.rivals[0].gain == pytest.approx(1 / 0.89)
+    errors["line"] = 2.3  # more than a fiftieth of the gap worse
+    assert chosen() is found
 
 
 def linear_problem(seed, slope):

@@ -10,12 +10,15 @@ import pytest
 
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series, write_series
+from analysis.gap import written_laws
+from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
@@ -65,10 +68,55 @@ def test_many_flights_that_no_law_fits_are_left(wrong, rests, left):
     assert not unexplained_misfit(fit, found, (), False)
 
 
-def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(tmp_path):
+@pytest.fixture(scope="module")
+def nick(tmp_path_factory):
+    """A series whose disk has a nick in its rim, and its ladder."""
+    made, series = series_of(tmp_path_factory.mktemp("nick"), "unknown_nicked_disk", 0.4, 21, 8, "white")
+    return made, run_ladder(series, np.random.default_rng(0))
+
+
+DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
+
+
+@pytest.mark.parametrize(
+    ("times_negligible", "closed", "agree", "left", "told"),
+    [
+        (3.0, 0.9, True, (), True),
+        (0.9, 0.9, True, (), False),
+        (3.0, 0.4, True, (), False),
+        (3.0, 0.9, False, (), False),
+        (3.0, 0.9, True, ("drive",), False),
+        (0.9, 0.4, False, ("flight",), True),
+    ],
+)
+def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there(
+    nick, monkeypatch, times_negligible, closed, agree, left, told
+):
+    """More than negligible, most of what is left, alike in both halves, the measurement and the Host without a doubt;
+    where a probe has found something, what closes a tenth is told."""
+    _, ladder = nick
+    units = ladder.flights.units
+    told_p = Structure("flight", "free flight", "x", "the speed", 2.0, 30.0, 0.01, "m/s^2", 1e-4)
+    ladder = replace(ladder, structure=tuple(replace(told_p, stage=stage) for stage in left))
+    law = SimpleNamespace(
+        law=DRAG, rig_law=DRAG, closed=closed, size=times_negligible * units.negligible_m_per_s2, p=1e-6,
+        halves=SimpleNamespace(agree=agree), before=np.ones(8), after=np.zeros(8), fitted=None,
+    )  # fmt: skip
+
+    def found(runs, steps, frame, rng, least_m_per_s2):
+        return (law, steps) if law.size >= least_m_per_s2 else (None, steps)
+
+    monkeypatch.setattr(written_laws, "find_flight_law", found)
+    one, after = written_laws._flight_law(ladder, set(left), np.random.default_rng(0), frozenset())
+    assert (one is law) == told
+    assert [s.stage for s in after.structure] == [*left, *(["flight"] if told and not left else [])]
+    if told and not left:
+        assert after.structure[0].goes_with == "the speed against the floor"
+
+
+def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
     """A nick in the disk's rim takes 0.07 of the restitution where it meets the wall."""
-    made, series = series_of(tmp_path, "unknown_nicked_disk", 0.4, 21, 8, "white")
-    ladder = run_ladder(series, np.random.default_rng(0))
+    made, ladder = nick
     assert "impact" not in {one.stage for one in ladder.structure}
     laws, ladder = write_laws(ladder, np.random.default_rng(1))
     left = next(one for one in ladder.structure if one.stage == "impact")
