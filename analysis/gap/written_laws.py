@@ -200,7 +200,7 @@ def _measurement_laws(
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
     clock, corrected = find_clock_law(series, rng)
-    if clock is not None:
+    if clock is not None and _believed(clock, 1.0, 0.0) is not None:
         again = run_ladder(corrected, rng, withheld)
         if _misfit(again) < _misfit(best):
             laws, best = (*laws, clock), again

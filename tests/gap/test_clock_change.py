@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series, write_series
 from analysis.gap.measurement.clock_change import clock_change
 from analysis.gap.measurement.tests import measurement_tests
@@ -56,8 +57,10 @@ def test_a_frame_that_one_camera_dropped_is_no_late_clock(tmp_path):
     assert not any(finding.found for finding in tests.findings.values())
 
 
-def test_a_late_clock_is_still_one(tmp_path):
-    late = make_series("camera_clock_offset", 1.0, np.random.default_rng(5), 3, "white")
+@pytest.mark.parametrize(("drive", "size", "noise", "seed"), [("sine", 1.0, "white", 5), ("start_up", 0.66, "ar1", 1)])
+def test_a_late_clock_is_still_one(tmp_path, drive, size, noise, seed):
+    """Under a drive that starts, too, whose rise and fall no line follows: its path passed for another delay there."""
+    late = make_series("camera_clock_offset", size, np.random.default_rng(seed), 4, noise, place=Place(drive=drive))
     write_series(late, tmp_path / "late")
     series, _ = load_series(read_series(tmp_path / "late"), tmp_path / "results")
     tests = measurement_tests(series)

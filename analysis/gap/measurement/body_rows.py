@@ -28,7 +28,7 @@ class BodyRows:
     height (N, 2), phase of the drive, and ``share`` of the run at which each was taken, 0 to 1.
 
     ``rising``: the velocity with which a late camera changes heights, for a drive of other than its harmonics that
-    against the Host: its own measured rise and fall is then taken out of all heights, and what a delay makes of it."""
+    against the Host: its own rise and fall is then taken out of all heights, and what a delay makes of it."""
 
     line_px: Array
     height_m: Array
@@ -71,20 +71,21 @@ def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: R
         for gap in run.segments.gaps:
             near[max(0, gap - VELOCITY_REACH) : gap + VELOCITY_REACH + 2] = True
         velocity[near] = np.nan
+    host = run.data.host
+    if not host.harmonic:
+        z, z_sd = _against_host(z, z_sd, motion, run, body)
     use = np.isfinite(mean) & np.isfinite(x) & np.isfinite(z) & np.isfinite(velocity[:, 0])
     if use.sum() < FEWEST_FRAMES:
         return None
     at = np.flatnonzero(use)
     place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
     per_line, per_height, jacobian = _derivatives(series.cameras, place)
-    host, times = run.data.host, run.data.time_s[at]
-    height, against = z[at], np.zeros((len(at), 3))
+    times, against = run.data.time_s[at], np.zeros((len(at), 3))
     if not host.harmonic:
         against = host.at(times, 1)[:, :3] * np.array([1, 1, 0])
-        height = height - (host.at(times)[:, 2] - host.harmonics[2, 0])
     return BodyRows(
         mean[at],
-        height,
+        z[at],
         x[at],
         y[at],
         np.einsum("nij,nj->ni", jacobian, velocity[at]),
@@ -96,6 +97,17 @@ def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: R
         host.omega_rad_per_s * times,
         at / len(frames),
     )
+
+
+def _against_host(z: Array, z_sd: Array, motion: pd.DataFrame, run: Run, body: str) -> tuple[Array, Array]:
+    """Heights (N,) of a body without the Host's own rise and fall, and their sds: of the disk frame by frame, as the
+    Host was seen, for a path that follows it misses what starts or stops; of the Host itself by its path."""
+    host = run.data.host
+    level = float(host.harmonics[2, 0])
+    if body == "host":
+        return z - (host.at(run.data.time_s)[:, 2] - level), z_sd
+    seen, seen_sd = (motion[f"host_z{what}_m"].to_numpy(float) for what in ("", "_sd"))
+    return z - (seen - level), np.hypot(z_sd, seen_sd)
 
 
 def _derivatives(cameras: tuple[Camera, ...], place: Array) -> tuple[Array, Array, Array]:
