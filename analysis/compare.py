@@ -20,6 +20,7 @@ from analysis.comparison.run_statistics import run_statistics
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
 from analysis.walls.wall import identified_wall
 from ovines.core import Scenario
+from ovines.errors import InputError
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
@@ -57,6 +58,10 @@ def compare(
     uncertainty (``rng``).  ``contacts_s``: start and end of sustained wall contacts; a stretch between two
     impacts that holds one is no flight.
     """
+    if not len(motion):
+        raise InputError(
+            "a table motion without rows", "one row for each frame", "run ovines run on the recording again"
+        )
     host_motion = host_motion_of(motion, recording)
     scenario = nominal_scenario(
         identification, recording, host_motion, float(motion["time_s"].max() - motion["time_s"].min())
