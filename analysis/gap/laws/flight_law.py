@@ -16,11 +16,10 @@ from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.evidence import evidence_of
-from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
+from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Halves, halves_of
 from analysis.gap.laws.search import LEAST_SHARE, NEAR, Found, Rival, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
@@ -55,7 +54,7 @@ def find_flight_law(
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
     make it); and the steps without the names that the law makes needless."""
-    first = base = steps.named
+    base = steps.named
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
@@ -93,7 +92,7 @@ def find_flight_law(
         evidence_of(problem, flight_regression(law.fit), rig_law),
         paths,
         (law.runs, law.fit),
-        _halves(problem if base is first else flight_regression(base), sized),
+        sized.halves,
         size,
     )
     return told, steps
@@ -134,12 +133,6 @@ def _push(disk: RunData, known: Array, found: Found) -> float:
     pushes(rows_of(found.terms), known, given)
     push = given @ found.coefficients * np.array([1.0, 1.0, disk.radius_m * disk.inertia_factor])
     return float(np.sqrt(np.mean(np.sum(push**2, 1))))
-
-
-def _halves(problem: FlightRegression, law: SizedLaw) -> Halves | None:
-    """A law's size by halves of the runs, on the rows of the flights without it."""
-    terms = [term for part in law.parts for term in part.terms]
-    return halves_of(problem.problem, problem.columns(terms) @ law.values[: len(terms)])
 
 
 def _lever_m(runs: Sequence[Run]) -> float:

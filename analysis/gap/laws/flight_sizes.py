@@ -16,7 +16,7 @@ from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
-from analysis.gap.laws.regression import NORMAL_90
+from analysis.gap.laws.regression import NORMAL_90, Halves, Regression, halves_of
 from analysis.gap.selection.flight_candidates import FlightFit, run_places
 from analysis.identification.floor import (
     FEWEST_FLIGHTS,
@@ -46,12 +46,14 @@ LARGEST_FACTOR = 10.0
 @dataclass(frozen=True, eq=False)
 class SizedLaw:
     """``parts`` at their numbers; ``values`` of all coefficients, then of the numbers inside, and their
-    ``covariance``; ``beside``: the flights' parameters by name as they are beside the law."""
+    ``covariance``; ``beside``: the flights' parameters by name as they are beside the law; ``halves``: its size by
+    halves of the runs."""
 
     parts: tuple[Candidate, ...]
     values: Array
     covariance: Array
     beside: dict[str, float]
+    halves: Halves | None
 
 
 def with_law(runs: Sequence[Run], parts: Sequence[Candidate], coefficients: Array) -> tuple[Run, ...]:
@@ -75,7 +77,6 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         )
         for run, place in zip(runs, places, strict=True)
     ]
-    covariance = np.zeros((len(coefficients), len(coefficients)))
     for _ in range(ROUNDS):
         floor = fit_floor(
             with_law(drifting, parts, coefficients), [*others, *names], {**start, **dict.fromkeys(names, 1.0)}
@@ -86,25 +87,47 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         start |= {n: float(v) for n, v in zip(floor.names, floor.estimate, strict=True)}
         coefficients = coefficients * floor.estimate[at]
         own_sd = np.abs(coefficients) * np.sqrt(np.diag(floor.covariance)[at])
-        step, covariance = _numbers_step(floor, names, parts, coefficients, own_sd)
+        columns, rows = _rows_of(floor)
+        law = [columns.index(SHARED.index(n)) for n in names]
+        step, covariance = _numbers_step(floor, rows, law, parts, coefficients, own_sd)
         inside = np.sqrt(np.diag(covariance)[len(names) :])
         if not np.any(np.abs(step) > RESTS_SD * inside):
             break
         parts = _stepped(parts, step)
     values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])
-    return SizedLaw(parts, values, covariance, {n: start[n] for n in others if n in start})
+    beside = {n: start[n] for n in others if n in start}
+    return SizedLaw(parts, values, covariance, beside, _halves(rows.problem, law))
 
 
-def _numbers_step(
-    floor: FloorFit, names: Sequence[str], parts: Sequence[Candidate], coefficients: Array, own_sd: Array
-) -> tuple[Array, Array]:
-    """Step of the numbers inside, where the coefficients ``names`` rest, and the covariance of both: of flights, or
-    runs, that disagree more than their noise lets them (:func:`analysis.identification.floor.disagreement`)."""
+def _rows_of(floor: FloorFit) -> tuple[list[int], FlightRegression]:
+    """The columns that a fit shares, and its flights as rows in them."""
     columns = columns_of([*floor.names, *ORIGIN, *LENS_TERMS])
     sds = prior_sd(floor.lens_sd_m)
     prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
-    rows = regression_of(floor.fits, floor.noise, columns, prior)
-    law = [columns.index(SHARED.index(n)) for n in names]
+    return columns, regression_of(floor.fits, floor.noise, columns, prior)
+
+
+def _halves(problem: Regression, law: Sequence[int]) -> Halves | None:
+    """Size of the law whose terms are the columns ``law`` of the nuisances, by halves of the runs."""
+    moved = problem.nuisances[:, law].sum(1)
+    others = [i for i in range(problem.nuisances.shape[1]) if i not in law]
+    without = Regression(
+        problem.residual + moved, problem.nuisances[:, others], problem.prior[others], problem.block, problem.run
+    )
+    return halves_of(without, moved)
+
+
+def _numbers_step(
+    floor: FloorFit,
+    rows: FlightRegression,
+    law: Sequence[int],
+    parts: Sequence[Candidate],
+    coefficients: Array,
+    own_sd: Array,
+) -> tuple[Array, Array]:
+    """Step of the numbers inside, where the coefficients (columns ``law``) rest, and the covariance of both: of flights
+    or runs that disagree more than their noise lets them (:func:`analysis.identification.floor.disagreement`)."""
+    columns, prior = columns_of([*floor.names, *ORIGIN, *LENS_TERMS]), rows.problem.prior
     order = [*(i for i in range(len(columns)) if i not in law), *law]
     inside = _derivatives(rows, parts, coefficients)
     design = np.hstack([rows.problem.nuisances[:, order], inside])
