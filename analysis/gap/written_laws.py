@@ -170,8 +170,9 @@ def _asked_impact_law(
 
 def _believed(law: LawFound, size: float, least: float) -> LawFound | None:
     """A law that nothing else asked for, where it is surely there: larger than negligible, closing most of what is
-    left, alike in both halves of the runs."""
-    alike = law.halves is None or law.halves.agree
+    left, shown by both halves of the runs alike.  One flight that hides a glancing impact makes a force beside the wall
+    that closes everything, and the other half knows nothing of it."""
+    alike = law.halves is not None and law.halves.agree and law.halves.both_show_it
     return law if size > least and law.closed > UNPROMPTED_CLOSED and alike else None
 
 

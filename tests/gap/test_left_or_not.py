@@ -14,6 +14,7 @@ from analysis.gap import written_laws
 from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.regression import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
@@ -75,22 +76,25 @@ def nick(tmp_path_factory):
     return made, run_ladder(series, np.random.default_rng(0))
 
 
+ALIKE = Halves((1.0, 1.0), (0.1, 0.1))
 DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
 
 
 @pytest.mark.parametrize(
-    ("times_negligible", "closed", "agree", "left", "told"),
+    ("times_negligible", "closed", "halves", "left", "told"),
     [
-        (3.0, 0.9, True, (), True),
-        (0.9, 0.9, True, (), False),
-        (3.0, 0.4, True, (), False),
-        (3.0, 0.9, False, (), False),
-        (3.0, 0.9, True, ("drive",), False),
-        (0.9, 0.4, False, ("flight",), True),
+        (3.0, 0.9, ALIKE, (), True),
+        (0.9, 0.9, ALIKE, (), False),
+        (3.0, 0.4, ALIKE, (), False),
+        (3.0, 0.9, Halves((1.2, 0.8), (0.05, 0.05)), (), False),
+        (3.0, 0.9, Halves((1.0, 0.5), (0.1, 0.43)), (), False),  # one half alone
+        (3.0, 0.9, None, (), False),
+        (3.0, 0.9, ALIKE, ("drive",), False),
+        (0.9, 0.4, None, ("flight",), True),
     ],
 )
 def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there(
-    nick, monkeypatch, times_negligible, closed, agree, left, told
+    nick, monkeypatch, times_negligible, closed, halves, left, told
 ):
     """More than negligible, most of what is left, alike in both halves, the measurement and the Host without a doubt;
     where a probe has found something, what closes a tenth is told."""
@@ -100,7 +104,7 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
     ladder = replace(ladder, structure=tuple(replace(told_p, stage=stage) for stage in left))
     law = SimpleNamespace(
         law=DRAG, rig_law=DRAG, closed=closed, size=times_negligible * units.negligible_m_per_s2, p=1e-6,
-        halves=SimpleNamespace(agree=agree), before=np.ones(8), after=np.zeros(8), fitted=None,
+        halves=halves, before=np.ones(8), after=np.zeros(8), fitted=None,
     )  # fmt: skip
 
     def found(runs, steps, frame, rng, least_m_per_s2):

@@ -272,6 +272,11 @@ class Halves:
         """Whether the two 90 % intervals overlap."""
         return abs(self.sizes[0] - self.sizes[1]) <= NORMAL_90 * (self.sds[0] + self.sds[1])
 
+    @property
+    def both_show_it(self) -> bool:
+        """Whether each half alone is sure that the law is there."""
+        return all(size > NORMAL_90 * sd for size, sd in zip(self.sizes, self.sds, strict=True))
+
     def entry(self) -> dict[str, Any]:
         """As diagnosis.json has it."""
         pairs = zip(self.sizes, self.sds, strict=True)
