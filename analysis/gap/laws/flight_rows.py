@@ -24,10 +24,13 @@ from analysis.gap.laws.regression import Regression
 from analysis.gap.selection.flight_candidates import FlightFit, prior_of
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import Term, rows_of
+from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 # Steps of the integration in a frame: a force of 4 mm range beside the wall is crossed in two frames.
 SUBSTEPS = 3
+# So many terms, a whole dictionary, are worth a thread for each processor.
+MANY_TERMS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +71,9 @@ class FlightRegression:
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
         packed = rows_of(terms)
-        return np.vstack([_columns(one, _given(one, packed)) for one in self.flights])
+        if len(packed) < MANY_TERMS:
+            return np.vstack([_all_columns(one, packed) for one in self.flights])
+        return np.vstack(in_threads(_all_columns, [(one, packed) for one in self.flights]))
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
@@ -172,6 +177,11 @@ def _respond(times: Array, turn: Array, pushed: Array, given: Array, moved: Arra
             for m in range(3):
                 moved[i + 1, m, j] = moved[i, m, j] + 0.5 * h * (speed[m, j] + ahead[m, j])
                 speed[m, j] = ahead[m, j]
+
+
+def _all_columns(one: _Flight, packed: Array) -> Array:
+    """Columns (3 N, T) of packed terms in one flight."""
+    return _columns(one, _given(one, packed))
 
 
 def _given(one: _Flight, packed: Array) -> Array:
