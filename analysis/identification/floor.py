@@ -336,10 +336,15 @@ def disagreement(evidence: Sequence[Evidence], step: Array, covariance: Array) -
     factor = np.ones(len(step))
     for parts, fewest in clusters:
         if len(parts) >= fewest:
-            residual = np.array([score - information @ step for information, score in parts])
-            spread = covariance @ (residual.T @ residual) @ covariance * len(parts) / (len(parts) - 1)
-            factor = np.maximum(factor, np.sqrt(np.diag(spread) / np.diag(covariance)))
+            scores = np.array([score - information @ step for information, score in parts])
+            factor = np.maximum(factor, sandwich_factor(scores, covariance))
     return factor
+
+
+def sandwich_factor(scores: Array, covariance: Array) -> Array:
+    """Factor (P,) on the sds of ``covariance`` (P, P) by which independent clusters' ``scores`` (C, P) scatter."""
+    spread = np.sum((scores @ covariance) ** 2, 0) * len(scores) / (len(scores) - 1)
+    return np.asarray(np.sqrt(spread / np.diag(covariance)), float)
 
 
 def _step(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array, pull: Array) -> tuple[Array, Array]:

@@ -56,7 +56,6 @@ MOST_FILES = {
     "analysis.report": 17,
     "analysis.gap.page": 14,
     "analysis.flights": 14,
-    "analysis.gap.laws": 14,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
     "ovines.importers": 14,

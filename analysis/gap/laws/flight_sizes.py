@@ -27,6 +27,7 @@ from analysis.identification.floor import (
     FloorFit,
     fit_floor,
     prior_sd,
+    sandwich_factor,
 )
 from analysis.identification.lens_residual import LINEAR_SHARE
 from ovines.core.laws.terms import rows_of
@@ -164,9 +165,8 @@ def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance
         if count >= fewest:
             scores = np.zeros((count, len(step)))
             np.add.at(scores, number, design * left[:, None])
-            spread = np.sum((scores @ covariance) ** 2, 0) * count / (count - 1)
             few = float(stdtrit(count - 1, UPPER_90)) / NORMAL_90
-            factor = np.maximum(factor, few * np.sqrt(spread / np.diag(covariance)))
+            factor = np.maximum(factor, few * sandwich_factor(scores, covariance))
     return factor
 
 

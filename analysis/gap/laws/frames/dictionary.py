@@ -43,13 +43,11 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     driven = bool(np.any(known[:, W.CLOCK] > 0))
     out: list[Candidate] = []
     for key in rows.units:
-        out += _of(key, run_s, runs, driven)
-        alternating = (_term(key, Factor("time", "cosine", 1.0, _period_s(rows) / math.pi)),)
-        out.append(Candidate(f"{WORDS[key[0]]}, alternating from frame to frame", partial(_as_they_are, alternating)))
+        out += _of(key, run_s, runs, driven, _period_s(rows))
     return [*out, *_lines(rows, run_s, rng)]
 
 
-def _of(key: Key, run_s: float, runs: int, driven: bool) -> Iterator[Candidate]:
+def _of(key: Key, run_s: float, runs: int, driven: bool, period_s: float) -> Iterator[Candidate]:
     word = WORDS[key[0]]
 
     def plain(name: str, *factors: Factor) -> Candidate:
@@ -66,6 +64,7 @@ def _of(key: Key, run_s: float, runs: int, driven: bool) -> Iterator[Candidate]:
     for share in SETTLES:
         settling = partial(_scaled, key, "time", "exponential")
         yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
+    yield plain("alternating from frame to frame", Factor("time", "cosine", 1.0, period_s / math.pi))
     if runs > 2:
         yield plain("linear in the run", Factor("run"))
     # A step between runs has two on either side at the least: each predicts the other.
@@ -74,10 +73,6 @@ def _of(key: Key, run_s: float, runs: int, driven: bool) -> Iterator[Candidate]:
     if driven:
         for order in (1.0, 2.0):
             yield plain(f"with the drive's phase, order {order:g}", *waves("phase", order))
-
-
-def _as_they_are(terms: tuple[Term, ...]) -> tuple[Term, ...]:
-    return terms
 
 
 def _period_s(rows: FrameRows) -> float:
