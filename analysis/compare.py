@@ -100,7 +100,7 @@ def one_impact_ahead(
         sliding = -1 + friction * (1 + restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(v_t)
     tangential = np.where(v_t == 0, 0.0, -np.minimum(reversal, sliding) * v_t)
     after = spin + (tangential - v_t) / (nes.radius_m * (1 + nes.inertia_factor))
-    lost = more.get("spin_kept", 0.0) * after
+    turned = more.get("spin_kept", 0.0) * after + more.get("spin_added", 0.0)
     out = impacts[
         [
             "impact",
@@ -111,6 +111,6 @@ def one_impact_ahead(
         ]
     ].copy()
     out["simulated_normal_speed_after_m_per_s"] = restitution * v_n
-    out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * lost
-    out["simulated_spin_after_rad_per_s"] = after + lost
+    out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * turned
+    out["simulated_spin_after_rad_per_s"] = after + turned
     return out.reset_index(drop=True)

@@ -34,6 +34,9 @@ def added_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Hos
     known[:, W.CLOCK] = host_motion.omega_rad_per_s * time_s
     known[:, W.PHASE] = host_motion.omega_rad_per_s * (time_s - host_motion.zero_s) + host_motion.phase_rad
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
+    known[1:, W.LAST_X], known[1:, W.LAST_Y] = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
+    known[1:, W.LAST_APPROACH] = known[:-1, W.APPROACH]
+    known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
     normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
     rate = host_motion.at(time_s, 1)
     known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]

@@ -39,6 +39,7 @@ COORDINATES = {
     "wall_friction": "tangential",
     "tangential_restitution": "tangential",
     "spin_kept": "spin",
+    "spin_added": "spin",
 }
 # A friction law counts as the disk's rocking where it takes no more than the friction that there is.
 MOST_OF_FRICTION = -1.0

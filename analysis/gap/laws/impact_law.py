@@ -90,6 +90,7 @@ def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFit
         "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
         "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
         "spin_kept": NEGLIGIBLE["sticking"],
+        "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.spin)), 1e-300),
     }
     sizes = {}
     for target, size in least.items():

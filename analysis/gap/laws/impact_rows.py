@@ -80,12 +80,13 @@ def law_regression(
     # which that spin is, too.
     q = data.inertia_factor
     left = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
-    lost = left * q / (1 + q)
+    lost, turned = left * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
     answers = {
         "restitution": np.concatenate([design[:, 0], none, none]),
         "wall_friction": np.concatenate([none, slides / tangential_sd, none]),
         "tangential_restitution": np.concatenate([none, stuck / tangential_sd, none]),
         "spin_kept": np.concatenate([none, lost / tangential_sd, lost * q / angular_sd]),
+        "spin_added": np.concatenate([none, turned / tangential_sd, turned * q / angular_sd]),
     }
     nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
     return ImpactRegression(

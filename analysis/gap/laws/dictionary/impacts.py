@@ -16,6 +16,16 @@ from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
 LAWS = ("restitution", "wall_friction", "tangential_restitution", "spin_kept")
+# A spin that an impact adds: by what, in the sense of what.
+ADDED = (
+    ("constant", ()),
+    ("with the approach speed", (Factor("approach"),)),
+    ("with the approach speed, by the sense of spin", (Factor("approach"), Factor("spin", "sign"))),
+    ("with the approach speed, by the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
+    ("by the sense of spin", (Factor("spin", "sign"),)),
+    ("by the sense of slip", (Factor("slip", "sign"),)),
+    ("with the centre's signed speed along the wall", (Factor("passing"),)),
+)
 WORDS = {
     "restitution": "restitution", "wall_friction": "wall friction",
     "tangential_restitution": "tangential restitution", "spin_kept": "spin kept",
@@ -38,6 +48,10 @@ def law_candidates(known: Array) -> list[Candidate]:
         out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, (factor,))) for name, factor in _plain()]
         out += _around(target)
         out += _scaled(target, known)
+    out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
+    for order in (1.0, 2.0):
+        sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
+        out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
     return out
 
 
@@ -70,6 +84,8 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the run", Factor("run")),
         ("the speed in the room", Factor("speed")),
         ("the square of the speed in the room", Factor("speed", "power", 2.0)),
+        ("the size of the Host's acceleration", Factor("host_acceleration")),
+        ("the approach speed of the contact before", Factor("last_approach")),
     ]
 
 
@@ -78,7 +94,7 @@ def _around(target: str) -> list[Candidate]:
     word, out = WORDS[target], []
     for quantity, orders in (
         ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", (1.0, 2.0, 3.0)),
-        ("angle", (1.0, 2.0)),
+        ("angle", (1.0, 2.0)), ("contact_turn", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:
             terms = tuple(Term(target, 1.0, (wave,)) for wave in waves(quantity, order))
@@ -89,6 +105,7 @@ def _around(target: str) -> list[Candidate]:
         ("of a side of the disk", "body_angle", "gaussian", SIDES, SIDE_WIDTHS),
     ):
         out += around(f"{word} {name}", target, (quantity, function), count, widths)
+    out += scaled(f"{word} near the contact before", target, ("contact_turn", "gaussian", 1.0), SPOT_WIDTHS)
     return out
 
 
