@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
@@ -58,10 +58,14 @@ def write_laws(
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
-    fits = ladder.flights.fitted.fits
     laws: list[LawFound | None] = []
     law, ladder = _flight_law(ladder, left, rng, withheld)
     laws.append(law)
+    fits = ladder.flights.fitted.fits
+    if law is not None and law.fitted is not None and law.closed > UNPROMPTED_CLOSED:
+        fits = law.fitted[1].fits
+        ladder = with_contacts_of(ladder, law.fitted[1], rng, withheld)
+        left = {one.stage for one in ladder.structure}
     found, unprompted, ladder = _contact_laws(ladder, fits, left, rng)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
