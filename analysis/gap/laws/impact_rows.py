@@ -99,14 +99,14 @@ def law_regression(
 def distance_regression(
     impacts: ImpactFit, fits: Sequence[FlightFits], law: WrittenLaw | None = None
 ) -> ImpactRegression:
-    """Contact distances of a round wall, radius, centre and the disk's own centre as nuisances.
+    """Contact distances; what the fitted wall and the disk's own centre are free in are nuisances.
 
     ``law``: one that is known to act, whose part of the distances' scatter is none."""
     wall, at = impacts.wall, impacts.data.index
     residual_m, noise_m = wall.residual_m[at], wall.impacts.sd("gap")[at]
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    azimuth, body = wall.impacts.azimuth_rad[at], wall.impacts.body_rad[at]
-    shapes = np.column_stack([np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)])
+    shapes = wall.impacts.design(wall.terms)[at]
+    shapes /= np.maximum(np.sqrt(np.mean(shapes**2, 0)), 1e-300)
     held = of_target("contact_radius", law, known)
     explained_m = np.zeros(len(at))
     if held is not None:
@@ -118,7 +118,9 @@ def distance_regression(
     # Gross is what a law that is known to act leaves, not what it explains.
     residual = explained_m / sd + np.clip(left_m / sd, -CLIP_SD, CLIP_SD)
     nuisances = shapes / sd[:, None]
-    problem = Regression(residual, nuisances, np.zeros(5), np.arange(len(at)), impacts.data.run.astype(np.int64))
+    problem = Regression(
+        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
+    )
     return ImpactRegression(problem, known, {"contact_radius": 1 / sd})
 
 

@@ -30,6 +30,21 @@ WORDS = {
     "restitution": "restitution", "wall_friction": "wall friction",
     "tangential_restitution": "tangential restitution", "spin_kept": "spin kept",
 }  # fmt: skip
+# Two quantities together.
+PRODUCTS = (
+    ("approach speed and slip", (Factor("approach"), Factor("slip", "absolute_power"))),
+    ("approach speed and spin", (Factor("approach"), Factor("spin", "absolute_power"))),
+    ("approach speed and the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
+    ("approach speed and the sense of spin", (Factor("approach"), Factor("spin", "sign"))),
+    ("the slip against the spin", (Factor("slip", "sign"), Factor("spin"))),
+    ("whether slip and spin have one sense", (Factor("slip", "sign"), Factor("spin", "sign"))),
+    ("approach speed and the wall's own speed", (Factor("approach"), Factor("wall_speed"))),
+    ("slip and the wall's own speed", (Factor("slip", "absolute_power"), Factor("wall_speed"))),
+    ("approach speed and time", (Factor("approach"), Factor("time"))),
+    ("approach speed and run", (Factor("approach"), Factor("run"))),
+    ("slip over approach speed", (Factor("slip", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
+    ("spin over approach speed", (Factor("spin", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
+)
 # Quantiles of a quantity at which a scale starts; places on the wall and widths of a spot (rad), half widths of an arc.
 SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5), 16, (0.4, 0.9, 1.57)
 # Places around the disk, and widths (rad) of a nick or a flat.
@@ -46,6 +61,14 @@ def law_candidates(known: Array) -> list[Candidate]:
         if target == "spin_kept":
             out.append(plain(f"{WORDS[target]}: constant", Term("spin_kept", 1.0)))
         out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, (factor,))) for name, factor in _plain()]
+        out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, factors)) for name, factors in PRODUCTS]
+        for quantity in ("azimuth", "body_angle", "phase"):
+            for factor, name in (
+                (Factor("approach"), "the approach speed"),
+                (Factor("slip", "sign"), "the sense of slip"),
+            ):
+                terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
+                out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
         out += _around(target)
         out += _scaled(target, known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
@@ -62,6 +85,7 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the approach speed to the power -1/4", Factor("approach", "absolute_power", -0.25)),
         ("the approach speed to the power 1/5", Factor("approach", "absolute_power", 0.2)),
         ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
+        ("the inverse square of the approach speed", Factor("approach", "absolute_power", -2.0)),
         ("the slip", Factor("slip", "absolute_power")),
         ("the slip's square", Factor("slip", "power", 2.0)),
         ("the sense of slip", Factor("slip", "sign")),

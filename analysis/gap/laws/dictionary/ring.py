@@ -21,21 +21,21 @@ def ring_candidates(scales: RigScales) -> list[Candidate]:
 def _against_the_wall(scales: RigScales) -> list[Candidate]:
     ranges, beside = [share * scales.radius_m for share in RANGES], ("gap", "exponential", 1.0)
     out = []
-    for name, target, speed in (
+    for name, target, along in (
         ("drag of the way to the wall and from it", "outwards", Factor("radial_speed")),
         ("drag of the way around", "swirl", Factor("circling_speed")),
         ("drag against the Host", "along_sliding", Factor("sliding_speed")),
     ):
         if target != "along_sliding":  # without a place it is among the forces
-            out.append(plain(name, Term(target, 1.0, (speed,))))
-        out += scaled(f"{name}, near the wall", target, beside, ranges, (speed,))
+            out.append(plain(name, Term(target, 1.0, (along,))))
+        out += scaled(f"{name}, near the wall", target, beside, ranges, (along,))
     squared = Factor("sliding_speed", "power", 2.0)
     out += scaled("drag against the Host, squared, near the wall", "along_sliding", beside, ranges, (squared,))
     # Pressed out towards the wall, or drawn in from it: one sense of the way only.
-    for name, sense in (("towards the wall", 1.0), ("from the wall", -1.0)):
-        half = Factor("radial_speed", "above", 1.0, 0.0) if sense > 0 else Factor("radial_speed", "below", 1.0, 0.0)
-        speed = () if sense > 0 else (Factor("radial_speed"),)
-        out += scaled(f"drag of the way {name}, near the wall", "outwards", beside, ranges, (*speed, half))
+    speed, outwards = Factor("radial_speed"), Factor("radial_speed", "above", 1.0, 0.0)
+    inwards = (speed, Factor("radial_speed", "below", 1.0, 0.0))
+    out += scaled("drag of the way to the wall, near it", "outwards", beside, ranges, (outwards,))
+    out += scaled("drag of the way from the wall, near it", "outwards", beside, ranges, inwards)
     out += scaled("torque of the way around, near the wall", "spin", beside, ranges, (Factor("circling_speed"),))
     return out
 
