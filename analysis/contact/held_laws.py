@@ -71,6 +71,7 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     since = np.minimum(time_s - np.array(before), since_before(data))
     known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
     known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
+    known[:, W.SPIN_LEFT] = data.spin + data.tangential_impulse / (data.inertia_factor * junctions.radius_m)
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)

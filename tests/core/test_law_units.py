@@ -23,7 +23,7 @@ def in_units(known):
     out = known.copy()
     out[list(PLACES)] /= LENGTH_M
     out[list(SPEEDS)] /= LENGTH_M / TIME_S
-    out[W.SPIN] *= TIME_S
+    out[[W.SPIN, W.SPIN_LEFT]] *= TIME_S
     for at in (W.TIME, W.SINCE):
         out[at] /= TIME_S
     out[[W.FX, W.FY, W.HOST_AX, W.HOST_AY]] /= LENGTH_M / TIME_S**2

@@ -26,7 +26,7 @@ TARGET_CODES = (
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION FROM_CONTACT CONTACT_TURN "
-    "LAST_APPROACH"
+    "LAST_APPROACH SPIN_LEFT"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -109,7 +109,7 @@ RING_LAWS = (
         (
             Term("restitution", -0.1, (Factor("contact_turn", "cosine"),)),
             Term("restitution", 0.1, (Factor("azimuth", "sawtooth", x=0.4),)),
-            Term("spin_added", -3.0, (Factor("approach"), Factor("spin", "sign"))),
+            Term("spin_added", -3.0, (Factor("approach"), Factor("spin_left", "sign"))),
         )
     ),
 )

@@ -9,10 +9,11 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.laws.flight_law import find_flight_law
-from analysis.gap.laws.impact_law import find_wall_law, wall_law_instead
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_candidates import fit_impacts
 from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.selection.inertia import inertia_step
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.pipeline.diagnosis import load_series
@@ -100,3 +101,18 @@ def test_an_ellipse_is_no_law(tmp_path):
     assert "wall_ellipticity" in {cause.effect for cause in steps.causes}
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
     assert wall_law_instead(steps, flights.fits, series.frame, least_m, rng) is None
+
+
+def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
+    """The law says what they take; the disk's inertia stays as stated."""
+    series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=6)
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    assert not inertia_step(flights, series.runs[0].data.inertia_factor, 1.0).found
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    law = find_impact_law(steps.fitted, flights.fits, steps.restitution_terms, series.frame, rng)
+    assert law is not None
+    # A slow spin is stopped, not turned round: which no sum of terms says, so that the blow's own size is left open.
+    term = law.law.terms[0]
+    assert (term.target, term.factors[-1].quantity, term.factors[-1].function) == ("spin_added", "spin_left", "sign")
+    assert term.coefficient < 0 and law.closed > 0.5

@@ -16,8 +16,8 @@ from ovines.core.laws import words as W
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT, Q_CONTACT_TURN,
-    Q_LAST_APPROACH,
-) = range(30)  # fmt: skip
+    Q_LAST_APPROACH, Q_SPIN_LEFT,
+) = range(31)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -73,6 +73,8 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return math.hypot(hx - known[W.LAST_X], hy - known[W.LAST_Y])
     if code == Q_CONTACT_TURN:
         return math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
+    if code == Q_SPIN_LEFT:
+        return known[W.SPIN_LEFT]
     return known[W.LAST_APPROACH]
 
 
@@ -134,7 +136,7 @@ def circular(code: int) -> bool:
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
-    if code >= Q_FROM_CONTACT and known[W.SINCE] >= 0.5 * W.LONG_AGO_S:  # no contact before
+    if Q_FROM_CONTACT <= code <= Q_LAST_APPROACH and known[W.SINCE] >= 0.5 * W.LONG_AGO_S:  # no contact before
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]

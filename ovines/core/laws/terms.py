@@ -121,6 +121,8 @@ class WrittenLaw:
                     known, expected = factor.quantity in W.OF_FRAMES, "one of " + ", ".join(W.OF_FRAMES)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
+                if factor.quantity == "spin_left":
+                    known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
                 require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
 
     @property

@@ -24,12 +24,13 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: that the floor's friction gives, the run's time at the drive's frequency (rad), share of the run that has gone (of a
 #: measurement only), speeds before an impact (m/s) of the wall outwards along its normal, and of the disk's centre
 #: along the wall, place of the disk at the contact before, from the Host's centre (m), its normal speed before that
-#: (m/s), acceleration of the Host (m/s^2)
+#: (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of impacts only)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
-) = range(29)  # fmt: skip
-KNOWN_SIZE = 29
+    SPIN_LEFT,
+) = range(30)  # fmt: skip
+KNOWN_SIZE = 30
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -155,6 +156,14 @@ QUANTITIES: dict[str, Quantity] = {
                 "direction from the Host's centre, from that of the contact before on",
             ),
             ("last_approach", "m/s", "v_c", False, "", "normal speed before the impact before"),
+            (
+                "spin_left",
+                "rad/s",
+                r"\omega_j",
+                False,
+                "",
+                "spin that the impulse of an impact leaves; of the spin's laws only",
+            ),
         )
     )
 }

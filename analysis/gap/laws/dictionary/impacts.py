@@ -25,6 +25,9 @@ ADDED = (
     ("by the sense of spin", (Factor("spin", "sign"),)),
     ("by the sense of slip", (Factor("slip", "sign"),)),
     ("with the centre's signed speed along the wall", (Factor("passing"),)),
+    ("with the approach speed, by the sense of the spin left", (Factor("approach"), Factor("spin_left", "sign"))),
+    ("by the sense of the spin left", (Factor("spin_left", "sign"),)),
+    ("with the approach speed and the spin left", (Factor("approach"), Factor("spin_left"))),
 )
 WORDS = {
     "restitution": "restitution", "wall_friction": "wall friction",
