@@ -8,7 +8,7 @@ from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
 # Distances over the contact radius up to which the place of a contact is felt.
-REACHES = (0.1, 0.25, 0.6)
+REACHES = (0.1, 0.2, 0.35, 0.6)
 
 
 def memory_candidates(scales: RigScales) -> list[Candidate]:
