@@ -28,8 +28,8 @@ from analysis.identification.floor import (
     prior_sd,
     sandwich_factor,
 )
-from analysis.statistics.student import student_over_normal
 from analysis.identification.lens_residual import LINEAR_SHARE
+from analysis.statistics.student import student_over_normal
 from ovines.core.laws.terms import rows_of
 
 Array = NDArray[np.float64]
