@@ -73,7 +73,7 @@ TARGETS: dict[str, Target] = {
             ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
             (
                 "from_last_contact", "m/s^2", r"\hat d_c", "", "flight",
-                "away from where the disk touched the wall before, a place of the Host",
+                "away from the place of the contact before",
             ),
             ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
             ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
@@ -146,7 +146,7 @@ QUANTITIES: dict[str, Quantity] = {
             ("circling_speed", "m/s", r"u_\theta", False, "", "speed about the Host's centre, against the floor"),
             ("host_speed", "m/s", "w", False, "", "speed of the floor under the disk"),
             ("host_acceleration", "m/s^2", "a_H", False, "", "size of the Host's acceleration"),
-            ("from_contact", "m", "d_c", False, "", "distance from where the disk touched the wall before"),
+            ("from_contact", "m", "d_c", False, "", "distance from the place of the contact before"),
             (
                 "contact_turn",
                 "rad",
