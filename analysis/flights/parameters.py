@@ -6,8 +6,6 @@ else: one may be inserted anywhere.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ovines.core.laws import terms
 
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
@@ -103,10 +101,3 @@ LAW_TERMS = tuple(f"law_{i + 1}" for i in range(terms.MOST_TERMS))
 LAW = INDEX["law_1"]
 FRICTION_SINCE = INDEX["friction_since"]
 FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
-
-# Steps of the differences, each in its parameter's unit: small against what matters, large against rounding (a flight
-# is integrated to 1e-8 m).  The coupling's goes down from its usual 1, where Farkas' law ends.
-STEPS = np.full(len(PARAMETERS), 1e-3)
-STEPS[COUPLING] = -1e-2
-STEPS[LOAD] = 1e-2
-STEPS[MAGNUS] = 1e-5

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import inlined
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def quintics(value: Array, rate: Array, second_rate: Array) -> Array:
     return np.ascontiguousarray(np.stack(pieces, -1))
 
 
-@compiled
+@inlined
 def host_at(t: float, path: HostTable) -> HostState:
     """The Host at time t (s)."""
     steps = (t - path.first_s) / path.step_s
@@ -87,7 +87,7 @@ def host_at(t: float, path: HostTable) -> HostState:
     )
 
 
-@compiled
+@inlined
 def _place_and_rate(c: Array, s: float) -> tuple[float, float]:
     """Value and slope of the quintic ``c`` (6,) at s."""
     place = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
