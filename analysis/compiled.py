@@ -11,4 +11,7 @@ from ovines.core.compiled import compiler, stamp_above
 #: files whose numbers compiled code holds, though they compile nothing themselves
 CONSTANTS = ("flights/parameters.py", "flights/noise.py", "contact/law.py")
 
-compiled = compiler(stamp_above(Path(__file__).parent, CONSTANTS))
+STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
+compiled = compiler(STAMP)
+# For parts of a kernel that stand alone to be read: machine code of their callers holds them, never a call.
+inlined = compiler(STAMP, inline=True)

@@ -20,9 +20,10 @@ from analysis.flights.fit import (
     seen_frames,
     with_impact_before,
 )
-from analysis.flights.model import ANGLE, STATES, FlightRig, acceleration, known_of, start_step
+from analysis.flights.model import ANGLE, STATES, FlightRig, acceleration, known_of
 from analysis.flights.noise import CLIP_SD
-from analysis.flights.parameters import CONTACT_BEFORE, INDEX, PARAMETERS, STEPS
+from analysis.flights.parameters import CONTACT_BEFORE, INDEX, PARAMETERS
+from analysis.flights.slopes import acceleration_slopes, law_work
 from analysis.motion.host_table import host_at
 from ovines.core.laws import words as W
 
@@ -58,21 +59,13 @@ def _missed(fits: FlightFits, k: int, times: Array) -> Array:
 
 @compiled
 def _fill(times: Array, states: Array, p: Array, without: Array, rig: FlightRig, known: Array, damping: Array) -> None:
-    moved = np.empty(STATES)
+    work, slopes, none = law_work(), np.empty((3, STATES)), np.empty((0, len(p)))
     for i in range(len(times)):
         known_of(times[i], states[i], p, rig, known[i])
-        rubbed = acceleration(times[i], states[i], p, rig)
+        rubbed = acceleration_slopes(times[i], states[i], p, rig, work, slopes, none)
         free = acceleration(times[i], states[i], without, rig)
         known[i, W.FX], known[i, W.FY], known[i, W.FT] = rubbed.x - free.x, rubbed.y - free.y, rubbed.spin - free.spin
-        for j in range(3):
-            step = start_step(3 + j)
-            for m in range(STATES):
-                moved[m] = states[i, m]
-            moved[3 + j] += step
-            one = acceleration(times[i], moved, p, rig)
-            damping[i, 0, j] = (one.x - rubbed.x) / step
-            damping[i, 1, j] = (one.y - rubbed.y) / step
-            damping[i, 2, j] = (one.spin - rubbed.spin) / step
+        damping[i] = slopes[:, 3:]
 
 
 def known_states(fits: FlightFits, k: int, times: Array) -> tuple[Array, Array]:
@@ -101,28 +94,22 @@ def unit_accelerations(fits: Sequence[FlightFits]) -> tuple[dict[str, float], fl
             p[INDEX["impact_before_s"]] = impact_before(fit.run, fit.flights, k)
             times = fit.run.time_s[flight.first : flight.last + 1 : STRIDE]
             states, _ = fit.flown(k, np.ascontiguousarray(times), derivatives=False)
-            speed += _add(times, states, p, STEPS, fit.run.flight_rig, total)
+            speed += _add(times, states, p, fit.run.flight_rig, total)
             count += len(times)
     root = np.sqrt(total / max(count, 1))
     return {name: float(root[i]) for name, i in INDEX.items()}, float(np.sqrt(speed / max(count, 1)))
 
 
 @compiled
-def _add(times: Array, states: Array, p: Array, steps: Array, rig: FlightRig, total: Array) -> float:
+def _add(times: Array, states: Array, p: Array, rig: FlightRig, total: Array) -> float:
     """Adds to ``total`` (P,) the squares at each of ``times`` (N,) and ``states`` (N, 6); returns those of the speed
     against the Host."""
     rim = rig.radius_m * rig.inertia_factor
-    speed = 0.0
+    speed, work, slopes, every = 0.0, law_work(), np.empty((3, STATES)), np.empty((3, len(p)))
     for i in range(len(times)):
-        none = acceleration(times[i], states[i], p, rig)
+        acceleration_slopes(times[i], states[i], p, rig, work, slopes, every)
         host = host_at(times[i], rig.host)
         speed += (states[i, 3] - host.vx) ** 2 + (states[i, 4] - host.vy) ** 2
-        for j in range(len(steps)):
-            kept = p[j]
-            p[j] = kept + steps[j]
-            one = acceleration(times[i], states[i], p, rig)
-            p[j] = kept
-            total[j] += ((one.x - none.x) ** 2 + (one.y - none.y) ** 2 + (rim * (one.spin - none.spin)) ** 2) / steps[
-                j
-            ] ** 2
+        for j in range(len(p)):
+            total[j] += every[0, j] ** 2 + every[1, j] ** 2 + (rim * every[2, j]) ** 2
     return speed

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import NO_LAW, STATES, FlightRig, fly_with_derivatives
+from analysis.flights.model import NO_LAW, STATES, FlightRig
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
 from analysis.flights.parameters import CONTACT_BEFORE, DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
-from analysis.flights.single_flight import WhiteFrames, fit_single, start_state
+from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall

@@ -35,9 +35,8 @@ LONGEST_STEP_S = 1.3e-3
 # step changes it by this share at most.  Whole frames across such turns left up to 1 mm/s each, which a flight of 0.8 s
 # shows.
 SHARE_OF_SPEED = 0.4
-# Steps of the differences with respect to the start state: micrometres, 10 um/s and mrad/s, each far above the
-# integration's error and far below what bends a flight.
-PLACE_STEP_M, VELOCITY_STEP_M_PER_S, SPIN_STEP_RAD_PER_S = 1e-6, 1e-5, 1e-3
+# Square of a distance within which a force of one size towards the Host's centre turns (m^2).
+CENTRE_M2 = 1e-8
 
 STATES = 6
 #: place of the angle in the state
@@ -170,7 +169,7 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     pull = (
         p[P.CENTRE_HOST]
         + p[P.RADIAL_CUBIC] * ratio2
-        + (p[P.RADIAL_UNIT] + p[P.WALL_PULL] * ratio2**4) / np.sqrt(rx * rx + ry * ry + 1e-8)
+        + (p[P.RADIAL_UNIT] + p[P.WALL_PULL] * ratio2**4) / np.sqrt(rx * rx + ry * ry + CENTRE_M2)
     )
     ax += (
         -pull * rx - p[P.CURL_HOST] * ry + p[P.SADDLE_HOST] * rx + p[P.SKEW_HOST] * ry
@@ -207,18 +206,27 @@ def workspace() -> Workspace:
 
 
 @compiled
+def step_within(span: float, floor_speed: float, p: Array, strongest: float) -> float:
+    """Step (s) for the next part of ``span`` (s, either sign) of a disk with this speed against the floor (m/s):
+    LONGEST_STEP_S at most, shorter where the floor's friction turns, which ``strongest`` (m/s^2) bounds."""
+    limit = LONGEST_STEP_S
+    if p[P.FRICTION] != 0.0:
+        limit = min(limit, SHARE_OF_SPEED * max(REGULARISATION_M_PER_S, floor_speed) / strongest)
+    return span / np.ceil(abs(span) / limit)
+
+
+@compiled
 def advance(
     y: Array, t: float, span: float, p: Array, rig: FlightRig, strongest: float, work: Workspace, out: Array
 ) -> None:
     """out = state ``span`` seconds (either sign) after ``y`` at t, by classical Runge-Kutta of fourth order.
 
-    Steps of at most LONGEST_STEP_S, shorter where the floor's friction turns, which ``strongest`` (m/s^2, of
-    :func:`strongest_acceleration`) bounds.  ``out`` may be ``y``.
+    By steps of :func:`step_within`, ``strongest`` (m/s^2) being that of :func:`strongest_acceleration`.  ``out`` may be
+    ``y``.
     """
     k, trial = work.slopes, work.trial
     for j in range(STATES):
         out[j] = y[j]
-    shortest = SHARE_OF_SPEED * REGULARISATION_M_PER_S / strongest
     while span != 0.0:
         h = span
         for stage in range(4):
@@ -229,10 +237,7 @@ def advance(
             k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
             k[stage, 3], k[stage, 4], k[stage, 5] = a.x, a.y, a.spin
             if stage == 0:
-                limit = LONGEST_STEP_S
-                if p[P.FRICTION] != 0.0:
-                    limit = min(limit, max(shortest, SHARE_OF_SPEED * a.floor_speed / strongest))
-                h = span / np.ceil(abs(span) / limit)
+                h = step_within(span, a.floor_speed, p, strongest)
         for j in range(STATES):
             out[j] += h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
         t += h
@@ -240,98 +245,33 @@ def advance(
 
 
 @compiled
+def first_after(times: Array, t0: float) -> int:
+    """Number of the first of the sorted ``times`` that is not before t0."""
+    before = 0
+    while before < len(times) and times[before] < t0:
+        before += 1
+    return before
+
+
+@compiled
+def in_turn(number: int, before: int, count: int) -> int:
+    """Which of ``count`` sorted times, ``before`` of them before a flight's t0, comes as ``number``: first those after
+    it in order, then those before it, backwards; each side starts from t0."""
+    return before + number if number < count - before else count - 1 - number
+
+
+@compiled
 def fly(start: Array, t0: float, times: Array, p: Array, rig: FlightRig, out: Array) -> None:
     """States (len(times), 6) at sorted ``times`` on either side of t0, by classical Runge-Kutta of fourth order."""
     work, y = workspace(), np.empty(STATES)
     strongest = strongest_acceleration(p, rig)
-    n = len(times)
-    before = 0
-    while before < n and times[before] < t0:
-        before += 1
+    before = first_after(times, t0)
     t = t0
-    for number in range(n):
-        # First the times after t0 in order, then those before it, backwards, each side starting from t0.
-        i = before + number if number < n - before else n - 1 - number
-        if number == 0 or number == n - before:
+    for number in range(len(times)):
+        i: int = in_turn(number, before, len(times))
+        if number == 0 or number == len(times) - before:
             t = t0
             y[:] = start
         advance(y, t, times[i] - t, p, rig, strongest, work, y)
         out[i] = y
         t = times[i]
-
-
-@compiled
-def start_step(j: int) -> float:
-    """Step of the differences with respect to entry ``j`` of the start state."""
-    if j < ANGLE:
-        return PLACE_STEP_M
-    return VELOCITY_STEP_M_PER_S if j < STATES - 1 else SPIN_STEP_RAD_PER_S
-
-
-@compiled
-def fly_with_derivatives(
-    start: Array,
-    t0: float,
-    times: Array,
-    p: Array,
-    free: NDArray[np.int64],
-    rig: FlightRig,
-    out: Array,
-    derivative: Array,
-) -> None:
-    """As :func:`fly`, and differences (len(times), 6, 6 + len(free)) with respect to start state and parameters
-    ``free``, none where ``derivative`` has no rows.
-    """
-    n = len(times)
-    fly(start, t0, times, p, rig, out)
-    if len(derivative) == 0:
-        return
-    moved = np.empty((n, STATES))
-    s, q = start.copy(), p.copy()
-    for j in range(STATES + len(free)):
-        if j == ANGLE:
-            # The law of flight does not know the disk's angle: it only adds to the angle itself.
-            derivative[:, :, ANGLE] = 0.0
-            derivative[:, ANGLE, ANGLE] = 1.0
-            continue
-        if j < STATES:
-            h = start_step(j)
-            s[j] += h
-        else:
-            h = P.STEPS[free[j - STATES]]
-            q[free[j - STATES]] += h
-        fly(s, t0, times, q, rig, moved)
-        if j < STATES:
-            s[j] = start[j]
-        else:
-            q[free[j - STATES]] = p[free[j - STATES]]
-        for i in range(n):
-            for m in range(STATES):
-                derivative[i, m, j] = (moved[i, m] - out[i, m]) / h
-
-
-@compiled
-def fly_with_velocity_derivatives(
-    start: Array, t0: float, times: Array, p: Array, rig: FlightRig, out: Array, derivative: Array
-) -> None:
-    """As :func:`fly`, and (len(times), 6, 6) with a displaced start taken to displace the whole flight.
-
-    That is exact but for fields that vary with place (the Host's rotation among them) and enough to find a minimum
-    with.
-    """
-    n = len(times)
-    fly(start, t0, times, p, rig, out)
-    moved = np.empty((n, STATES))
-    s = start.copy()
-    derivative[:, :, :3] = 0.0
-    for i in range(n):
-        for j in range(3):
-            derivative[i, j, j] = 1.0
-    for j in range(3, STATES):
-        h = start_step(j)
-        s[j] += h
-        fly(s, t0, times, p, rig, moved)
-        s[j] = start[j]
-        for i in range(n):
-            for m in range(STATES):
-                derivative[i, m, j] = (moved[i, m] - out[i, m]) / h

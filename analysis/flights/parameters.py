@@ -6,8 +6,6 @@ else: one may be inserted anywhere.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ovines.core.laws import terms
 
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
@@ -110,10 +108,3 @@ FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
 CONTACT_BEFORE_X, CONTACT_BEFORE_Y = INDEX["contact_before_x"], INDEX["contact_before_y"]
 APPROACH_BEFORE = INDEX["approach_before"]
 CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE]
-
-# Steps of the differences, each in its parameter's unit: small against what matters, large against rounding (a flight
-# is integrated to 1e-8 m).  The coupling's goes down from its usual 1, where Farkas' law ends.
-STEPS = np.full(len(PARAMETERS), 1e-3)
-STEPS[COUPLING] = -1e-2
-STEPS[LOAD] = 1e-2
-STEPS[MAGNUS] = 1e-5

@@ -24,6 +24,9 @@ REACH_S, FEWEST_REACH, MOST_REACH = 0.005, 4, 24
 # size), which may jump by as much where friction turns, and change all along within 20 ms.  A path of few frames thus
 # says no more of a step than it can.
 SMOOTH_M_PER_S2, SMOOTH_CHANGES_S = 5.0, 0.02
+# The path about a gap: powers of the time from it, those of the whole path first, then those that set in there
+# (HINGED): the change of the curvature, and the step itself.
+POWERS, HINGED, HIGHEST = (0, 1, 2, 3, 2, 1), (False, False, False, False, True, True), 6
 # Slower impacts are left to bounce sequences (analysis.identification.bounce_search); a force that jumps is misplaced
 # by a frame and a half at most and makes a step of that, twice over where friction turns.
 SMALLEST_STEP_M_PER_S, JUMP_FRAMES = 0.04, 3.0
@@ -79,34 +82,50 @@ def hinge(
         last += 1
     origin = 0.5 * (time[first] + time[last])
     scale = time[hi] - time[lo]
-    size = 6
-    normal = np.zeros((size, size))
-    right_x, right_y = np.zeros(size), np.zeros(size)
-    row = np.empty(size)
+    # Sums over the frames, and over those after the gap, of powers of the time from it: alone, with x, with y.
+    sums, later = np.zeros((3, HIGHEST + 1)), np.zeros((3, HIGHEST + 1))
     for i in range(lo, hi + 1):
         if not np.isfinite(x[i]):
             continue
         s = (time[i] - origin) / scale
-        later = max(0.0, s)
-        row[0], row[1], row[2] = 1.0, s, later
-        row[3], row[4], row[5] = s * s, later * later, s * s * s
         w = 1.0 / (sd[i] * sd[i])
-        for a in range(size):
-            right_x[a] += w * row[a] * x[i]
-            right_y[a] += w * row[a] * y[i]
-            for b in range(size):
-                normal[a, b] += w * row[a] * row[b]
+        for k in range(HIGHEST + 1):
+            sums[0, k] += w
+            sums[1, k] += w * x[i]
+            sums[2, k] += w * y[i]
+            if s > 0.0:
+                later[0, k] += w
+                later[1, k] += w * x[i]
+                later[2, k] += w * y[i]
+            w *= s
+    return _step_at(sums, later, scale)
+
+
+@compiled
+def _step_at(sums: Array, later: Array, scale: float) -> tuple[float, float, float]:
+    """:func:`hinge` from sums (3, HIGHEST + 1) over the frames and over those after the gap, whose times span ``scale``
+    seconds: by the root of the normal equations (Cholesky), of which the step is the last unknown."""
+    size = len(POWERS)
+    root, seen = np.empty((size, size)), np.empty((size, 2))
     curvature = 0.5 * SMOOTH_M_PER_S2 * scale * scale
-    normal[3, 3] += 1 / curvature**2
-    normal[4, 4] += 1 / curvature**2
-    normal[5, 5] += (3 * SMOOTH_CHANGES_S / (curvature * scale)) ** 2
-    inverse = np.linalg.inv(normal)
-    step_x = 0.0
-    step_y = 0.0
     for a in range(size):
-        step_x += inverse[2, a] * right_x[a]
-        step_y += inverse[2, a] * right_y[a]
-    return step_x / scale, step_y / scale, np.sqrt((step_x * step_x + step_y * step_y) / inverse[2, 2])
+        for b in range(a + 1):
+            total = (later if HINGED[a] or HINGED[b] else sums)[0, POWERS[a] + POWERS[b]]
+            if a == b and POWERS[a] == 2:
+                total += 1 / curvature**2
+            elif a == b and POWERS[a] == 3:
+                total += (3 * SMOOTH_CHANGES_S / (curvature * scale)) ** 2
+            for c in range(b):
+                total -= root[a, c] * root[b, c]
+            root[a, b] = np.sqrt(total) if a == b else total / root[b, b]
+        for q in range(2):
+            total = (later if HINGED[a] else sums)[1 + q, POWERS[a]]
+            for c in range(a):
+                total -= root[a, c] * seen[c, q]
+            seen[a, q] = total / root[a, a]
+    last = size - 1
+    step_x, step_y = seen[last, 0] / root[last, last], seen[last, 1] / root[last, last]
+    return step_x / scale, step_y / scale, np.sqrt(step_x * step_x + step_y * step_y) * root[last, last]
 
 
 def reach_frames(time_s: Array) -> int:
@@ -161,7 +180,8 @@ def find_kinks(
             edges[e] = edges[e - 1]
         edges[position] = where
         pieces += 1
-        for gap in range(max(left, where - 2 * reach), min(right, where + 2 * reach) + 1):
+        # Those that this cut takes frames from.
+        for gap in range(max(left, where - reach), min(right, where + reach) + 1):
             stale[gap - left] = True
             scores[gap - left, 2] = 0.0
     order = np.argsort(found[:number, 0])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import inlined
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def quintics(value: Array, rate: Array, second_rate: Array) -> Array:
     return np.ascontiguousarray(np.stack(pieces, -1))
 
 
-@compiled
+@inlined
 def host_at(t: float, path: HostTable) -> HostState:
     """The Host at time t (s)."""
     steps = (t - path.first_s) / path.step_s
@@ -86,7 +86,7 @@ def host_at(t: float, path: HostTable) -> HostState:
     )
 
 
-@compiled
+@inlined
 def host_acceleration_at(t: float, path: HostTable) -> tuple[float, float]:
     """Acceleration of the Host in the plane at time t (m/s^2); none beyond the path's ends."""
     steps = (t - path.first_s) / path.step_s
@@ -97,13 +97,13 @@ def host_acceleration_at(t: float, path: HostTable) -> tuple[float, float]:
     return _second_rate(path.pieces[i, 0], s) * per_s2, _second_rate(path.pieces[i, 1], s) * per_s2
 
 
-@compiled
+@inlined
 def _second_rate(c: Array, s: float) -> float:
     """Second derivative of the quintic ``c`` (6,) at s."""
     return 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
 
 
-@compiled
+@inlined
 def _place_and_rate(c: Array, s: float) -> tuple[float, float]:
     """Value and slope of the quintic ``c`` (6,) at s."""
     place = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))

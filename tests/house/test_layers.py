@@ -55,7 +55,7 @@ MOST_FILES = {
     "ovines.commands": 26,
     "analysis.report": 17,
     "analysis.gap.page": 14,
-    "analysis.flights": 14,
+    "analysis.flights": 15,
     "ovines.pipeline": 14,
     "vision.calibration": 15,
     "ovines.importers": 14,
