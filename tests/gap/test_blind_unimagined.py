@@ -208,9 +208,10 @@ def _head_on(p, speed=1.0, spin=0.0, since_s=9.0, host=STILL, time=0.1):
 def test_impacts_by_their_formulas():
     rings = BARE._replace(ringing=0.2, ringing_rad_per_s=250.0)
     for since in (0.004, 0.02, 0.05):
-        gain = 0.2 * np.exp(-since / 0.06) * np.cos(250.0 * since)
+        gain = 0.2 * np.exp(-since / 0.06) * np.sin(250.0 * since)
         assert _head_on(rings, since_s=since)[0] == pytest.approx(-0.7 - gain)
     assert _head_on(rings)[0] == pytest.approx(-0.7)  # nothing was hit before
+    assert _head_on(rings._replace(ringing=0.5), since_s=0.005)[0] == pytest.approx(-0.98)  # the most there is
     for speed in (0.3, 1.0, 2.0):  # it slides: what is lost is the limit
         lost = 3.0 * 0.15 * (1.0 + 0.9 * (1.0 - np.exp(-speed / 0.8))) * 1.7 * speed
         assert _head_on(BARE._replace(squeezed=0.9), speed, 800.0)[1] == pytest.approx(8.0 - lost)
@@ -248,13 +249,17 @@ def test_walls_stop_the_disk_where_their_formulas_say():
 
     def stopped(p, host=STILL):
         start = np.array([0.03, 0.0, 1.0, 0.0, 0.7, 0.0])
-        return run_plant(p, host, start, 0.02, np.random.default_rng(0)).impacts[0, 0] + 2e-3
+        late, approach, _ = run_plant(p, host, start, 0.02, np.random.default_rng(0)).impacts[0]
+        return late + 2e-3, approach
 
-    late = stopped(BARE._replace(slipping_m=3.5e-4, slipping_rad=0.4))
+    late, approach = stopped(BARE._replace(slipping_m=3.5e-4, slipping_rad=0.4))
     way = 3.5e-4 * (2.0 * (late - 2e-3) / 1.2 - 1.0)
     x = way * np.cos(0.4) + np.sqrt(0.04**2 - (way * np.sin(0.4)) ** 2)
     assert late == pytest.approx(x - 0.03, abs=1e-9)
-    late = stopped(BARE._replace(squash_m=3.5e-4, squash_rad=0.5), HOST)
+    assert approach == pytest.approx(
+        1.0 - 7e-4 / 1.2 * np.cos(0.4), abs=1e-5
+    )  # the wall's own speed; normal 3 mrad off
+    late, _ = stopped(BARE._replace(squash_m=3.5e-4, squash_rad=0.5), HOST)
     swing = DRIVE * (late - 2e-3) + 2.0
     host = 0.0164 * (np.sin(swing) - np.sin(2.0 - DRIVE * 2e-3))
     start = -0.0164 * DRIVE**2 * np.sin(swing) * np.cos(0.5) / 78.5

@@ -14,7 +14,10 @@ def _chattering_slide(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 def _ringing_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    out = {"ringing": 0.22 * size * spread(rng), "ringing_rad_per_s": 2.0 * np.pi * float(rng.uniform(25.0, 60.0))}
+    out = {
+        "ringing": 0.25 * size * spread(rng) * sign(rng),
+        "ringing_rad_per_s": 2.0 * np.pi * float(rng.uniform(25.0, 60.0)),
+    }
     draft.plant.update(out)
     return out
 

@@ -8,7 +8,7 @@ from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
-from analysis.blind.plant.unimagined import slipped, squashed, unimagined_gain, unimagined_grip
+from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -110,6 +110,9 @@ def _contact_velocity(
     if p.squash_m != 0.0 and from_host_x * nx + from_host_y * ny > 0.0:  # the ring's own speed, not a cylinder's
         moves = squashed(np.arctan2(from_host_y, from_host_x), _jerk(time, host), p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
+    if p.slipping_m != 0.0:
+        moves_x, moves_y = slipping(p)
+        ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
 
@@ -174,10 +177,10 @@ def impact(
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
     rebound += edge_gain(state[13], p)
-    rebound += unimagined_gain(time - state[6], state[13], nx, ny, acceleration, p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
+    rebound = unimagined_rebound(rebound, time, state, (nx, ny), acceleration, p)
     if p.adhesion_m_per_s != 0.0:
         rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce

@@ -8,6 +8,7 @@ from analysis.blind.plant.state import PlantParameters
 HOST_M_PER_S2 = 78.5  # 8 g of the Host: what goes with its acceleration is stated for that
 HOST_M_PER_S = 1.136  # and what goes with its speed for this: 8 g at 11 Hz
 CHATTER_M_PER_S = 0.2  # width of the band of sliding speeds in which a disk chatters
+BEST_REBOUND = 0.98  # restitution: no wall gives back all
 RINGING_S = 0.06  # in which a wall's ringing dies out: about the time from blow to blow
 SQUEEZED_M_PER_S = 0.8  # approach from which on most of the grease is squeezed out
 SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
@@ -52,15 +53,18 @@ def add_unimagined_forces(x: float, y: float, angle: float, velocity: Floats, p:
 
 
 @compiled
-def unimagined_gain(
-    since_s: float, before: float, nx: float, ny: float, acceleration: Floats, p: PlantParameters
+def unimagined_rebound(
+    rebound: float, time: float, state: Floats, normal: tuple[float, float], acceleration: Floats, p: PlantParameters
 ) -> float:
-    """Restitution won in this impact: `since_s` after the one before, if there was one (`before` of them), at a wall of
-    normal (nx, ny) that has the Host's `acceleration`."""
-    gain = p.seated * (acceleration[0] * nx + acceleration[1] * ny) / HOST_M_PER_S2
-    if before > 0.5:
-        gain += p.ringing * np.exp(-since_s / RINGING_S) * np.cos(p.ringing_rad_per_s * since_s)
-    return gain
+    """Restitution of this impact, which was `rebound`, at a wall that has the Host's `acceleration` and that rings from
+    the impact before, if there was one; nothing raises it above `BEST_REBOUND`."""
+    if p.seated == 0.0 and p.ringing == 0.0:
+        return rebound
+    gain = p.seated * (acceleration[0] * normal[0] + acceleration[1] * normal[1]) / HOST_M_PER_S2
+    if state[13] > 0.5:
+        since = time - state[6]
+        gain += p.ringing * np.exp(-since / RINGING_S) * np.sin(p.ringing_rad_per_s * since)
+    return min(rebound + gain, max(rebound, BEST_REBOUND))
 
 
 @compiled
@@ -86,3 +90,10 @@ def slipped(time: float, p: PlantParameters) -> tuple[float, float]:
     """How far the wall has slipped from its place in the Host (x, y): from one side of it to the other in a run."""
     way = p.slipping_m * (2.0 * time / p.duration_s - 1.0)
     return way * np.cos(p.slipping_rad), way * np.sin(p.slipping_rad)
+
+
+@compiled
+def slipping(p: PlantParameters) -> tuple[float, float]:
+    """How fast it does so (x, y)."""
+    speed = 2.0 * p.slipping_m / p.duration_s
+    return speed * np.cos(p.slipping_rad), speed * np.sin(p.slipping_rad)
