@@ -31,7 +31,8 @@ LAW = rows_of(
     ]
 )
 #: everything but the instant of the impact before, which is no unknown
-UNKNOWNS = [place for name, place in P.INDEX.items() if name != "impact_before_s"]
+NONE = ("impact_before_s", "contact_before_x", "contact_before_y", "approach_before")
+UNKNOWNS = [place for name, place in P.INDEX.items() if name not in NONE]
 NAMES = list(P.INDEX)
 
 
