@@ -16,7 +16,7 @@ array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills
     LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER, LOBE_TABLE,
 ) = range(59)  # fmt: skip
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
-MOST_LOBES = 6
+MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES
 
 # int vector
