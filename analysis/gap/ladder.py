@@ -29,7 +29,7 @@ from analysis.gap.selection.flight_steps import (
     first_flights,
     select_flight_effects,
 )
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.selection.inertia import NEGLIGIBLE, InertiaStep, inertia_step, stated_ratio, with_inertia
 from analysis.gap.selection.unfitted_flights import unexplained_misfit
