@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 
 #: of the classical Runge-Kutta method
 STAGES = 4
-# Levenberg-Marquardt of a flight's state.  A thousandth in chi-square moves a state by a thirtieth of its sd at most.
+# Levenberg-Marquardt of a flight's state.  A thousandth in chi-square - of what it is per degree of freedom where the
+# law does not hold - moves a state by a thirtieth of its sd at most.
 MOST_STEPS, FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MOST_DAMPING = 25, 1e-6, 1e-12, 1e-4, 1e8
-LESS_DAMPING, MORE_DAMPING = 0.2, 10.0
-CONVERGED, CONVERGED_SHARE = 1e-3, 1e-7
+LESS_DAMPING, MORE_DAMPING, CONVERGED = 0.2, 10.0, 1e-3
 # Ridges, relative and absolute, that keep an angle which nobody measured from a singular matrix: rounding's size.
 RELATIVE_RIDGE, RIDGE = 1e-9, 1e-12
 # Unit of time of the parabola that a fit starts from (1/s): a flight of a tenth of a second gives it numbers about 1.
@@ -226,9 +226,10 @@ def _rows(out: Array, derivative: Array, frames: WhiteFrames, origin: Array, row
 
 
 @compiled
-def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> float:
-    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the misfit."""
-    misfit = 0.0
+def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> tuple[float, float]:
+    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the weighted sum of squares, and
+    Huber's loss, which those equations make least."""
+    misfit, loss = 0.0, 0.0
     normal[:] = 0.0
     right[:] = 0.0
     for i in range(len(rows)):
@@ -236,6 +237,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
             r = residual[i, m]
             robust = 1.0 if abs(r) < CLIP_SD else CLIP_SD / abs(r)
             misfit += r * r * robust
+            loss += r * r if robust == 1.0 else CLIP_SD * (2 * abs(r) - CLIP_SD)
             for a in range(STATES):
                 da = rows[i, m, a]
                 right[a] += da * r * robust
@@ -244,7 +246,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
     for a in range(STATES):
         for b in range(a):
             normal[b, a] = normal[a, b]
-    return misfit
+    return misfit, loss
 
 
 @compiled
@@ -259,40 +261,35 @@ def fit_single(
     n = len(frames.time_s)
     out, derivative = np.empty((n, STATES)), np.empty((n, STATES, STATES))
     rows, residual = np.empty((n, 3, STATES)), np.empty((n, 3))
-    damping, best, none = FIRST_DAMPING, np.inf, np.zeros(0, np.int64)
+    damping, best, least, none = FIRST_DAMPING, 0.0, np.inf, np.zeros(0, np.int64)
     normal, right = np.zeros((STATES, STATES)), np.zeros(STATES)
     state, trial = start.copy(), start.copy()
     fitted, kept_right = np.zeros((STATES, STATES)), np.zeros(STATES)
     for _ in range(MOST_STEPS):
         fly_with_derivatives(trial, t0, frames.time_s, p, none, rig, out, derivative)
         _rows(out, derivative, frames, origin, rows, residual)
-        misfit = _normal_equations(rows, residual, normal, right)
-        if misfit <= best:
-            gained = best - misfit
-            best = misfit
+        misfit, loss = _normal_equations(rows, residual, normal, right)
+        enough = CONVERGED * max(1.0, loss / max(3 * n - STATES, 1))
+        rests = abs(least - loss) < enough
+        if loss <= least:
+            best, least = misfit, loss
             state[:] = trial
             fitted[:] = normal
             kept_right[:] = right
             damping = max(damping * LESS_DAMPING, LEAST_DAMPING)
-            if gained < CONVERGED + CONVERGED_SHARE * misfit:
-                break
         else:
-            if misfit - best < CONVERGED + CONVERGED_SHARE * misfit:
-                break
             damping = max(damping * MORE_DAMPING, RAISED_DAMPING)
-            if damping > MOST_DAMPING:
-                break
+        if rests or damping > MOST_DAMPING:
+            break
         system = fitted.copy()
         for a in range(STATES):
             system[a, a] = system[a, a] * (1 + damping) + RIDGE
         step = np.linalg.solve(system, kept_right)
         for a in range(STATES):
             trial[a] = state[a] + step[a]
-        # What so small a step gains is as good as the parabola says.
-        gained = np.dot(step, kept_right)
-        if damping < RAISED_DAMPING and gained < CONVERGED + CONVERGED_SHARE * best:
+        # What so small a step gains is as the parabola says: the flight need not be flown again.
+        if damping < RAISED_DAMPING and np.dot(step, kept_right) < enough:
             state[:] = trial
-            best -= gained
             break
     for a in range(STATES):
         fitted[a, a] += RELATIVE_RIDGE * fitted[a, a] + RIDGE

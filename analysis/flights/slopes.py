@@ -28,7 +28,18 @@ from analysis.flights.model import (
 )
 from analysis.motion.host_table import HostState, host_at
 from ovines.core.laws import words as W
-from ovines.core.laws.kernel import FRICTION, MIRRORED_FRICTION, push
+from ovines.core.laws.kernel import (
+    FIXED,
+    FRICTION,
+    MIRRORED_FRICTION,
+    Q_CLOCK,
+    Q_PHASE,
+    Q_RUN,
+    Q_SINCE,
+    Q_TIME,
+    SPIN,
+    push,
+)
 from ovines.core.system.friction import farkas_slope
 
 Array = NDArray[np.float64]
@@ -291,6 +302,19 @@ def law_work() -> LawWork:
 
 
 @compiled
+def _varies(row: Array) -> bool:
+    """Whether a term of a written law may follow the disk's state other than through friction."""
+    target = int(row[W.TARGET])
+    if target != FIXED and target != SPIN and target != FRICTION and target != MIRRORED_FRICTION:
+        return True
+    for i in range(int(row[W.FACTORS])):
+        code = int(row[W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY])
+        if code != Q_TIME and code != Q_PHASE and code != Q_CLOCK and code != Q_SINCE and code != Q_RUN:
+            return True
+    return False
+
+
+@compiled
 def _pushed(p: Array, rig: FlightRig, known: Array, out: Array) -> None:
     """``out`` (3,) = what the written law of ``rig`` gives where ``known`` is known."""
     out[:] = 0.0
@@ -358,19 +382,26 @@ def _law(
     known_of(at.t, y, p, rig, known)
     known[W.FX], known[W.FY], known[W.FT] = rubbed.x, rubbed.y, rubbed.spin
     _pushed(p, rig, known, given)
+    pushed = Acceleration(rubbed.x + given[0], rubbed.y + given[1], rubbed.spin + given[2], rubbed.floor_speed)
     _law_by_friction(p, rig, work, state, every)
     for j in range(rig.law.shape[0] if len(every) > 0 else 0):
         work.moved[:] = 0.0
         push(rig.law[j], 1.0, known, work.moved)
         for m in range(3):
             every[m, P.LAW + j] = work.moved[m]
-    for j in range(STATES):
-        _move(known, j, LAW_STEPS[j], at.host.spin)
-        _pushed(p, rig, known, work.moved)
-        _move(known, j, -LAW_STEPS[j], at.host.spin)
-        for m in range(3):
-            state[m, j] += (work.moved[m] - given[m]) / LAW_STEPS[j]
-    return Acceleration(rubbed.x + given[0], rubbed.y + given[1], rubbed.spin + given[2], rubbed.floor_speed)
+    for k in range(rig.law.shape[0]):
+        if not _varies(rig.law[k]):
+            continue
+        work.given[:] = 0.0
+        push(rig.law[k], p[P.LAW + k], known, work.given)
+        for j in range(STATES):
+            _move(known, j, LAW_STEPS[j], at.host.spin)
+            work.moved[:] = 0.0
+            push(rig.law[k], p[P.LAW + k], known, work.moved)
+            _move(known, j, -LAW_STEPS[j], at.host.spin)
+            for m in range(3):
+                state[m, j] += (work.moved[m] - work.given[m]) / LAW_STEPS[j]
+    return pushed
 
 
 @compiled
