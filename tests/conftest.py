@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,6 +92,17 @@ def ovines() -> Callable[..., subprocess.CompletedProcess[str]]:
         return forked(command, timeout_s, cwd, file_limit_bytes)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def without_next_test() -> Iterator[None]:
+    """No simulation of the settings for a next test: in a diagnosis of a few runs it takes as long as all the rest,
+    changes nothing else of the answer, and has its own tests (test_by_chance, test_gap_page, the command in
+    test_diagnose).
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
+        yield
 
 
 def refused(result: subprocess.CompletedProcess, *words: str) -> None:
