@@ -31,7 +31,7 @@ def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
         assert summary["parameters"]["wall_centre_offset"][name]["value"] == pytest.approx(value, abs=1.5e-5)
 
 
-def test_an_inertia_is_judged_by_flights_that_hold_the_drag(tmp_path):
+def test_an_inertia_is_judged_by_flights_that_hold_the_drag(tmp_path, without_laws):
     """Practice 25: flights without their air drag make its impulses turn the disk by 4 % too little."""
     summary = practice(25, tmp_path)
     assert (summary["verdict"], summary["effects"]) == ("effect", ["air_drag"])
