@@ -21,13 +21,14 @@ from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
-from tests.processes import forked, fresh
+from tests.processes import compile_alone, forked, fresh
 
 # Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
 # draws others each time, and twenty times as many.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
 settings.load_profile("ci")
+compile_alone()
 
 
 def drawn(count: int) -> settings:
