@@ -26,7 +26,7 @@ from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
 
-def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=4):
+def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=3):
     made = make_series(kind, size, np.random.default_rng(seed), runs, "white")
     if not folder.exists():
         write_series(made, folder)
