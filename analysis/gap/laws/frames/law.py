@@ -38,9 +38,14 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
 
 
 def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
-    """The law of the clock that all cameras share, and the series in the times that it tells."""
+    """The law of the clock that all cameras share, and the series in the times that it tells; none where it would put
+    frames out of their order."""
     found = _law_of(clock_rows(series), series, rng)
-    return (found[0], without_frame_laws(series, [found[0].law])) if found else (None, series)
+    if not found:
+        return None, series
+    corrected = without_frame_laws(series, [found[0].law])
+    in_order = all(np.all(np.diff(run.data.time_s) > 0) for run in corrected.runs)
+    return (found[0], corrected) if in_order else (None, series)
 
 
 def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
