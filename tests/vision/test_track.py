@@ -220,7 +220,7 @@ def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
 
 @pytest.fixture(scope="module")
 def no_first_ground(tmp_path_factory):
-    """A film whose first ground marker is covered in the first ten frames of one camera: a quarter of it is waited for."""
+    """A film whose first ground marker is covered in the first ten frames of one camera, two before a quarter of it."""
     folder = tmp_path_factory.mktemp("no_first_ground")
     return folder, *film(folder, 48, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 10, "VW1")])
 
