@@ -140,11 +140,9 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     turn, point = np.ascontiguousarray(camera.rotation.T), camera.translation_m
     depth = (turn[2] @ point) / (turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2])
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
-    lines = np.zeros(0)
-    if board.of_dots:
-        return _dots(
-            board, *_places(rays, Sheet(turn, turn @ point, half, lines, lines, np.zeros((0, 0)))), half, paper
-        )
+    if board.of_dots:  # no lines
+        x, y = _places(rays, Sheet(turn, turn @ point, half, np.zeros(0), np.zeros(0), np.zeros((0, 0))))
+        return _dots(board, x, y, half, paper)
     margin_m, background = paper.margin_m, paper.background_grey
     gx, gy, black = printed_rectangles(board)
     gx = np.concatenate([[-_FAR_M, gx[0] - margin_m], gx, [gx[-1] + margin_m, _FAR_M]])

@@ -166,8 +166,9 @@ def _coverage(edge_px: float, blur_px: float) -> float:
 
 @compiled
 def _colour(scene: Scene, optics: Optics, work: Work, used: Ints, xn: float, yn: float) -> float:
-    """Grey along one ray, where each layer is what ``used`` says.  Outlines that coincide are not blended twice: what lies in the opening is painted apart and
-    put under it once, and a layer ON another replaces that one's grey by as much as it covers."""
+    """Grey along one ray, where each layer is what ``used`` says.  Outlines that coincide are not blended twice: what
+    lies in the opening is painted apart and put under it once, and a layer ON another replaces that one's grey by as
+    much as it covers."""
     layers, background, blur_px = scene.layers, scene.background, optics.blur_px
     edges, opening = work.edges, work.opening
     for k in range(len(used)):
