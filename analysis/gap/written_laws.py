@@ -21,6 +21,7 @@ from analysis.gap.laws.impact_law import (
     needless_beside,
     wall_law_instead,
 )
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
@@ -150,7 +151,7 @@ def _wall_law(
         causes = tuple(c for c in ladder.causes if c.effect not in gone)
         return law, replace(ladder, impacts=fewer, causes=causes)
     assert steps.fitted is not None, "no impacts: there is nothing to ask"
-    found = find_wall_law(steps.fitted, fits, frame, least_m, rng)
+    found = find_wall_law(steps.fitted, fits, frame, least_m, rng, LEVEL_WHERE_LEFT if asked else LEVEL)
     return (found if found is None or asked else _believed(found, found.size, least_m)), ladder
 
 
@@ -184,7 +185,8 @@ def _asked_impact_law(
 ) -> tuple[LawFound | None, tuple[Structure, ...]]:
     impacts = ladder.impacts.fitted
     assert impacts is not None, "no impacts: there is nothing to ask"
-    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng)
+    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level)
     if law is None or asked:
         return law, ()
     sizes = impact_law_sizes(law, impacts, fits)

@@ -25,8 +25,8 @@ TARGET_CODES = (
 )
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
-    "SHARE ANGLE WALL_SPEED PASSING INCIDENCE RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION FROM_CONTACT CONTACT_TURN "
-    "LAST_APPROACH SPIN_LEFT"
+    "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
+    "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -103,6 +103,7 @@ RING_LAWS = (
             Term("along_host_acceleration", 0.01, (Factor("host_acceleration"),)),
             Term("from_last_contact", -20.0, (Factor("from_contact", "below", 1.0, 0.02),)),
             Term("floor_friction", 0.3, (Factor("last_approach"),)),
+            Term("floor_friction", 0.4, (Factor("sliding_along", x=0.6),)),
         )
     ),
     WrittenLaw(

@@ -20,7 +20,7 @@ from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.search import LEAST_SHARE, NEAR, Found, Rival, find_law
+from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, NEAR, Found, Rival, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_candidates import FlightFit, fit
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
@@ -53,14 +53,16 @@ def find_flight_law(
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
-    make it); and the steps without the names that the law makes needless."""
+    make it; 0 where a probe has found that something is left); and the steps without the names that the law makes
+    needless."""
     base = steps.named
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
     candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
-    found, p = find_law(problem.problem, problem.columns, candidates, rng)
+    level = LEVEL if least_m_per_s2 > 0 else LEVEL_WHERE_LEFT
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     lever_m = _lever_m(runs)

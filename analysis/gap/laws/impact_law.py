@@ -17,7 +17,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.regression import forms_of, held_out_gains
-from analysis.gap.laws.search import AS_GOOD, PER_UNKNOWN, Found, find_law
+from analysis.gap.laws.search import AS_GOOD, LEVEL, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, kept_gain
 from analysis.gap.selection.impact_fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
@@ -37,13 +37,14 @@ def find_impact_law(
     restitution_terms: Sequence[str],
     frame: RigFrame,
     rng: np.random.Generator,
+    level: float = LEVEL,
 ) -> LawFound | None:
     """The formula that restitution, wall friction, tangential restitution or spin follow; None where chance would find
-    as much."""
+    as much as often as ``level``."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    found, p = find_law(problem.problem, problem.columns, law_candidates(problem.known), rng)
+    found, p = find_law(problem.problem, problem.columns, law_candidates(problem.known), rng, level)
     if found is None:
         return None
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
@@ -52,13 +53,19 @@ def find_impact_law(
 
 
 def find_wall_law(
-    impacts: ImpactFit, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
+    impacts: ImpactFit,
+    fits: Sequence[FlightFits],
+    frame: RigFrame,
+    least_m: float,
+    rng: np.random.Generator,
+    level: float = LEVEL,
 ) -> LawFound | None:
-    """The formula that the contact radius follows, where its size (RMS) is above ``least_m``."""
+    """The formula that the contact radius follows, where its size (RMS) is above ``least_m``; None where chance would
+    find as much as often as ``level``."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng)
+    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, level)
     return None if found is None else _told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 

@@ -20,8 +20,10 @@ from ovines.core.laws.terms import MOST_TERMS, Term
 Array = NDArray[np.float64]
 Columns = Callable[[Sequence[Term]], Array]
 # Signs drawn; one series in a thousand over four stages (turned signs do not know all that flights share: of sixty
-# stages without effect four were told chances below one in four hundred); parts of a law at the most.
-DRAWS, LEVEL, MOST_PARTS = 199, 0.001 / 4, 3
+# stages without effect four were told chances below one in four hundred); parts of a law at the most.  Where a probe
+# has already found that something is left, a law only says what it follows: one such stage in a hundred gets one by
+# chance.
+DRAWS, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01, 3
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
@@ -71,9 +73,14 @@ class Found:
 
 
 def find_law(
-    problem: Regression, columns: Columns, candidates: Sequence[Candidate], rng: np.random.Generator
+    problem: Regression,
+    columns: Columns,
+    candidates: Sequence[Candidate],
+    rng: np.random.Generator,
+    level: float = LEVEL,
 ) -> tuple[Found | None, float]:
-    """The formula that held-out runs ask for, None where chance finds as much; and how often chance does."""
+    """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
+    of further ones :data:`LEVEL`); and how often chance does."""
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
@@ -89,7 +96,7 @@ def find_law(
         p = by_chance(null, float(gains[best]))
         if not parts:
             first_p = p
-        if p > LEVEL or gains[best] < LEAST_SHARE * gained:
+        if p > (LEVEL if parts else level) or gains[best] < LEAST_SHARE * gained:
             break
         shortlist = _shortlist(held, columns, candidates, gains, scale)
         part, own = shortlist[0]

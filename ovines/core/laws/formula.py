@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -94,7 +94,7 @@ def _text_factor(one: Factor, term: Term) -> str:
         name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_place(one)})"
     elif own == "line":
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
-    elif one.quantity == "velocity_along":
+    elif one.quantity in ALONG:
         name = f"{name}({one.x:.3g} rad)"
     elif one.x:
         name = f"({name} - {one.x:.4g} {unit})"
@@ -157,7 +157,7 @@ def _latex_term(term: Term, first: bool) -> str:
 def _latex_factor(one: Factor) -> str:
     entry = QUANTITIES[one.quantity]
     symbol, unit = entry.symbol, _latex_unit(entry.unit)
-    if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity != "velocity_along"):
+    if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity not in ALONG):
         symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
     scale = _latex_number(one.scale, True) + unit
     if one.function == "power":
@@ -214,7 +214,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
             own = ""
             if quantity.own in ("room", "host"):
                 own = f", at ({_place(one)})"
-            elif one.quantity == "velocity_along":
+            elif one.quantity in ALONG:
                 own = f" of {one.x:.3g} rad"
             elif quantity.own == "line":
                 own = f" of {one.y:.3g} rad"

@@ -15,9 +15,9 @@ from ovines.core.laws import words as W
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
-    Q_PASSING, Q_INCIDENCE, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT, Q_CONTACT_TURN,
-    Q_LAST_APPROACH, Q_SPIN_LEFT,
-) = range(31)  # fmt: skip
+    Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
+    Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT,
+) = range(32)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -108,8 +108,9 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.HX] - x, known[W.HY] - y)
     if code == Q_ALONG:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
-    if code == Q_VELOCITY:
-        return math.cos(x) * known[W.VX] + math.sin(x) * known[W.VY]
+    if code == Q_VELOCITY or code == Q_SLIDING_ALONG:
+        of = W.VX if code == Q_VELOCITY else W.UX
+        return math.cos(x) * known[of] + math.sin(x) * known[of + 1]
     if code == Q_BODY:
         return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
     if code == Q_SHARE:

@@ -142,6 +142,7 @@ QUANTITIES: dict[str, Quantity] = {
             ("wall_speed", "m/s", "w_n", False, "", "speed of the wall along its outward normal before the impact"),
             ("passing", "m/s", "v_p", False, "", "speed of the disk's centre along the wall before the impact"),
             ("incidence", "rad", r"\alpha", False, "", "angle of the contact point's velocity from the wall's normal"),
+            ("sliding_along", "m/s", r"u_{\varphi}", False, "angle", "velocity against the floor along a direction"),
             ("radial_speed", "m/s", r"u_r", False, "", "speed away from the Host's centre, against the floor"),
             ("circling_speed", "m/s", r"u_\theta", False, "", "speed about the Host's centre, against the floor"),
             ("host_speed", "m/s", "w", False, "", "speed of the floor under the disk"),
@@ -189,6 +190,8 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
+#: velocities along a direction of their own
+ALONG = ("velocity_along", "sliding_along")
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, QUANTITIES, TARGETS, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
@@ -146,7 +146,7 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
         out["offset_m"] = (one.x, "m")
         if one.y != term.x:
             out["line_rad"] = (one.y, "rad")
-    elif one.quantity == "velocity_along":
+    elif one.quantity in ALONG:
         if one.x != term.x:
             out["line_rad"] = (one.x, "rad")
     elif one.x != 0.0:

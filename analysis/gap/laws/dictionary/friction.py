@@ -16,13 +16,15 @@ SPINS, LIFTS = (0.3, 1.0), (0.5, 1.0)
 SEAM_DIRECTIONS, SEAM_PLACES = 8, (-0.6, -0.3, 0.0, 0.3, 0.6)
 # Radii and widths of a worn track, over the contact radius.
 TRACKS, TRACK_WIDTHS = (0.3, 0.5, 0.7, 0.9), (0.06, 0.15)
+# Middles and width of a band of sliding speeds, over the usual speed.
+BANDS, BAND = (0.3, 0.6, 1.0, 1.4), 0.15
 # Lengths of a groove's wave (over a turn of 2 pi), over the contact radius.
 GROOVES = (0.05, 0.08, 0.13, 0.21, 0.34)
 
 
 def friction_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate for a change of the floor's friction, as a share of it."""
-    return [*_smooth(), *_scaled(scales), *_tracks(scales), *_of_places(scales)]
+    return [*_smooth(), *_scaled(scales), *_bands(scales), *_tracks(scales), *_of_places(scales)]
 
 
 def _smooth() -> list[Candidate]:
@@ -37,6 +39,8 @@ def _smooth() -> list[Candidate]:
         (Factor("spin", "power", 2.0), "the spin's square"), (Factor("spin", "sign"), "the sense of spin"),
     ):  # fmt: skip
         out.append(plain(f"friction with {word}", Term(TARGET, 1.0, (factor,))))
+    ways = (Term(TARGET, 1.0, (Factor("sliding_along", x=x),)) for x in (0.0, 0.5 * math.pi))
+    out.append(plain("friction with the way it slides", *ways))
     axes = (Factor("along_host"), Factor("along_host", y=0.5 * math.pi))
     out.append(plain("friction with the place in the Host", *(Term(TARGET, 1.0, (axis,)) for axis in axes)))
     for quantity, orders in (
@@ -78,6 +82,19 @@ def _scaled(scales: RigScales) -> list[Candidate]:
     ):
         out += scaled(name, TARGET, shape, sizes)
     return out + changed_runs("friction", TARGET, scales)
+
+
+def _bands(scales: RigScales) -> list[Candidate]:
+    """Friction that differs in a band of sliding speeds, as where the disk chatters."""
+
+    def band(speed: float, width: float) -> tuple[Term, ...]:
+        return (Term(TARGET, 1.0, (Factor("sliding_speed", "gaussian", 1.0, width, speed),)),)
+
+    unit, steps = scales.speed_m_per_s, (0.1 * scales.speed_m_per_s, 0.2)
+    return [
+        Candidate("friction in a band of sliding speeds", band, (share * unit, BAND * unit), steps, (False, True))
+        for share in BANDS
+    ]
 
 
 def _tracks(scales: RigScales) -> list[Candidate]:
