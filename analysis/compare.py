@@ -7,7 +7,7 @@ it, and whole runs are compared through distributions over an ensemble of starts
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.comparison.flights_ahead import one_flight_ahead
-from analysis.comparison.laws_at_impacts import added_at_impacts
+from analysis.comparison.laws_at_impacts import LawsAtImpacts, laws_at_impacts
 from analysis.comparison.run_statistics import run_statistics
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
 from analysis.walls.wall import identified_wall
@@ -69,22 +69,20 @@ def compare(
     wall = identified_wall(identification, recording)
     states = states_after(impacts, host_motion, scenario.nes.radius_m, wall)
     flights = one_flight_ahead(motion, impacts, states, scenario, host_motion, contacts_s)
-    after = one_impact_ahead(impacts, scenario, added_at_impacts(impacts, scenario, host_motion))
+    after = one_impact_ahead(impacts, scenario, laws_at_impacts(impacts, scenario, host_motion))
     statistics, samples = run_statistics(motion, impacts, states, scenario, host_motion, rng, runs, contacts_s)
     return Comparison(flights, after, statistics, samples, scenario)
 
 
-def one_impact_ahead(
-    impacts: pd.DataFrame, scenario: Scenario, added: Mapping[str, Array] | None = None
-) -> pd.DataFrame:
+def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpacts | None = None) -> pd.DataFrame:
     """What the impact law makes of each measured approach: measured and simulated normal and tangential speed
     and spin after.
 
     Luding law with a heavy Host (thesis eqs (91)-(102), checked in ERRATA); spin by the tangential impulse,
     omega+ = omega- + (v_t+ - v_t-) / (R (1 + q)).  Impacts without a measured approach have null predictions.
-    ``added``: what written laws add to its numbers at each impact (:func:`added_at_impacts`).
+    ``laws``: written ones, which add to its numbers at each impact (:func:`laws_at_impacts`).
     """
-    law, nes, more = scenario.impact, scenario.nes, dict(added or {})
+    law, nes, more = scenario.impact, scenario.nes, laws.added() if laws is not None else {}
     restitution = np.clip(law.restitution + more.get("restitution", 0.0), 0.0, 1.0)
     friction = np.maximum(law.wall_friction + more.get("wall_friction", 0.0), 0.0)
     reversal = np.clip(law.tangential_restitution + more.get("tangential_restitution", 0.0), -1.0, 1.0)
@@ -100,7 +98,8 @@ def one_impact_ahead(
         sliding = -1 + friction * (1 + restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(v_t)
     tangential = np.where(v_t == 0, 0.0, -np.minimum(reversal, sliding) * v_t)
     after = spin + (tangential - v_t) / (nes.radius_m * (1 + nes.inertia_factor))
-    lost = more.get("spin_kept", 0.0) * after
+    more = laws.added(after) if laws is not None else {}
+    turned = more.get("spin_kept", 0.0) * after + more.get("spin_added", 0.0)
     out = impacts[
         [
             "impact",
@@ -111,6 +110,6 @@ def one_impact_ahead(
         ]
     ].copy()
     out["simulated_normal_speed_after_m_per_s"] = restitution * v_n
-    out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * lost
-    out["simulated_spin_after_rad_per_s"] = after + lost
+    out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * turned
+    out["simulated_spin_after_rad_per_s"] = after + turned
     return out.reset_index(drop=True)

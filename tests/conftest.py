@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,13 +21,14 @@ from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
-from tests.processes import forked, fresh
+from tests.processes import compile_alone, forked, fresh
 
 # Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
 # draws others each time, and twenty times as many.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
 settings.load_profile("ci")
+compile_alone()
 
 
 def drawn(count: int) -> settings:
@@ -92,6 +93,17 @@ def ovines() -> Callable[..., subprocess.CompletedProcess[str]]:
         return forked(command, timeout_s, cwd, file_limit_bytes)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def without_next_test() -> Iterator[None]:
+    """No simulation of the settings for a next test: in a diagnosis of a few runs it takes as long as all the rest,
+    changes nothing else of the answer, and has its own tests (test_by_chance, test_gap_page, the command in
+    test_diagnose).
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
+        yield
 
 
 def refused(result: subprocess.CompletedProcess, *words: str) -> None:

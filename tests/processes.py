@@ -82,7 +82,15 @@ def _run(command: list[str], cwd: str, environment: dict[str, str], said: list[P
     sys.argv = ["ovines", *command]
     if limit is not None:
         _limit(limit)
+    compile_alone()
     sys.exit(importlib.import_module("ovines.__main__").main())
+
+
+def compile_alone() -> None:
+    """No second process compiles beside a run: it would be killed at the end of each, what it was at would be compiled
+    anew, and the other test process has the second processor.  Its own tests are in test_first_run.
+    """
+    importlib.import_module("ovines.first_run")._FirstRun._start = lambda first_run: None
 
 
 def _limit(file_bytes: int) -> None:

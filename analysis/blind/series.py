@@ -16,6 +16,7 @@ from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.recording.place import HOME, Place, draw_place
 from analysis.blind.recording.unforeseen import shake_px
+from analysis.blind.recording.unimagined import grounded_s
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -174,8 +175,9 @@ def _one_run(
         if motion.nodes[-1, 0] > SHORTEST_S:
             break
     rate = place.frame_rate_hz * errors.rate_ratio
+    late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     frames = min(
-        int((motion.nodes[-1, 0] - abs(errors.clock_s) - 5 * errors.jitter_s) * rate),
+        int((motion.nodes[-1, 0] - late_s) * rate),
         int(LONGEST_S * place.frame_rate_hz),
     )
     even = np.arange(frames) / rate
@@ -185,7 +187,7 @@ def _one_run(
     first += errors.alternate_s * (np.arange(frames) % 2)
     if errors.skipped_frame_share > 0.0:
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
-    times = [first, first + errors.clock_s]
+    times = [first, first + errors.clock_s + grounded_s(first, motion.lines, errors)]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
         smeared = int(rng.integers(2**63))

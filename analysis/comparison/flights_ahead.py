@@ -51,6 +51,7 @@ def flown_flights(
     place = motion[["nes_x_m", "nes_y_m"]].to_numpy(float)
     angle = motion["nes_angle_rad"].to_numpy(float) if "nes_angle_rad" in motion else np.full(len(motion), np.nan)
     times = impacts["time_s"].to_numpy(float)
+    met = np.maximum(impacts["normal_speed_before_m_per_s"].to_numpy(float), 0.0)
     ends = np.append(times[1:], np.nextafter(clock[-1], np.inf)) if to_the_end else times[1:]
     for k, end_s in enumerate(ends):
         inside = np.flatnonzero((clock > times[k]) & (clock < end_s) & np.isfinite(place).all(1))
@@ -59,7 +60,8 @@ def flown_flights(
         velocity = states["after"][k]
         dt = clock[inside] - times[k]
         start = np.mean(place[inside[:3]] - velocity[:2] * dt[:3, None], axis=0)
-        path = fly(scenario, host_motion, times[k], (*start, *velocity[:2], 0.0, velocity[2]), float(dt[-1]) + 1e-4)
+        begun = replace(scenario, begins_with_m_per_s=float(met[k]) if np.isfinite(met[k]) else 0.0)
+        path = fly(begun, host_motion, times[k], (*start, *velocity[:2], 0.0, velocity[2]), float(dt[-1]) + 1e-4)
         predicted = np.column_stack([np.interp(dt, path[0], column) for column in path[1:]])
         predicted[:, :2] += np.mean((place[inside] - predicted[:, :2])[:3], axis=0)
         turn = angle[inside[:3]] - predicted[:3, 2]
@@ -93,7 +95,7 @@ def one_flight_ahead(
 def fly(
     scenario: Scenario, host_motion: HostMotion, start_s: float, state: tuple[float, ...], duration_s: float
 ) -> tuple[Array, ...]:
-    """Time, x, y, angle of one free flight from an impact (no wall: a flight ends where the measured one does)."""
+    """Time, x, y, angle of one free flight (no wall: a flight ends where the measured one does)."""
     wide = replace(scenario.host, radius_m=1e3, polygon_m=None, obstacle_radius_m=None)
     far = moved(wide, host_motion, start_s, duration_s)
     result = simulate(
@@ -103,7 +105,7 @@ def fly(
             initial_nes=state,
             duration_s=duration_s,
             sample_rate_hz=SAMPLE_RATE_HZ,
-            laws=laws_from(scenario.laws, host_motion, start_s, True),
+            laws=laws_from(scenario.laws, host_motion, start_s),
         )
     )
     return result.time_s, *(result.motion[name] for name in ("nes_x_m", "nes_y_m", "nes_angle_rad"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -16,8 +18,28 @@ from ovines.core.laws.words import TARGETS
 Array = NDArray[np.float64]
 
 
-def added_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: HostMotion) -> dict[str, Array]:
-    """By target of the impacts ("restitution", "wall_friction", ...) what laws add at each row of ``impacts``, (n,).
+@dataclass(frozen=True, eq=False)
+class LawsAtImpacts:
+    """Packed ``rows`` of laws, and what they ``known`` at each impact (n, KNOWN_SIZE) before its impulse."""
+
+    rows: Array
+    known: Array
+
+    def added(self, spin_left_rad_per_s: Array | None = None) -> dict[str, Array]:
+        """By target of the impacts ("restitution", "wall_friction", ...) what the laws add at each, (n,); those of the
+        spin are known once it is that which the impulse leaves."""
+        known = self.known.copy()
+        if spin_left_rad_per_s is not None:
+            known[:, W.SPIN_LEFT] = spin_left_rad_per_s
+        return {
+            name: np.array([law_of(target.code, self.rows, one) for one in known])
+            for name, target in TARGETS.items()
+            if target.stage == "impact"
+        }
+
+
+def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: HostMotion) -> LawsAtImpacts:
+    """The laws of a scenario at each row of ``impacts``.
 
     ``scenario`` is one of :func:`analysis.comparison.simulated_rig.nominal_scenario`, whose laws count time from the
     clock's zero.  The disk's angle at an impact stands in no table: a law that follows it sees an angle of 0.
@@ -34,12 +56,11 @@ def added_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Hos
     known[:, W.CLOCK] = host_motion.omega_rad_per_s * time_s
     known[:, W.PHASE] = host_motion.omega_rad_per_s * (time_s - host_motion.zero_s) + host_motion.phase_rad
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
+    known[1:, W.LAST_X], known[1:, W.LAST_Y] = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
+    known[1:, W.LAST_APPROACH] = known[:-1, W.APPROACH]
+    known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
     normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
     rate = host_motion.at(time_s, 1)
     known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]
     known[:, W.PASSING] = known[:, W.SLIP] - scenario.nes.radius_m * known[:, W.SPIN]
-    return {
-        name: np.array([law_of(target.code, rows, one) for one in known])
-        for name, target in TARGETS.items()
-        if target.stage == "impact"
-    }
+    return LawsAtImpacts(rows, known)

@@ -60,7 +60,7 @@ def run_statistics(
     )
     copies = []
     driven = moved(scenario.host, host_motion, start_s, duration)
-    scenario = replace(scenario, laws=laws_from(scenario.laws, host_motion, start_s, False))
+    scenario = replace(scenario, laws=laws_from(scenario.laws, host_motion, start_s))
     for _ in range(runs):
         scattered = np.array(state) + rng.normal(0, 1, 6) * START_SD
         result = simulate(

@@ -104,9 +104,9 @@ def _sizes(
     return sizes
 
 
-def laws_from(laws: Sequence[WrittenLaw], host_motion: HostMotion, start_s: float, impact: bool) -> Laws:
-    """``laws`` of a scenario of :func:`nominal_scenario` for a run that begins at ``start_s``, at an ``impact``."""
-    return tuple(one.later(start_s, host_motion.omega_rad_per_s * start_s, impact) for one in laws)
+def laws_from(laws: Sequence[WrittenLaw], host_motion: HostMotion, start_s: float) -> Laws:
+    """``laws`` of a scenario of :func:`nominal_scenario` for a run that begins at ``start_s``."""
+    return tuple(one.later(start_s, host_motion.omega_rad_per_s * start_s) for one in laws)
 
 
 def simulated_wall(wall: Wall, nes_radius_m: float) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions
 from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
-from analysis.flights.fit import FlightFits, impact_before
+from analysis.flights.fit import FlightFits, contact_before, impact_before
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
 from ovines.core.laws.words import TARGETS
@@ -30,12 +30,14 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
     known = known_at_impacts(data, junctions, fits)
     added = {name: np.array([law_of(code, rows, one) for one in known]) for name, code in impact.items()}
     q = data.inertia_factor
-    lost = added["spin_kept"] * (junctions.radius_m * data.spin + data.tangential_impulse / q) * q / (1 + q)
+    radius_m = junctions.radius_m
+    turned = added["spin_kept"] * (radius_m * data.spin + data.tangential_impulse / q) + added["spin_added"] * radius_m
+    turned *= q / (1 + q)
     data = replace(
         data,
         after=data.after - added["restitution"] * data.before,
-        tangential_impulse=data.tangential_impulse - lost,
-        angular=data.angular - q * lost,
+        tangential_impulse=data.tangential_impulse - turned,
+        angular=data.angular - q * turned,
     )
     law = fit_law(data)
     stick = sticks(data, law.wall_friction, law.tangential_restitution)
@@ -60,12 +62,16 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     known[:, W.TIME] = time_s - starts[data.run]
     known[:, W.RUN], known[:, W.PHASE] = data.run, data.drive_rad
     known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
-    before = [
-        impact_before(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)
-    ]
+    flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)]
+    before = [impact_before(*one) for one in flights]
+    known[:, [W.LAST_X, W.LAST_Y, W.LAST_APPROACH]] = np.reshape([contact_before(*one) for one in flights], (-1, 3))
+    for r, fit in enumerate(fits):
+        own = data.run == r
+        known[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = fit.run.host.at(time_s[own], 2)[:, :2]
     since = np.minimum(time_s - np.array(before), since_before(data))
     known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
     known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
+    known[:, W.SPIN_LEFT] = data.spin + data.tangential_impulse / (data.inertia_factor * junctions.radius_m)
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)

@@ -26,19 +26,21 @@ FEWEST_IMPACTS = 15
 @dataclass(frozen=True, eq=False)
 class InertiaFit:
     """``ratio`` of the true inertia to the one in use with its ``sd``; ``gain`` in -2 log L and ``significance`` (sds)
-    of its difference from 1; ``held_out`` (R,): what the other runs' ratio takes of each run's sum of squares over the
-    variance."""
+    of its difference from 1; ``beside``: the least gain that it has beside a torque of another form which alone
+    explains more (that of the ratio where none does); ``held_out`` (R,): what the other runs' ratio takes of each run's
+    sum of squares over the variance."""
 
     ratio: float
     sd: float
     gain: float
     significance: float
+    beside: float
     held_out: Array
 
 
-def fit_inertia(data: LawData, runs: int) -> InertiaFit | None:
-    """The inertia that the impacts of so many ``runs`` show, against the one that ``data`` was made with; None where
-    they are too few, or without spins.
+def fit_inertia(data: LawData, runs: int, radius_m: float) -> InertiaFit | None:
+    """The inertia that the impacts of so many ``runs`` show, of a disk of ``radius_m``, against the one that ``data``
+    was made with; None where they are too few, or without spins.
 
     A force that the flights lack bends their ends, and with them the impulses: only flights that hold what acts on them
     tell an inertia."""
@@ -51,7 +53,24 @@ def fit_inertia(data: LawData, runs: int) -> InertiaFit | None:
     q = data.inertia_factor
     ratio = float((q - slope) / (1 + slope) / q)
     ratio_sd = float(slope_sd) * (1 + q) / (1 + slope) ** 2 / q
-    return InertiaFit(ratio, float(ratio_sd), float(gain), float(significance), _held_out(data, columns, sd, runs))
+    beside = _beside(data, columns, sd, float(gain), radius_m)
+    return InertiaFit(
+        ratio, float(ratio_sd), float(gain), float(significance), beside, _held_out(data, columns, sd, runs)
+    )
+
+
+def _beside(data: LawData, columns: Array, sd: Array, gain: float, radius_m: float) -> float:
+    """What the ratio explains beside a torque of the blow itself, where that alone explains more: one that resists the
+    spin, or follows the slip, or turns the disk one way, by how hard the blow is or always alike."""
+    spin, slip = np.sign(data.spin), np.sign(data.slip)
+    left = np.sign(radius_m * data.spin + data.tangential_impulse / data.inertia_factor)
+    blow = data.normal_impulse
+    out = gain
+    for torque in (left * blow, left, spin * blow, spin, slip * data.normal_impulse, slip, data.normal_impulse):
+        alone = float(regress(np.column_stack([np.ones(len(data)), torque]), data.angular, sd)[0])
+        if alone > gain:
+            out = min(out, float(regress(np.column_stack([columns, torque]), data.angular, sd)[0]) - alone)
+    return out
 
 
 def _held_out(data: LawData, columns: Array, sd: Array, runs: int) -> Array:

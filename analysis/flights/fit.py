@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import NO_LAW, STATES, FlightRig
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
+from analysis.flights.parameters import CONTACT_BEFORE, DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
 from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
+from ovines.core.laws.terms import asks_for_last_contact
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,8 @@ START_FRAMES = 12
 # Fewer frames between two kinks are no flight of their own: three leave one number besides place and velocity, and hops
 # that short hold impacts.
 FEWEST_FRAMES = 4
+# Frames on either side of an impact that say where it was; fewer than these make no line.
+CONTACT_FRAMES, LINE = 4, 2
 # Unseen frames that a flight bridges: with a fit on both sides its path is known as well as where it is seen.
 LONGEST_HOLE = 6
 # Slower than this against the floor, sliding and rim of the spin together, the disk counts as resting on it (the rig's
@@ -110,6 +113,11 @@ class RunData:
     def start_s(self) -> float:
         """Time of the first frame; 0 without any."""
         return float(self.time_s[0]) if len(self.time_s) else 0.0
+
+    @cached_property
+    def remembers(self) -> bool:
+        """Whether the law that the run holds asks for the contact before a flight."""
+        return asks_for_last_contact(self.law)
 
     @cached_property
     def flight_rig(self) -> FlightRig:
@@ -262,6 +270,8 @@ def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight
     own[FRICTION] *= run.friction_share * later
     own[DRIFT] /= later
     own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
+    if run.remembers:
+        own[CONTACT_BEFORE] = contact_before(run, flights, k)
     return own
 
 
@@ -271,11 +281,47 @@ def impact_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
     Midway between their frames: the first frame comes half a frame late, which made what dies out after an impact
     smaller.  Pieces of a long flight began with the first of them.
     """
-    while k > 0 and flights[k - 1].goes_on:
-        k -= 1
+    k = first_piece(flights, k)
     if k == 0 or not flights[k - 1].joined:
         return LONG_AGO_S
     return 0.5 * float(run.time_s[flights[k - 1].last] + run.time_s[flights[k].first])
+
+
+def first_piece(flights: Sequence[Flight], k: int) -> int:
+    """The piece with which the flight began that flight ``k`` is a piece of."""
+    while k > 0 and flights[k - 1].goes_on:
+        k -= 1
+    return k
+
+
+def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> tuple[float, float, float]:
+    """Where the disk touched the wall before flight ``k``, from the Host's centre (m, m), and its normal speed before
+    that (m/s); zeros without such a contact.
+
+    From the few frames on either side of it, as they were seen: what a law asks for, not what a fit is made of.  The
+    normal is the direction in which the velocity jumped."""
+    k = first_piece(flights, k)
+    if k == 0 or not flights[k - 1].joined:
+        return 0.0, 0.0, 0.0
+    time_s = impact_before(run, flights, k)
+    host, rate = run.host.at(np.array([time_s]))[0, :2], run.host.at(np.array([time_s]), 1)[0, :2]
+    sides = [seen_frames(run, flights[k - 1])[-CONTACT_FRAMES:], seen_frames(run, flights[k])[:CONTACT_FRAMES]]
+    lines = [_line(run.time_s[at] - time_s, run.xy_m[at]) for at in sides if len(at)]
+    if not lines:
+        return 0.0, 0.0, 0.0
+    place = np.mean([line[0] for line in lines], 0) - host
+    jump = lines[-1][1] - lines[0][1]
+    size = float(np.hypot(*jump))
+    approach = float(-(lines[0][1] - rate) @ jump / size) if size > 0 else 0.0
+    return float(place[0]), float(place[1]), max(approach, 0.0)
+
+
+def _line(time_s: Array, xy_m: Array) -> tuple[Array, Array]:
+    """Place (2,) at time 0 and velocity (2,) of the straight line through places (N, 2); at rest with one frame."""
+    if len(time_s) < LINE:
+        return xy_m.mean(0), np.zeros(2)
+    slope, place = np.polyfit(time_s, xy_m, 1)
+    return place, slope
 
 
 def without_lens(run: RunData, shared: Array) -> Array:

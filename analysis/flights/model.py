@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights import parameters as P
-from analysis.motion.host_table import HostTable, host_at
+from analysis.motion.host_table import HostTable, host_acceleration_at, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push
 from ovines.core.system.friction import farkas
@@ -95,6 +95,9 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
     known[W.CLOCK] = rig.omega_rad_per_s * (t - rig.start_s)
     since = t - p[P.IMPACT_BEFORE_S]
     known[W.SINCE] = since if since >= 0.0 else W.LONG_AGO_S
+    known[W.LAST_X], known[W.LAST_Y] = p[P.CONTACT_BEFORE_X], p[P.CONTACT_BEFORE_Y]
+    known[W.LAST_APPROACH] = p[P.APPROACH_BEFORE]
+    known[W.HOST_AX], known[W.HOST_AY] = host_acceleration_at(t, rig.host)
     known[W.APPROACH], known[W.SLIP], known[W.FX], known[W.FY], known[W.FT] = 0.0, 0.0, 0.0, 0.0, 0.0
 
 

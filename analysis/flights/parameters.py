@@ -55,7 +55,11 @@ PARAMETERS: dict[str, tuple[str, str]] = {
         name: ("1", "times the term of that number of the written law that the run holds")
         for name in (f"law_{i + 1}" for i in range(terms.MOST_TERMS))
     },
-    "impact_before_s": ("s", "time of the impact before: no unknown, it differs from flight to flight"),
+    # No unknowns: they differ from flight to flight.
+    "impact_before_s": ("s", "time of the impact before"),
+    "contact_before_x": ("m", "place of the disk at the contact before, from the Host's centre"),
+    "contact_before_y": ("m", "the same along y"),
+    "approach_before": ("m/s", "normal speed before that contact"),
 }
 #: name -> place in the parameter vector
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
@@ -101,3 +105,6 @@ LAW_TERMS = tuple(f"law_{i + 1}" for i in range(terms.MOST_TERMS))
 LAW = INDEX["law_1"]
 FRICTION_SINCE = INDEX["friction_since"]
 FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
+CONTACT_BEFORE_X, CONTACT_BEFORE_Y = INDEX["contact_before_x"], INDEX["contact_before_y"]
+APPROACH_BEFORE = INDEX["approach_before"]
+CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE]

@@ -9,7 +9,7 @@ without a name.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from analysis.gap.selection.flight_steps import (
     first_flights,
     select_flight_effects,
 )
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.selection.inertia import NEGLIGIBLE, InertiaStep, inertia_step, stated_ratio, with_inertia
 from analysis.gap.selection.unfitted_flights import unexplained_misfit
@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 # so many times negligible where the delays are the smallest that count (one series: 12 where they are 1.7).
 FELT_IN_FLIGHT = 10.0
 STAGES = ("measurement", "drive", "flight", "impact", "geometry")
+#: stages of what happens at the wall
+CONTACT = ("impact", "geometry")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +85,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     name.
     """
     corrected, findings, tests = correct(without_stated(series), withheld)
-    model = corrected.recordings[0].model
-    effects = list(model.effects) if model else ["floor_friction", "spin_coupling"]
+    model, effects = corrected.recordings[0].model, _stated_effects(corrected)
     ground = ground_motion(series)
     corrected = with_inertia(corrected, stated_ratio(corrected))
     first = first_flights(corrected, effects)
@@ -106,21 +107,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *impacts.structure,
     ]
     structure += unexplained_scatter(impacts, structure)
-    structure += [
-        Structure(
-            c.stage,
-            c.phase,
-            c.coordinate,
-            "a constant offset of a centre",
-            c.strength,
-            c.gain,
-            float(np.linalg.norm([value for value, _ in c.parameters.values()])),
-            "m",
-            two_sided(np.sqrt(c.gain)),
-        )
-        for c in centres
-        if c.effect in withheld
-    ]
+    structure += _withheld_centres(centres, withheld)
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
     # What [model] names is no cause, but a flight's effect of another size than it states is.
@@ -142,6 +129,55 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         causes=tuple(sorted(causes, key=lambda c: -c.strength)),
         structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )
+
+
+def with_contacts_of(
+    ladder: Ladder, flights: FlightFit, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+) -> Ladder:
+    """The ladder whose impacts and wall lie between other ``flights``, those that hold a law: what a force does to the
+    speeds around an impact passes for its restitution otherwise."""
+    effects, lens = _stated_effects(ladder.series), ladder.measurement.lens_residual_found
+    impacts = select_impact_effects(flights, effects, withheld, lens, rng)
+    offsets = centre_offsets(ladder.series, flights, impacts.fitted)
+    centres = [c for c in offsets if is_effect(c)]
+    structure = [s for s in ladder.structure if s.stage not in CONTACT]
+    structure += impacts.structure
+    structure += unexplained_scatter(impacts, structure)
+    structure += _withheld_centres(centres, withheld)
+    known, before = withheld.union(effects), {id(c) for c in (*ladder.impacts.causes, *ladder.centres)}
+    causes = [c for c in ladder.causes if id(c) not in before]
+    causes += [c for c in (*impacts.causes, *centres) if c.effect not in known]
+    return replace(
+        ladder,
+        impacts=impacts,
+        centres=tuple(offsets),
+        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
+        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+    )
+
+
+def _stated_effects(series: Series) -> list[str]:
+    """Effects of the nominal model."""
+    model = series.recordings[0].model
+    return list(model.effects) if model else ["floor_friction", "spin_coupling"]
+
+
+def _withheld_centres(centres: Sequence[Cause], withheld: frozenset[str]) -> list[Structure]:
+    return [
+        Structure(
+            c.stage,
+            c.phase,
+            c.coordinate,
+            "a constant offset of a centre",
+            c.strength,
+            c.gain,
+            float(np.linalg.norm([value for value, _ in c.parameters.values()])),
+            "m",
+            two_sided(np.sqrt(c.gain)),
+        )
+        for c in centres
+        if c.effect in withheld
+    ]
 
 
 def _flights_and_inertia(

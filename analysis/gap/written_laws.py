@@ -10,11 +10,17 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
-from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, impact_law_sizes, needless_beside
+from analysis.gap.laws.impact_law import (
+    find_impact_law,
+    find_wall_law,
+    impact_law_sizes,
+    needless_beside,
+    wall_law_instead,
+)
 from analysis.gap.selection.flight_candidates import gains
 from analysis.gap.selection.flight_steps import sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
@@ -39,6 +45,7 @@ COORDINATES = {
     "wall_friction": "tangential",
     "tangential_restitution": "tangential",
     "spin_kept": "spin",
+    "spin_added": "spin",
 }
 # A friction law counts as the disk's rocking where it takes no more than the friction that there is.
 MOST_OF_FRICTION = -1.0
@@ -57,10 +64,14 @@ def write_laws(
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
     left = {one.stage for one in ladder.structure}
-    fits = ladder.flights.fitted.fits
     laws: list[LawFound | None] = []
     law, ladder = _flight_law(ladder, left, rng, withheld)
     laws.append(law)
+    fits = ladder.flights.fitted.fits
+    if law is not None and law.fitted is not None and law.closed > UNPROMPTED_CLOSED:
+        fits = law.fitted[1].fits
+        ladder = with_contacts_of(ladder, law.fitted[1], rng, withheld)
+        left = {one.stage for one in ladder.structure}
     found, unprompted, ladder = _contact_laws(ladder, fits, left, rng)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
@@ -107,10 +118,9 @@ def _contact_laws(
     ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left.
     Both are searched whether or not a probe found something: probes ask for a few forms, the dictionary for many.  What
     it finds unprompted counts where it is more than negligible and halves of the runs agree."""
-    impacts = ladder.impacts.fitted
-    if impacts is None:
+    if ladder.impacts.fitted is None:
         return [], [], ladder
-    frame, lens = ladder.series.frame, ladder.measurement.lens_residual_found
+    lens = ladder.measurement.lens_residual_found
     laws, structure = list[LawFound | None](), list[Structure]()
     # A contact that lasts follows another tangential law, and its distances grow with the speed.
     instant = not ladder.impacts.shape.finite
@@ -120,13 +130,28 @@ def _contact_laws(
     if instant or "geometry" in left:
         under_lens = ELLIPTICITY_UNDER_LENS / ELLIPTICITY_NEGLIGIBLE if lens and "geometry" not in left else 1.0
         least_m = DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m * under_lens
-        law = find_wall_law(impacts, fits, frame, least_m, rng)
+        law, ladder = _wall_law(ladder, fits, "geometry" in left, least_m, rng)
         if law is not None and "geometry" not in left:
-            law = _believed(law, law.size, least_m)
-            if law is not None:
-                structure.append(_law_structure(law, "geometry", "radius", law.size, least_m))
+            structure.append(_law_structure(law, "geometry", "radius", law.size, least_m))
         laws.append(law)
     return laws, structure, ladder
+
+
+def _wall_law(
+    ladder: Ladder, fits: Sequence[FlightFits], asked: bool, least_m: float, rng: np.random.Generator
+) -> tuple[LawFound | None, Ladder]:
+    """The law of the wall's shape beside the named ones or, where one formula says more than these, instead of them
+    (``asked``: a probe has found something)."""
+    frame, steps = ladder.series.frame, ladder.impacts
+    instead = wall_law_instead(steps, fits, frame, least_m, rng)
+    if instead is not None and _believed(instead[0], instead[0].size, least_m) is not None:
+        law, fewer = instead
+        gone = {c.effect for c in steps.causes} - {c.effect for c in fewer.causes}
+        causes = tuple(c for c in ladder.causes if c.effect not in gone)
+        return law, replace(ladder, impacts=fewer, causes=causes)
+    assert steps.fitted is not None, "no impacts: there is nothing to ask"
+    found = find_wall_law(steps.fitted, fits, frame, least_m, rng)
+    return (found if found is None or asked else _believed(found, found.size, least_m)), ladder
 
 
 def _impact_law(

@@ -193,7 +193,7 @@ def _with_inertia(rig: RigFit, named: Sequence[str], held: Mapping[str, float], 
     for _ in range(MOST_INERTIAS):
         first = rig.runs[0].data
         data = law_data(rig.wall.impacts, rig.wall.used, first.radius_m, first.inertia_factor)
-        told = fit_inertia(data, len(rig.runs)) if rig.angle else None
+        told = fit_inertia(data, len(rig.runs), first.radius_m) if rig.angle else None
         if told is None:
             return rig
         rig = replace(rig, inertia=(ratio * told.ratio, ratio * told.sd))

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from analysis.contact.effect_rows import ROWS
 from analysis.contact.law import LawData
@@ -21,7 +20,8 @@ from analysis.contact.restitution import (
     conditions,
     fit_effects,
 )
-from analysis.identification.intervals import LEVEL, NORMAL_90, Interval, normal_interval
+from analysis.identification.intervals import Interval, normal_interval
+from analysis.statistics.student import student_over_normal
 
 # Effects on the restitution are fitted to so many impacts, as the diagnosis asks for them.
 FEWEST_FOR_EFFECTS = 8
@@ -45,7 +45,7 @@ def without_effects(data: LawData, from_start: LawData, fit: EffectsFit) -> LawD
 def few(impacts: int, unknowns: int) -> float:
     """What a normal sd is to be multiplied with where the errors' size is read off so few ``impacts``."""
     free = max(impacts - unknowns, 1)
-    return float(np.sqrt(impacts / free) * stdtrit(free, 0.5 + LEVEL / 2) / NORMAL_90)
+    return float(np.sqrt(impacts / free)) * student_over_normal(free)
 
 
 def told_restitution(fit: EffectsFit, impacts: int) -> Interval:

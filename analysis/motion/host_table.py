@@ -72,8 +72,7 @@ def host_at(t: float, path: HostTable) -> HostState:
     angle, spin = _place_and_rate(piece[3], s)
     lift = 0.0
     if beyond == 0.0:
-        c = piece[2]
-        lift = (2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))) * per_s * per_s
+        lift = _second_rate(piece[2], s) * per_s * per_s
     return HostState(
         x + beyond * vx,
         y + beyond * vy,
@@ -85,6 +84,23 @@ def host_at(t: float, path: HostTable) -> HostState:
         spin * per_s,
         lift,
     )
+
+
+@inlined
+def host_acceleration_at(t: float, path: HostTable) -> tuple[float, float]:
+    """Acceleration of the Host in the plane at time t (m/s^2); none beyond the path's ends."""
+    steps = (t - path.first_s) / path.step_s
+    if steps < 0.0 or steps > len(path.pieces):
+        return 0.0, 0.0
+    i = min(int(steps), len(path.pieces) - 1)
+    s, per_s2 = steps - i, 1.0 / path.step_s**2
+    return _second_rate(path.pieces[i, 0], s) * per_s2, _second_rate(path.pieces[i, 1], s) * per_s2
+
+
+@inlined
+def _second_rate(c: Array, s: float) -> float:
+    """Second derivative of the quintic ``c`` (6,) at s."""
+    return 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
 
 
 @inlined

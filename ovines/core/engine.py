@@ -18,6 +18,8 @@ from ovines.core.integration.stepper import next_size
 from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
 from ovines.core.system.impact import effective_restitution
+from ovines.core.system.kinematics import place
+from ovines.core.system.known import remember_contact
 from ovines.core.system.packed import Samples, System
 
 
@@ -149,7 +151,10 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    p[P.LAST_IMPACT] = -math.inf  # the one number that a run writes
+    p[P.LAST_IMPACT] = -math.inf
+    if p[P.BEGINS_WITH] >= 0.0:
+        place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
+        remember_contact(0.0, work[P.PLACE], p[P.BEGINS_WITH], p)
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
@@ -184,7 +189,7 @@ def run(
         t += duration
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
-            p[P.LAST_IMPACT] = t
+            remember_contact(t, work[P.PLACE], record[P.NORMAL_BEFORE], p)
             if n_impacts < impacts.shape[0]:
                 copy_into(impacts[n_impacts], record)
             n_impacts += 1

@@ -89,6 +89,7 @@ def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
         y[P.HOST :] = scenario.initial_host
     k[P.HAS_TABLE] = len(table) > 0
     p[P.RUN_NUMBER] = scenario.run_number
+    p[P.BEGINS_WITH] = -1.0 if scenario.begins_with_m_per_s is None else scenario.begins_with_m_per_s
     packed = Packed(p, k, drive, table, polygon, y, np.zeros((0, ROW_SIZE)))
     for name, values in scenario.effects.items():
         require(name in EFFECTS, f"effect {name!r}", "one of " + ", ".join(EFFECTS), "correct the effect's name")

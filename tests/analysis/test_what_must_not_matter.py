@@ -8,7 +8,6 @@ checks say.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ import pytest
 
 from analysis.checks.recording import verdict
 from analysis.flights.segments import Segments
+from analysis.gap.diagnose import diagnose
 from analysis.identify import identify_series
 from ovines.__main__ import main
 from ovines.pipeline.diagnosis import load_series
@@ -272,17 +272,15 @@ def test_how_large_the_world_is(series, base, scale, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def diagnosed_here(base, base_folder) -> tuple[list[Segments], dict[str, Any]]:
+def diagnosed_here(base, base_folder, without_next_test) -> tuple[list[Segments], dict[str, Any]]:
     """Where the flights of ``base`` end, and its diagnosis."""
     return diagnosed(base_folder)
 
 
 def diagnosed(folder: Path) -> tuple[list[Segments], dict[str, Any]]:
     """As ``ovines diagnose`` segments the runs of the folder's ``series``, and what it answers."""
-    written = folder / "series"
-    assert main(["diagnose", str(written), "--out", str(folder / "out")]) == 0
-    loaded, _ = load_series(read_series(written), folder / "out")
-    return [run.segments for run in loaded.runs], json.loads((folder / "out" / "diagnosis.json").read_text())
+    loaded, _ = load_series(read_series(folder / "series"), folder / "out")
+    return [run.segments for run in loaded.runs], diagnose(loaded, np.random.default_rng(0)).summary
 
 
 @pytest.mark.parametrize("scale", [5.0, 0.2])

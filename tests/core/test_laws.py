@@ -8,6 +8,7 @@ import pytest
 
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
 from ovines.core.laws import kernel
+from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import FUNCTIONS, QUANTITIES, TARGETS
@@ -20,11 +21,12 @@ RIG = Scenario(
 )  # fmt: skip
 TARGET_CODES = (
     "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
-    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN"
+    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A"
 )
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
-    "SHARE ANGLE WALL_SPEED PASSING INCIDENCE"
+    "SHARE ANGLE WALL_SPEED PASSING INCIDENCE RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION FROM_CONTACT CONTACT_TURN "
+    "LAST_APPROACH SPIN_LEFT"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -91,9 +93,29 @@ BENT_LAWS = (
         )
     ),
 )
+# What goes with the ring's motion, or remembers the contact before; numbers of the impact that add a spin.
+RING_LAWS = (
+    WrittenLaw(
+        (
+            Term("outwards", -8.0, (Factor("radial_speed"), Factor("gap", "exponential", 1.0, 0.01))),
+            Term("swirl", -0.5, (Factor("circling_speed"),)),
+            Term("along_host_velocity", 0.3, (Factor("host_speed"),)),
+            Term("along_host_acceleration", 0.01, (Factor("host_acceleration"),)),
+            Term("from_last_contact", -20.0, (Factor("from_contact", "below", 1.0, 0.02),)),
+            Term("floor_friction", 0.3, (Factor("last_approach"),)),
+        )
+    ),
+    WrittenLaw(
+        (
+            Term("restitution", -0.1, (Factor("contact_turn", "cosine"),)),
+            Term("restitution", 0.1, (Factor("azimuth", "sawtooth", x=0.4),)),
+            Term("spin_added", -3.0, (Factor("approach"), Factor("spin_left", "sign"))),
+        )
+    ),
+)
 
 
-@pytest.mark.parametrize("laws", [PLAIN_LAWS, BENT_LAWS], ids=["plain", "bent"])
+@pytest.mark.parametrize("laws", [PLAIN_LAWS, BENT_LAWS, RING_LAWS], ids=["plain", "bent", "ring"])
 def test_every_law_turns_with_the_world(laws):
     """Start, drive and law turned by one angle give the turned path, and each term of the laws moves the disk."""
     turn = 0.7
@@ -119,6 +141,81 @@ def test_every_law_turns_with_the_world(laws):
     np.testing.assert_allclose(np.column_stack([y.motion["nes_x_m"], y.motion["nes_y_m"]]), path, rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("term", "rounded_rad"),
+    [
+        (Term("contact_radius", 3e-4, (Factor("azimuth", "gaussian", 1.0, 0.4, 0.9),)), 0.0),
+        (Term("contact_radius", -4e-4, (Factor("azimuth", "sawtooth", x=-2.0),)), 0.15),
+        (Term("contact_radius", 3e-4, (Factor("azimuth", "within", 1.0, 0.7, 0.5),)), 0.15),
+        (Term("contact_radius", 2e-4, (Factor("azimuth", "cosine", 1.0, x=0.3),)), 0.0),
+    ],
+    ids=["dent", "step", "arc", "shifted"],
+)
+def test_a_wall_of_any_shape_is_met_where_its_law_says(term, rounded_rad):
+    """At every impact the disk's centre is as far out as the round wall's and the law together; sudden edges are
+    rounded over a few degrees."""
+    rig = replace(RIG, laws=(WrittenLaw((term,)),), duration_s=2.0, sample_rate_hz=0.0)
+    found = simulate(rig)
+    row, known, off, near = np.array(term.row()), np.zeros(W.KNOWN_SIZE), [], []
+    edges = np.array([f.x + s for f in term.factors for s in ({"within": (0.7, -0.7)}.get(f.function, (0.0,)))])
+    steps = simulate(replace(rig, sample_rate_hz=2e5))
+    x = np.column_stack([steps.motion[f"nes_{a}_m"] - steps.motion[f"host_{a}_m"] for a in "xy"])
+    for impact in found.impacts:
+        at = np.searchsorted(steps.time_s, impact.time_s)
+        place = max((x[k] for k in (at - 1, at) if k < len(x)), key=lambda one: np.hypot(*one))
+        known[W.HX], known[W.HY] = place
+        off.append(np.hypot(*place) - 0.04 - kernel.size(row, known))
+        away = np.arctan2(place[1], place[0]) - edges
+        near.append(np.abs(np.arctan2(np.sin(away), np.cos(away))).min())
+    off, near = np.array(off), np.array(near)
+    clear = near > rounded_rad
+    assert clear.sum() > 15
+    assert np.abs(off[clear]).max() < 0.06 * abs(term.coefficient)
+
+
+def test_what_remembers_the_contact_before():
+    """A run cut at an impact and begun anew from there goes on as it did, if it is told of the impact; and nothing is
+    remembered before the first one."""
+    pull = WrittenLaw((Term("from_last_contact", -6.0, (Factor("from_contact", "below", 1.0, 0.03),)),))
+    harder = WrittenLaw((Term("floor_friction", 0.5, (Factor("last_approach"),)),))
+    both = simulate(replace(RIG, laws=(pull, harder), sample_rate_hz=4000.0))
+    first_s = both.impacts.time_s[0]
+    plain = simulate(replace(RIG, sample_rate_hz=4000.0))
+    before, after = both.time_s < first_s, (both.time_s > first_s + 0.004) & (both.time_s < first_s + 0.01)
+    np.testing.assert_allclose(both.motion["nes_x_m"][before], plain.motion["nes_x_m"][before], rtol=0, atol=1e-9)
+    assert np.abs(both.motion["nes_x_m"] - plain.motion["nes_x_m"])[after].max() > 1e-5
+
+    impact = both.impacts[0]
+    start = simulate(replace(RIG, laws=(pull, harder), max_impacts=1)).final_state[:6]
+    turned = tuple(
+        replace(one, phase_rad=one.phase_rad + 2 * math.pi * one.frequency_hz * impact.time_s) for one in RIG.host.drive
+    )
+    begun = replace(
+        RIG, laws=(pull, harder), host=replace(RIG.host, drive=turned), initial_nes=tuple(start), duration_s=0.01,
+        begins_with_m_per_s=float(impact.normal_speed_before_m_per_s), sample_rate_hz=4000.0,
+    )  # fmt: skip
+    again, forgot = simulate(begun), simulate(replace(begun, begins_with_m_per_s=None))
+    x = np.interp(again.time_s + impact.time_s, both.time_s, both.motion["nes_x_m"])
+    assert np.abs(again.motion["nes_x_m"] - x)[1:].max() < 2e-6  # the first lies in the kink
+    assert np.abs(forgot.motion["nes_x_m"] - x).max() > 1e-5
+
+
+def test_a_sawtooth_is_a_step_of_mean_zero():
+    """Up by one where it stands, falling evenly around, and of angles alone."""
+    known = np.zeros(W.KNOWN_SIZE)
+    angles = np.linspace(-3.1, 3.1, 1001)
+    row = np.array(Term("contact_radius", 1.0, (Factor("azimuth", "sawtooth", x=0.4),)).row())
+    values = []
+    for angle in angles:
+        known[W.HX], known[W.HY] = math.cos(angle), math.sin(angle)
+        values.append(kernel.size(row, known))
+    assert np.mean(values) == pytest.approx(0.0, abs=0.01)
+    assert np.diff(values).max() == pytest.approx(1.0, abs=0.01)
+    assert angles[np.argmax(np.diff(values))] == pytest.approx(0.4, abs=0.01)
+    with pytest.raises(ScenarioError):
+        Factor("speed", "sawtooth")
+
+
 def test_words_and_compiled_codes_are_the_same():
     """Names of `words` against the numbers of `kernel`, one by one."""
     flights = [one.code for one in TARGETS.values() if one.stage == "flight"]
@@ -126,7 +223,7 @@ def test_words_and_compiled_codes_are_the_same():
     numbered = [getattr(kernel, f"Q_{name}") for name in QUANTITY_CODES.split()]
     assert numbered == [one.code for one in QUANTITIES.values()]
     functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES", "GATES"]
-    functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN"]
+    functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN", "SAWTOOTH"]
     assert [getattr(kernel, name) for name in functions] == [code for code, _ in FUNCTIONS.values()]
 
 
@@ -178,7 +275,7 @@ def test_what_is_no_law_is_refused(law, word):
 def test_the_simulator_refuses_what_it_cannot_hold():
     """A wall that follows the spin; a law in step with a drive that has no frequency."""
     wall = WrittenLaw((Term("contact_radius", 1e-4, (Factor("spin"),)),))
-    with pytest.raises(ScenarioError, match="no cosine of the azimuth"):
+    with pytest.raises(ScenarioError, match="follows more than the azimuth"):
         simulate(replace(RIG, laws=(wall,)))
     still = replace(RIG, host=Host(radius_m=0.05))
     beat = WrittenLaw((Term("fixed_direction", 0.1, (Factor("phase", "cosine"),)),))

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
-from ovines.__main__ import main
+from analysis.gap.diagnose import diagnose
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
 from tests.plants import Spec, make_series, write_series
 
 
 @pytest.mark.parametrize("drive", ["two lines", "chirp"])
-def test_a_drive_that_is_no_sine_is_no_cause(drive, tmp_path, capsys):
+def test_a_drive_that_is_no_sine_is_no_cause(drive, tmp_path):
     spec = Spec(drive=drive, noise="white", reach_m=0.04, frames_per_flight=25.0, noise_share=2e-4)
-    folder = write_series(make_series(spec, np.random.default_rng([19, 7]), 4), tmp_path / "series")
-    assert main(["diagnose", str(folder), "--out", str(tmp_path / "out")]) == 0
-    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    folder = write_series(make_series(spec, np.random.default_rng([19, 7]), 3), tmp_path / "series")
+    told = diagnose(load_series(read_series(folder), tmp_path / "out")[0], np.random.default_rng(0)).summary
     assert (told["verdict"], told["effects"]) == ("none", [])
     # A slow line is a sway beside lines only; a sweep has slow ones of its own.
     assert ("host_sway" in told["detectable"]) == ("host_sway" in told["probabilities"]) == (drive == "two lines")

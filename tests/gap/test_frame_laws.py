@@ -13,6 +13,7 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.gap import written_laws
 from analysis.gap.diagnose import diagnose
+from analysis.gap.laws.frames import law as clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frames.rows import clock_rows
 from analysis.gap.laws.regression import Halves, Regression, halves_of
@@ -26,7 +27,7 @@ from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
 
-def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=4):
+def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=3):
     made = make_series(kind, size, np.random.default_rng(seed), runs, "white")
     if not folder.exists():
         write_series(made, folder)
@@ -81,6 +82,23 @@ def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
     true = made.truth["parameters"]["unknown_alternating_clock"]["alternate_s"]
     assert abs(2 * abs(term.coefficient) - true) < 3 * 2 * term.sd
     assert law.closed > 0.9
+
+
+def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
+    """Every other frame late by more than a period: no camera films so, whatever fits the Host's path."""
+    law = SimpleNamespace(law=None)
+    monkeypatch.setattr(clock_law, "clock_rows", lambda series: None)
+    monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng: [law])
+
+    def corrected(times):
+        runs = [SimpleNamespace(data=SimpleNamespace(time_s=np.array(times)))]
+        monkeypatch.setattr(clock_law, "without_frame_laws", lambda series, laws: SimpleNamespace(runs=runs))
+        return find_clock_law(as_it_came, np.random.default_rng(0))
+
+    as_it_came = SimpleNamespace(period_s=1.0)
+    assert corrected([0.0, 1.2, 2.0, 3.2])[0] is law
+    assert corrected([0.0, 1.6, 2.0, 3.6]) == (None, as_it_came)
+    assert corrected([0.0, 2.2, 2.0, 4.2]) == (None, as_it_came)
 
 
 def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):

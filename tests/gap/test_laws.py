@@ -15,7 +15,7 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose
 from analysis.gap.laws import flight_law
-from analysis.gap.laws.dictionary.candidate import Candidate, with_coefficients
+from analysis.gap.laws.dictionary.candidate import Candidate, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -185,6 +185,17 @@ def test_every_candidate_is_set_as_a_formula():
             parser.parse(f"${as_latex(law)}$")
             assert as_text(law) and term.unit, name
     assert len(terms) > 100
+
+
+def test_a_width_that_is_hardly_known_stays_a_width():
+    """An interval is told, and no law of a negative width is asked for."""
+
+    def build(values):
+        return WrittenLaw((Term("floor_friction", values[0], (Factor("radius", "gaussian", 1.0, values[1], 0.02),)),))
+
+    told = with_sds(build, np.array([0.3, 0.001]), np.diag([0.01, 0.04]) ** 2)  # sds
+    assert told["coefficient"][:2] == pytest.approx((0.3, 0.01))
+    assert told["radius_scale_m"][:2] == pytest.approx((0.001, 0.04))
 
 
 def test_a_place_that_is_searched_stays_about_the_rig():

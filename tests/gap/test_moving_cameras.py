@@ -87,7 +87,7 @@ def test_a_zoom_that_swings_is_told_by_the_ground(noise, tmp_path):
 
 @pytest.mark.parametrize("noise", ["white", "ar1", "warp"])
 def test_still_ground_neither_grows_nor_turns(noise, tmp_path):
-    still = make_series("motion_blur", 1.0, np.random.default_rng(3), 3, noise)
+    still = make_series("motion_blur", 1.0, np.random.default_rng(3), 2, noise)
     write_series(still, tmp_path / "still")
     series, _ = load_series(read_series(tmp_path / "still"), tmp_path / "results")
     assert not ground_motion(series)

@@ -8,7 +8,7 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_candidates import fit_impacts
+from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.pipeline.diagnosis import load_series

@@ -140,7 +140,7 @@ def test_results_through_a_link_stay_where_they_belong(tmp_path):
     assert not (tmp_path / "out" / "points.parquet").is_symlink()
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [31, pytest.param(3000, marks=pytest.mark.long)])
 def test_many_recordings(count, tmp_path, capsys):
     """A series of many tiny runs, every tenth of them broken: each has its line, the rest its table."""
     folder = tmp_path / "series" / "r0000"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,7 @@ def render_board(
     high = np.minimum(np.ceil(seen.max(0)).astype(int) + reach, [width - 1, height - 1])
     if (low <= high).all():
         xn, yn = view.normalised((low[0], high[0]), (low[1], high[1]))
-        fine = _print(board, camera, _finer(xn), _finer(yn), paper)
+        fine = _print(board, camera, xn, yn, paper)
         image[low[1] : high[1] + 1, low[0] : high[0] + 1] = _seen(fine, look.blur_px)
     return finish(image, look, rng), camera.project(board.points_m()) - view.window_offset_px
 
@@ -86,35 +87,63 @@ def _seen(fine: Array, blur_px: float) -> Array:
     bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (blur_px * FINE)) ** 2)
     weights = np.convolve(bell / bell.sum(), np.full(FINE, 1 / FINE))
     for _ in range(2):  # rows, then columns
-        padded = np.pad(fine, ((reach, reach), (0, 0)), mode="edge")
-        count = len(fine) // FINE
-        ends = FINE * (count - 1) + 1
-        total = np.zeros((count, fine.shape[1]))
-        for k, weight in enumerate(weights):
-            total += weight * padded[k : k + ends : FINE]
-        fine = np.ascontiguousarray(total.T)
+        fine = np.ascontiguousarray(_row_means(fine, weights, reach).T)
     return fine
 
 
-def _finer(grid: Array) -> Array:
-    """Pixel-centre values to sub-sample values, linear within a pixel (a lens bends by 1e-6 px there)."""
-    step = (np.arange(FINE) + 0.5) / FINE - 0.5
-    dv, du = np.asarray(np.gradient(grid), float)
-    fine = grid[:, None, :, None] + dv[:, None, :, None] * step[:, None, None] + du[:, None, :, None] * step
-    return np.asarray(fine.reshape(grid.shape[0] * FINE, grid.shape[1] * FINE))
+@compiled
+def _row_means(fine: Array, weights: Array, reach: int) -> Array:
+    """Of every ``FINE`` rows the sum of those from ``reach`` before on times ``weights``; the picture's first and last
+    row go on beyond it.
+    """
+    last, columns = len(fine) - 1, fine.shape[1]
+    total = np.zeros((len(fine) // FINE, columns))
+    for i in range(len(total)):
+        for k in range(len(weights)):
+            row = min(max(FINE * i + k - reach, 0), last)
+            for j in range(columns):
+                total[i, j] += weights[k] * fine[row, j]
+    return total
+
+
+class Rays(NamedTuple):
+    """Rays (xn, yn, 1) of pixels' centres and what the next row and column add to them, each (rows, columns)."""
+
+    xn: Array
+    yn: Array
+    xn_down: Array
+    yn_down: Array
+    xn_right: Array
+    yn_right: Array
+
+
+class Sheet(NamedTuple):
+    """A board before a camera: ``turn`` (3, 3) from the camera's axes to its own, ``away`` (3,) its first point along
+    them; half the side [m] of a sub-sample's box on it.  ``gx``, ``gy``: lines of the print, at whose crossings
+    ``sums`` has the integral of the greys.
+    """
+
+    turn: Array
+    away: Array
+    half: float
+    gx: Array
+    gy: Array
+    sums: Array
 
 
 def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> Array:
-    """Grey on each ray: the mean of the print over the sub-sample's box, exact by an integral over the grid of
-    lines.
+    """Grey at the sub-samples of pixels on the rays (``xn``, ``yn``, 1): the mean of the print over the sub-sample's
+    box, exact by an integral over the grid of lines.
     """
-    normal, point = camera.rotation[:, 2], camera.translation_m
-    depth = (normal @ point) / (normal[0] * xn + normal[1] * yn + normal[2])
-    x, y = (depth * (along[0] * xn + along[1] * yn + along[2]) - along @ point for along in camera.rotation.T[:2])
+    (xn_down, xn_right), (yn_down, yn_right) = np.gradient(xn), np.gradient(yn)
+    rays = Rays(*map(np.ascontiguousarray, (xn, yn, xn_down, yn_down, xn_right, yn_right)))
+    turn, point = np.ascontiguousarray(camera.rotation.T), camera.translation_m
+    depth = (turn[2] @ point) / (turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2])
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
-    margin_m, background = paper.margin_m, paper.background_grey
-    if board.of_dots:
+    if board.of_dots:  # no lines
+        x, y = _places(rays, Sheet(turn, turn @ point, half, np.zeros(0), np.zeros(0), np.zeros((0, 0))))
         return _dots(board, x, y, half, paper)
+    margin_m, background = paper.margin_m, paper.background_grey
     gx, gy, black = printed_rectangles(board)
     gx = np.concatenate([[-_FAR_M, gx[0] - margin_m], gx, [gx[-1] + margin_m, _FAR_M]])
     gy = np.concatenate([[-_FAR_M, gy[0] - margin_m], gy, [gy[-1] + margin_m, _FAR_M]])
@@ -124,7 +153,31 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     cells = cells - background  # so that the far rim adds no large numbers to the integral
     sums = np.zeros((len(gy), len(gx)))
     sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)
-    return np.asarray(background + _box_sums(gx, gy, sums, x, y, half) / (2 * half) ** 2)
+    return np.asarray(background + _box_means(rays, Sheet(turn, turn @ point, half, gx, gy, sums)))
+
+
+@compiled
+def _place(rays: Rays, sheet: Sheet, i: int, j: int, a: int, b: int) -> tuple[float, float]:
+    """Where on the board sub-sample (a, b) of pixel (i, j) lies: linear within a pixel (a lens bends by 1e-6 px
+    there).
+    """
+    down, right, turn, away = (a + 0.5) / FINE - 0.5, (b + 0.5) / FINE - 0.5, sheet.turn, sheet.away
+    u = rays.xn[i, j] + rays.xn_down[i, j] * down + rays.xn_right[i, j] * right
+    v = rays.yn[i, j] + rays.yn_down[i, j] * down + rays.yn_right[i, j] * right
+    depth = away[2] / (turn[2, 0] * u + turn[2, 1] * v + turn[2, 2])
+    x = depth * (turn[0, 0] * u + turn[0, 1] * v + turn[0, 2]) - away[0]
+    return x, depth * (turn[1, 0] * u + turn[1, 1] * v + turn[1, 2]) - away[1]
+
+
+@compiled
+def _places(rays: Rays, sheet: Sheet) -> tuple[Array, Array]:
+    """:func:`_place` of all sub-samples, each (rows, columns)."""
+    rows, columns = rays.xn.shape
+    x, y = np.empty((FINE * rows, FINE * columns)), np.empty((FINE * rows, FINE * columns))
+    for i in range(FINE * rows):
+        for j in range(FINE * columns):
+            x[i, j], y[i, j] = _place(rays, sheet, i // FINE, j // FINE, i % FINE, j % FINE)
+    return x, y
 
 
 @compiled
@@ -134,31 +187,55 @@ def _cell(lines: Array, at: float) -> int:
 
 
 @compiled
-def _box_sums(gx: Array, gy: Array, sums: Array, x: Array, y: Array, half: float) -> Array:
-    """Integrals (as ``x``) over boxes of ``2 * half`` about (x, y) of what is constant in each cell between the lines
-    ``gx`` and ``gy``, at whose crossings ``sums`` has the integral: bilinear in a cell, which is exact.
+def _held(sheet: Sheet, x: float, y: float, row: int, column: int) -> bool:
+    """Whether that cell holds the whole box about (x, y)."""
+    gx, gy, half = sheet.gx, sheet.gy, sheet.half
+    return gx[column] < x - half and x + half <= gx[column + 1] and gy[row] < y - half and y + half <= gy[row + 1]
+
+
+@compiled
+def _box_mean(sheet: Sheet, x: float, y: float) -> float:
+    """Mean over the box about (x, y): bilinear in a cell, which is exact."""
+    gx, gy, sums, half, total = sheet.gx, sheet.gy, sheet.sums, sheet.half, 0.0
+    for sign_y in (-1.0, 1.0):
+        v = y + sign_y * half
+        row = _cell(gy, v)
+        down = (v - gy[row]) / (gy[row + 1] - gy[row])
+        for sign_x in (-1.0, 1.0):
+            u = x + sign_x * half
+            column = _cell(gx, u)
+            along = (u - gx[column]) / (gx[column + 1] - gx[column])
+            upper = (1.0 - along) * sums[row, column] + along * sums[row, column + 1]
+            lower = (1.0 - along) * sums[row + 1, column] + along * sums[row + 1, column + 1]
+            total += sign_y * sign_x * ((1.0 - down) * upper + down * lower)
+    return total / (2 * half) ** 2
+
+
+@compiled
+def _box_means(rays: Rays, sheet: Sheet) -> Array:
+    """Mean of the print over each sub-sample's box, (rows, columns).  Where one cell holds the boxes at a pixel's four
+    corners it holds all between them.
     """
-    total = np.zeros(x.shape)
-    for i in range(x.shape[0]):
-        for j in range(x.shape[1]):
-            above, left = _cell(gy, y[i, j] - half), _cell(gx, x[i, j] - half)
-            if y[i, j] + half <= gy[above + 1] and x[i, j] + half <= gx[left + 1]:  # one cell holds the box
-                whole = sums[above + 1, left + 1] - sums[above, left + 1] - sums[above + 1, left] + sums[above, left]
-                area = (gy[above + 1] - gy[above]) * (gx[left + 1] - gx[left])
-                total[i, j] = whole * (2 * half) ** 2 / area
-                continue
-            for sign_y in (-1.0, 1.0):
-                v = y[i, j] + sign_y * half
-                row = _cell(gy, v)
-                down = (v - gy[row]) / (gy[row + 1] - gy[row])
-                for sign_x in (-1.0, 1.0):
-                    u = x[i, j] + sign_x * half
-                    column = _cell(gx, u)
-                    along = (u - gx[column]) / (gx[column + 1] - gx[column])
-                    upper = (1.0 - along) * sums[row, column] + along * sums[row, column + 1]
-                    lower = (1.0 - along) * sums[row + 1, column] + along * sums[row + 1, column + 1]
-                    total[i, j] += sign_y * sign_x * ((1.0 - down) * upper + down * lower)
-    return total
+    gx, gy, sums, end = sheet.gx, sheet.gy, sheet.sums, FINE - 1
+    rows, columns = rays.xn.shape
+    out = np.empty((FINE * rows, FINE * columns))
+    for i in range(rows):
+        for j in range(columns):
+            x, y = _place(rays, sheet, i, j, 0, 0)
+            row, column = _cell(gy, y), _cell(gx, x)
+            alike = _held(sheet, x, y, row, column)
+            for a, b in ((0, end), (end, 0), (end, end)):
+                x, y = _place(rays, sheet, i, j, a, b)
+                alike = alike and _held(sheet, x, y, row, column)
+            whole = sums[row + 1, column + 1] - sums[row, column + 1] - sums[row + 1, column] + sums[row, column]
+            grey = whole / ((gy[row + 1] - gy[row]) * (gx[column + 1] - gx[column]))
+            for a in range(FINE):
+                for b in range(FINE):
+                    if not alike:
+                        x, y = _place(rays, sheet, i, j, a, b)
+                        grey = _box_mean(sheet, x, y)
+                    out[FINE * i + a, FINE * j + b] = grey
+    return out
 
 
 def _dots(board: Board, x: Array, y: Array, half: float, paper: Paper) -> Array:

@@ -29,7 +29,7 @@ COLUMNS = 12
 FIRST_COLUMN, LAST_COLUMN, FIRST_ROW, LAST_ROW = range(4)  # of a layer's bounds
 FAR_PX = 1e9  # of an edge that is not there
 ABSENT, EDGE, WHOLE = 0, 1, 2  # a layer in a tile: nowhere, perhaps with its edge, everywhere
-TILE = 8  # side [px] of the squares in which nothing is drawn anew where no edge is near
+TILE = 4  # side [px] of the squares in which nothing is drawn anew where no edge is near
 _SIGMAS = 6.0  # of the blur beyond which an edge is not seen: 1e-9 of the contrast
 _PIXEL_PX = 0.75  # half a pixel's diagonal and a little
 _TILE_REACH = 1.5  # sides of a tile between its middle and whatever may matter in it
@@ -75,11 +75,12 @@ class Optics(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Of each layer what it is here (L,): ABSENT, EDGE or WHOLE, and the distance of its edge (L,) [px]; number of the
-    layer that is the opening, -1 for none.
+    """Of each layer what it is in a tile (``used``) and in one of its pixels (``near``), (L,): ABSENT, EDGE or WHOLE;
+    the distance of its edge (L,) [px]; number of the layer that is the opening, -1 for none.
     """
 
     used: Ints
+    near: Ints
     edges: Array
     opening: int
 
@@ -164,11 +165,12 @@ def _coverage(edge_px: float, blur_px: float) -> float:
 
 
 @compiled
-def _colour(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
-    """Grey along one ray.  Outlines that coincide are not blended twice: what lies in the opening is painted apart and
-    put under it once, and a layer ON another replaces that one's grey by as much as it covers."""
+def _colour(scene: Scene, optics: Optics, work: Work, used: Ints, xn: float, yn: float) -> float:
+    """Grey along one ray, where each layer is what ``used`` says.  Outlines that coincide are not blended twice: what
+    lies in the opening is painted apart and put under it once, and a layer ON another replaces that one's grey by as
+    much as it covers."""
     layers, background, blur_px = scene.layers, scene.background, optics.blur_px
-    used, edges, opening = work
+    edges, opening = work.edges, work.opening
     for k in range(len(used)):
         if used[k] == EDGE:
             edges[k] = _edge_px(scene, optics, k, xn, yn)
@@ -198,25 +200,29 @@ def _place(k: int, samples: int) -> float:
 
 
 @compiled
-def _nearest(work: Work) -> float:
-    """Distance of the nearest edge [px]."""
-    nearest = FAR_PX
-    for k in range(len(work.edges)):
-        nearest = min(nearest, abs(work.edges[k]))
-    return nearest
+def _narrowed(work: Work, reach_px: float, into: Ints) -> bool:
+    """Write what each layer is where no edge farther than ``reach_px`` from the last ray matters; whether one does."""
+    some = False
+    for k in range(len(into)):
+        edge = work.edges[k]
+        if abs(edge) > reach_px:
+            into[k] = ABSENT if edge > 0.0 else WHOLE
+        else:
+            into[k], some = EDGE, True
+    return some
 
 
 @compiled
 def _pixel(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
-    """Mean over the pixel's area; one ray is enough where no edge is near."""
-    grey, samples = _colour(scene, optics, work, xn, yn), optics.samples
-    if _nearest(work) > _SIGMAS * optics.blur_px + _PIXEL_PX:
+    """Mean over the pixel's area; one ray is enough where no edge is near, and elsewhere the edges that are."""
+    grey, samples = _colour(scene, optics, work, work.used, xn, yn), optics.samples
+    if not _narrowed(work, _SIGMAS * optics.blur_px + _PIXEL_PX, work.near):
         return grey
     grey = 0.0
     for a in range(samples):
         for b in range(samples):
             x, y = xn + _place(b, samples) * optics.pixel_x, yn + _place(a, samples) * optics.pixel_y
-            grey += _colour(scene, optics, work, x, y)
+            grey += _colour(scene, optics, work, work.near, x, y)
     return grey / (samples * samples)
 
 
@@ -229,7 +235,8 @@ def shade(scene: Scene, optics: Optics, patch: Patch) -> Array:
     for k in range(len(layers)):
         opening = max(opening, int(layers[k, CLIP]))
     out, reach_px = np.empty((rows, columns)), _SIGMAS * optics.blur_px + _TILE_REACH * TILE
-    work = Work(np.zeros(len(layers), np.int64), np.empty(len(layers)), opening)
+    known = np.zeros((2, len(layers)), np.int64)
+    work = Work(known[0], known[1], np.empty(len(layers)), opening)
     for top in range(0, rows, TILE):
         for left in range(0, columns, TILE):
             bottom, right = min(rows, top + TILE) - 1, min(columns, left + TILE) - 1
@@ -242,13 +249,10 @@ def shade(scene: Scene, optics: Optics, patch: Patch) -> Array:
                 )
                 work.used[k] = EDGE if within else ABSENT
             i, j = (top + bottom) // 2, (left + right) // 2
-            flat = _colour(scene, optics, work, xn[i, j], yn[i, j])
-            if _nearest(work) > reach_px:  # no edge reaches into this tile
+            flat = _colour(scene, optics, work, work.used, xn[i, j], yn[i, j])
+            if not _narrowed(work, reach_px, work.used):  # no edge reaches into this tile
                 out[top : bottom + 1, left : right + 1] = flat
                 continue
-            for k in range(len(layers)):
-                if abs(work.edges[k]) > reach_px:
-                    work.used[k] = ABSENT if work.edges[k] > 0.0 else WHOLE
             for i in range(top, bottom + 1):
                 for j in range(left, right + 1):
                     out[i, j] = _pixel(scene, optics, work, xn[i, j], yn[i, j])

@@ -13,6 +13,7 @@ from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.unforeseen import UNFORESEEN
+from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
@@ -20,7 +21,7 @@ from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
 CAUSES: dict[str, Cause] = {
-    cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN
+    cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN + UNIMAGINED
 }
 
 
@@ -42,6 +43,7 @@ ROUND_ONLY = (
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
     *("unknown_chipped_disk", "unknown_creeping_liner"),
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
+    "unknown_squashed_ring",
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -6,6 +6,7 @@ from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import add_newest_forces, newest_traction
 from analysis.blind.plant.state import STATES, PlantParameters
 from analysis.blind.plant.unforeseen import add_coil, add_unforeseen_forces, friction_of_flight, grain_traction
+from analysis.blind.plant.unimagined import add_unimagined_forces, unimagined_friction
 
 
 @compiled
@@ -40,7 +41,8 @@ def floor_traction(
     """Friction per unit of mu N: force (x, y) and torque / R, smoothed by one tanh of the overall rim
     speed."""
     speed = np.sqrt(slip_x**2 + slip_y**2)
-    rim = p.disk_radius_m * abs(spin)
+    stands = 1.0 - p.dome  # share of its radius within which the disk touches the floor
+    rim = p.disk_radius_m * stands * abs(spin)
     place = np.arctan2(rim, speed) / (0.5 * np.pi) * (table.shape[0] - 1)
     low = min(int(place), table.shape[0] - 2)
     share = place - low
@@ -50,7 +52,7 @@ def floor_traction(
     plain = np.tanh(speed / p.smoothing_m_per_s)
     size = p.spin_share * force * both + (1.0 - p.spin_share) * plain
     sign = 1.0 if spin > 0.0 else (-1.0 if spin < 0.0 else 0.0)
-    turn = p.spin_share * torque * both * sign
+    turn = p.spin_share * torque * both * sign * stands
     if speed < 1e-12:
         return 0.0, 0.0, turn
     return size * slip_x / speed, size * slip_y / speed, turn
@@ -166,14 +168,16 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     slip_y = state[3] + spin * arm_x - (velocity[1] + velocity[2] * x)
     from_host = (slip_x, slip_y)
     slip_x, slip_y = slip_x + p.loose_floor * velocity[0], slip_y + p.loose_floor * velocity[1]
-    traction = floor_traction(slip_x, slip_y, spin - velocity[2], p, table)
-    force_x, force_y, turn = grain_traction(traction, slip_x, slip_y, spin - velocity[2], state[4], p)
+    slip_x, slip_y = slip_x + p.floor_turn_rad_per_s * y, slip_y - p.floor_turn_rad_per_s * x
+    turning = spin - velocity[2] - p.floor_turn_rad_per_s  # over the floor
+    traction = floor_traction(slip_x, slip_y, turning, p, table)
+    force_x, force_y, turn = grain_traction(traction, slip_x, slip_y, turning, state[4], p)
     if p.anisotropy != 0.0:
         a, b = np.cos(p.anisotropy_phase_rad), np.sin(p.anisotropy_phase_rad)
         along, across = force_x * a + force_y * b, -force_x * b + force_y * a
         along, across = along * (1.0 + p.anisotropy), across * (1.0 - p.anisotropy)
         force_x, force_y = along * a - across * b, along * b + across * a
-    force_x, force_y = newest_traction(force_x, force_y, slip_x, slip_y, spin - velocity[2], state[4], p)
+    force_x, force_y = newest_traction(force_x, force_y, slip_x, slip_y, turning, state[4], p)
     load = max(p.load_m_per_s2 + acceleration[3], 0.0)
     if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
         load = 0.0
@@ -185,6 +189,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
     mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p)
+    mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
@@ -209,4 +214,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_newest_forces(x, y, from_host[0], from_host[1], acceleration, p, out)
     add_unforeseen_forces(time, x, y, from_host, state, p, out)
     add_coil(acceleration, p, out)
+    add_unimagined_forces(x, y, state[4], velocity, p, out)
     return out

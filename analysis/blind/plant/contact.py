@@ -8,6 +8,7 @@ from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
+from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -59,17 +60,29 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         y += p.springy_m * acceleration[1] / SPRINGY_AT_M_PER_S2
     if p.loose_ring_m != 0.0 and state[13] > 0.5:  # there was an impact before
         x, y = x - p.loose_ring_m * np.cos(state[14]), y - p.loose_ring_m * np.sin(state[14])
+    if p.slipping_m != 0.0:
+        off_x, off_y = slipped(time, p)
+        x, y = x - off_x, y - off_y
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
         gap, nx, ny = _flat_gap(x, y, position[2], p)
     else:
         reach, rise = _reach(time, np.arctan2(y, x), state[4], p)
+        if p.squash_m != 0.0:
+            more, steeper = squashed(np.arctan2(y, x), acceleration, p)
+            reach, rise = reach + more, rise + steeper
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (reach - radius) / size, nx / size, ny / size
     if p.obstacle_m > 0.0 and radius - p.obstacle_m < gap:
         return radius - p.obstacle_m, -x / radius, -y / radius
     return gap, nx, ny
+
+
+@compiled
+def _jerk(time: float, host: Floats) -> Floats:
+    """Rate of the Host's acceleration (x, y, rotation, z)."""
+    return (host_pose(time + JERK_S, host)[2] - host_pose(time - JERK_S, host)[2]) / (2.0 * JERK_S)
 
 
 @compiled
@@ -91,9 +104,15 @@ def _contact_velocity(
     ux = state[2] - state[5] * arm_y - velocity[0] + velocity[2] * from_host_y
     uy = state[3] + state[5] * arm_x - velocity[1] - velocity[2] * from_host_x
     if p.springy_m != 0.0:  # the liner's own speed, against the Host's jerk
-        jerk = (host_pose(time + JERK_S, host)[2] - host_pose(time - JERK_S, host)[2]) / (2.0 * JERK_S)
+        jerk = _jerk(time, host)
         ux += p.springy_m * jerk[0] / SPRINGY_AT_M_PER_S2
         uy += p.springy_m * jerk[1] / SPRINGY_AT_M_PER_S2
+    if p.squash_m != 0.0 and from_host_x * nx + from_host_y * ny > 0.0:  # the ring's own speed, not a cylinder's
+        moves = squashed(np.arctan2(from_host_y, from_host_x), _jerk(time, host), p)[0]
+        ux, uy = ux - moves * nx, uy - moves * ny
+    if p.slipping_m != 0.0:
+        moves_x, moves_y = slipping(p)
+        ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
 
@@ -137,8 +156,9 @@ def impact(
     wall.
     """
     gap, nx, ny = wall_gap(time, state, p, host)
-    if p.rough_rad != 0.0:
-        c, s = np.cos(p.rough_rad * scatter[1]), np.sin(p.rough_rad * scatter[1])
+    leans = p.rough_rad * scatter[1] + p.saw_rad * bounce  # what is held lies against the teeth's tips
+    if leans != 0.0:
+        c, s = np.cos(leans), np.sin(leans)
         nx, ny = c * nx - s * ny, s * nx + c * ny
     tx, ty = -ny, nx
     approach, slip, arm_x, arm_y = _contact_velocity(time, state, p, host, nx, ny)
@@ -148,7 +168,7 @@ def impact(
         new[1] += gap * ny
     if approach <= 0.0:
         return new, 0.0, slip
-    position, velocity, _ = host_pose(time, host)
+    position, velocity, acceleration = host_pose(time, host)
     azimuth = np.arctan2(  # of the contact, seen from the Host's centre
         state[1] + arm_y - position[1],
         state[0] + arm_x - position[0],
@@ -160,6 +180,7 @@ def impact(
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
+    rebound = unimagined_rebound(rebound, time, state, (nx, ny), acceleration, p)
     if p.adhesion_m_per_s != 0.0:
         rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
@@ -172,8 +193,9 @@ def impact(
     mu *= 1.0 - p.polish * (1.0 - np.exp(-max(time, 0.0) / p.polish_s))
     mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
     grip, slide = newest_grip(approach, slip, p)
-    mu *= slide
-    back = p.tangential_restitution * grip * taped_grip(azimuth - state[4], p) * bounce
+    elastic, pressed = unimagined_grip(approach, slip, p)
+    mu *= slide * pressed
+    back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia

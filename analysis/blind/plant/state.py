@@ -210,3 +210,24 @@ class PlantParameters(NamedTuple):
     joint_m: float = 0.0  # the wall's two ends overlap by this much, its radius goes round from one to the other
     joint_rad: float = 0.0
     loose_ring_m: float = 0.0  # the wall lies this far off, to where it was pushed the last time
+    # causes in nobody's list that came after those (`causes.unimagined`)
+    nap: float = 0.0  # floor friction more in one direction of sliding and less in the opposite one
+    nap_rad: float = 0.0
+    floor_turn_rad_per_s: float = 0.0  # the floor turns about the Host's centre
+    poles_m_per_s2: float = 0.0  # a magnetised disk between two opposed poles: a push that turns against its angle
+    poles_rad: float = 0.0
+    dome: float = 0.0  # the disk touches the floor only within its radius less this share
+    chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
+    chatter_m_per_s: float = 0.7
+    pitching: float = 0.0  # load more at the wall on the side that the Host is accelerated to, at 8 g of it
+    bellows_m_per_s2: float = 0.0  # air that the Host's motion blows, with the square of its velocity, at 8 g of it
+    ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
+    ringing_rad_per_s: float = 250.0
+    squeezed: float = 0.0  # wall friction more by this share in hard blows
+    saw_rad: float = 0.0  # blows of the wall are turned by this much from its normal
+    seated: float = 0.0  # restitution more by this much where the Host is accelerated away from the disk, at 8 g
+    skin: float = 0.0  # tangential restitution divided by one and this, at 0.3 m/s of slip
+    squash_m: float = 0.0  # the wall's ellipse that goes with the Host's acceleration, at 8 g of it
+    squash_rad: float = 0.0
+    slipping_m: float = 0.0  # the wall moves by twice this much during a run
+    slipping_rad: float = 0.0

@@ -7,6 +7,7 @@ import pandas as pd
 
 from analysis.blind.recording.noise import Noise, draw_errors
 from analysis.blind.recording.unforeseen import glared
+from analysis.blind.recording.unimagined import through_lid
 from analysis.blind.recording.views import GROUND_M, HOST_M, MARKERS, NES_M, WINDOW_PX, View, ViewErrors
 
 
@@ -82,6 +83,7 @@ def tracks_of(
     parts = []
     for index, view in enumerate(views):
         pixels = glared(view.pixels(points_m[index]), index, view, errors)
+        pixels = through_lid(pixels, index, view, errors)
         frames = len(pixels)
         if noise.kind == "warp":
             u, v = pixels[..., 0] / noise.warp_length_px[0], pixels[..., 1] / noise.warp_length_px[1]

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
@@ -16,7 +15,7 @@ from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
-from analysis.gap.laws.regression import NORMAL_90, Halves, Regression, halves_of
+from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.selection.flight_candidates import FlightFit, run_places
 from analysis.identification.floor import (
     FEWEST_FLIGHTS,
@@ -30,6 +29,7 @@ from analysis.identification.floor import (
     sandwich_factor,
 )
 from analysis.identification.lens_residual import LINEAR_SHARE
+from analysis.statistics.student import student_over_normal
 from ovines.core.laws.terms import rows_of
 
 Array = NDArray[np.float64]
@@ -39,7 +39,6 @@ ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
 # Step of a number's difference, in the search's.
 STEP = 0.05
 LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
-UPPER_90 = 0.95
 # Coefficients that a fit has turned about or blown up are no law.
 LARGEST_FACTOR = 10.0
 
@@ -165,8 +164,7 @@ def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance
         if count >= fewest:
             scores = np.zeros((count, len(step)))
             np.add.at(scores, number, design * left[:, None])
-            few = float(stdtrit(count - 1, UPPER_90)) / NORMAL_90
-            factor = np.maximum(factor, few * sandwich_factor(scores, covariance))
+            factor = np.maximum(factor, student_over_normal(count - 1) * sandwich_factor(scores, covariance))
     return factor
 
 

@@ -10,20 +10,25 @@ import numpy as np
 from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
-from analysis.gap.laws.dictionary.candidate import law_at
+from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.impact_rows import distance_regression, law_regression, of_target
+from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
-from analysis.gap.laws.search import find_law
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, kept_gain
+from analysis.gap.laws.regression import forms_of, held_out_gains
+from analysis.gap.laws.search import AS_GOOD, PER_UNKNOWN, Found, find_law
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, kept_gain
+from analysis.gap.selection.impact_fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.terms import Term
 
 FEWEST_IMPACTS = 20
+#: named shapes of the wall that one formula may replace
+SHAPES = ("wall_ellipticity", "wall_lobes")
 
 
 def find_impact_law(
@@ -50,13 +55,22 @@ def find_wall_law(
     impacts: ImpactFit, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
 ) -> LawFound | None:
     """The formula that the contact radius follows, where its size (RMS) is above ``least_m``."""
-    wall = impacts.wall.wall
-    if len(impacts.data) < FEWEST_IMPACTS or not wall.ellipse_terms:
+    if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
     found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng)
-    if found is None:
-        return None
+    return None if found is None else _told_wall_law(problem, found, p, impacts, fits, frame, least_m)
+
+
+def _told_wall_law(
+    problem: ImpactRegression,
+    found: Found,
+    p: float,
+    impacts: ImpactFit,
+    fits: Sequence[FlightFits],
+    frame: RigFrame,
+    least_m: float,
+) -> LawFound | None:
     moved = problem.columns(found.terms) @ found.coefficients / problem.answers["contact_radius"]
     size_m = float(np.sqrt(np.mean(moved**2)))
     if size_m <= least_m:
@@ -64,6 +78,40 @@ def find_wall_law(
     # What the law moves is no scatter of the distances: weighed again without it.
     sharp = distance_regression(impacts, fits, law_at(found.parts, values_of(found)))
     return replace(told_law(sharp, found, p, frame), size=size_m)
+
+
+def wall_law_instead(
+    steps: ImpactSteps, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
+) -> tuple[LawFound, ImpactSteps] | None:
+    """One formula that explains the contact distances clearly better than the named shapes of the wall do, and the
+    steps without these; None where there is none.
+
+    A step in the wall is a series of lobes: by an ellipse and one of them little is left of it."""
+    names = {c.effect for c in steps.causes} & set(SHAPES)
+    if steps.fitted is None or not names or len(steps.fitted.data) < FEWEST_IMPACTS:
+        return None
+    shape = replace(
+        steps.shape,
+        ellipse=steps.shape.ellipse and SHAPES[0] not in names,
+        order=0 if SHAPES[1] in names else steps.shape.order,
+    )
+    base = fit_impacts(fits, shape)
+    problem = distance_regression(base, fits)
+    orders = [2] * (SHAPES[0] in names) + [steps.shape.order] * (SHAPES[1] in names)
+    shapes = [Term("contact_radius", 1.0, (wave,)) for order in orders for wave in waves("azimuth", float(order))]
+    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng)
+    if found is None:
+        return None
+    forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
+    named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
+    unknowns = sum(part.unknowns for part in found.parts) - len(shapes)
+    if found.gain - named <= AS_GOOD + PER_UNKNOWN * max(unknowns, 0):
+        return None
+    law = _told_wall_law(problem, found, p, base, fits, frame, least_m)
+    if law is None:
+        return None
+    kept = tuple(c for c in steps.causes if c.effect not in names)
+    return law, replace(steps, fitted=base, shape=shape, causes=kept)
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:
@@ -90,6 +138,7 @@ def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFit
         "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
         "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
         "spin_kept": NEGLIGIBLE["sticking"],
+        "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.spin)), 1e-300),
     }
     sizes = {}
     for target, size in least.items():

@@ -18,7 +18,7 @@ from analysis.contact.restitution import restitution_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression import Regression
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.statistics.robust import least_squares
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
@@ -80,12 +80,13 @@ def law_regression(
     # which that spin is, too.
     q = data.inertia_factor
     left = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
-    lost = left * q / (1 + q)
+    lost, turned = left * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
     answers = {
         "restitution": np.concatenate([design[:, 0], none, none]),
         "wall_friction": np.concatenate([none, slides / tangential_sd, none]),
         "tangential_restitution": np.concatenate([none, stuck / tangential_sd, none]),
         "spin_kept": np.concatenate([none, lost / tangential_sd, lost * q / angular_sd]),
+        "spin_added": np.concatenate([none, turned / tangential_sd, turned * q / angular_sd]),
     }
     nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
     return ImpactRegression(
@@ -98,14 +99,14 @@ def law_regression(
 def distance_regression(
     impacts: ImpactFit, fits: Sequence[FlightFits], law: WrittenLaw | None = None
 ) -> ImpactRegression:
-    """Contact distances of a round wall, radius, centre and the disk's own centre as nuisances.
+    """Contact distances; what the fitted wall and the disk's own centre are free in are nuisances.
 
     ``law``: one that is known to act, whose part of the distances' scatter is none."""
     wall, at = impacts.wall, impacts.data.index
     residual_m, noise_m = wall.residual_m[at], wall.impacts.sd("gap")[at]
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    azimuth, body = wall.impacts.azimuth_rad[at], wall.impacts.body_rad[at]
-    shapes = np.column_stack([np.ones(len(at)), np.cos(azimuth), np.sin(azimuth), np.cos(body), np.sin(body)])
+    shapes = wall.impacts.design(wall.terms)[at]
+    shapes /= np.maximum(np.sqrt(np.mean(shapes**2, 0)), 1e-300)
     held = of_target("contact_radius", law, known)
     explained_m = np.zeros(len(at))
     if held is not None:
@@ -117,7 +118,9 @@ def distance_regression(
     # Gross is what a law that is known to act leaves, not what it explains.
     residual = explained_m / sd + np.clip(left_m / sd, -CLIP_SD, CLIP_SD)
     nuisances = shapes / sd[:, None]
-    problem = Regression(residual, nuisances, np.zeros(5), np.arange(len(at)), impacts.data.run.astype(np.int64))
+    problem = Regression(
+        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
+    )
     return ImpactRegression(problem, known, {"contact_radius": 1 / sd})
 
 

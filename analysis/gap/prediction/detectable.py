@@ -24,7 +24,8 @@ from analysis.gap.selection import inertia
 from analysis.gap.selection.centres import centre_negligible_m
 from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
-from analysis.gap.selection.impact_candidates import ImpactFit, ImpactGain
+from analysis.gap.selection.impact_candidates import ImpactGain
+from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.wall import Ring

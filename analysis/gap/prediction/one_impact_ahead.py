@@ -16,7 +16,7 @@ from analysis.contact.restitution import Conditions, best_speed_scale, condition
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
-from analysis.gap.selection.impact_candidates import ImpactFit, law_of, wall_prior
+from analysis.gap.selection.impact_fit import ImpactFit, law_of, wall_prior
 from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]

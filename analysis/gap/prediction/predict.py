@@ -27,7 +27,7 @@ from analysis.gap.selection.flight_candidates import (
     nominal_model,
     run_places,
 )
-from analysis.gap.selection.impact_candidates import ImpactFit
+from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Nominal
 

@@ -7,35 +7,29 @@ impact to impact, which is a nuisance in every model; structure in that scatter 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.held_laws import since_before, without_laws
-from analysis.contact.impacts import Junctions, intersect
+from analysis.contact.held_laws import since_before
 from analysis.contact.law import (
     Law,
     LawData,
-    fit_law,
     fit_restitution,
-    law_data,
-    outlier_count,
     predicted_tangential,
     sticks,
 )
 from analysis.contact.restitution import (
-    RESTITUTION_EFFECTS,
     best_speed_scale,
     conditions,
     restitution_columns,
     restitution_design,
 )
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order
-from analysis.flights.fit import FlightFits
+from analysis.gap.selection.impact_fit import ImpactFit, Shape, wall_prior
 from analysis.statistics.gain import regress
 from analysis.walls.lobes import LOBE_TERMS, ORDERS, LobedWall, lobe_columns
-from analysis.walls.wall import Wall
 from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
@@ -66,82 +60,6 @@ class ImpactGain:
     significance: float = 0.0
     columns: Array | None = None
     order: int = 0
-
-
-@dataclass(frozen=True)
-class Shape:
-    """What the wall has beside its nominal terms: an ``ellipse``, contacts that last (``finite``), lobes of an
-    ``order`` (0: none)."""
-
-    ellipse: bool = False
-    finite: bool = False
-    order: int = 0
-
-    def wall(self, plain: Wall) -> Wall:
-        """``plain`` with the lobes, nil so far."""
-        return LobedWall.of(plain, self.order) if self.order else plain
-
-    def terms(self, plain: Wall) -> tuple[str, ...]:
-        """Free terms."""
-        ellipse = plain.ellipse_terms if self.ellipse else ()
-        return (*plain.nominal_terms, *ellipse, *(LOBE_TERMS if self.order else ()))
-
-
-@dataclass(frozen=True, eq=False)
-class ImpactFit:
-    """Junctions of a series' flights, the wall and the law fitted to them, and which terms the model holds; ``start_s``
-    (R,): times of the runs' first frames, from which the law counts."""
-
-    junctions: Junctions
-    wall: WallFit
-    data: LawData
-    law: Law
-    contact_slope_s: float
-    contact_slope_sd_s: float
-    start_s: Array
-
-
-PLAIN_SHAPE = Shape()
-
-
-def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> ImpactFit:
-    """Wall (centre, radius, disk centre, and what its ``shape`` has besides) and nominal law."""
-    junctions = intersect(fits)
-    run = fits[0].run
-    # Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
-    # model.
-    start, terms = shape.wall(run.wall), shape.terms(run.wall)
-    extra = None
-    if shape.finite and len(junctions):
-        first = fit_wall(junctions, start, terms, wall_prior(run.wall))
-        extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
-    wall = fit_wall(junctions, start, terms, wall_prior(run.wall), extra)
-    start_s = np.array([fit.run.start_s for fit in fits])
-    data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
-    data = _from_start(data, start_s)
-    law = fit_law(data) if len(data) >= 4 else NO_LAW
-    slope, slope_sd = (
-        (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
-    )
-    return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s)
-
-
-def _from_start(data: LawData, start_s: Array) -> LawData:
-    """Impacts as the law takes them, their times counted from the starts (R,) of their runs."""
-    return _with_structure(replace(data, time_s=data.time_s - start_s[data.run]))
-
-
-def wall_prior(wall: Wall) -> dict[str, float]:
-    """Prior sd of the terms of which some surfaces tell little.
-
-    Beside a real error of scale or centre a tight prior would bend the others: a ring's own terms are free."""
-    return {term: wall.prior_sd(term) for term in wall.nominal_terms if term.startswith(("side", "turn", "cylinder"))}
-
-
-# Strays of restitution that are still chance: so many, and this share (1 % is expected).
-MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
-#: law of a series with too few impacts to fit one
-NO_LAW = Law(*[float("nan")] * 7)
 
 
 def covariates(data: LawData) -> dict[str, Array]:
@@ -202,26 +120,6 @@ LOBES_AS_PROBE = ("twice the azimuth", "three times the azimuth")
 LOBES_BY_CHANCE = 2 * float(np.log(len(ORDERS)))
 #: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
 SPOTS_BY_CHANCE = 8.0
-
-
-def law_of(wall: WallFit, impacts: ImpactFit) -> LawData:
-    """The contact law's view of a wall fit, with disk and inertia of ``impacts``."""
-    data = law_data(wall.impacts, wall.used, impacts.junctions.radius_m, impacts.data.inertia_factor)
-    return _from_start(data, impacts.start_s)
-
-
-def _with_structure(data: LawData) -> LawData:
-    """Impacts off the law are outliers only as long as they are few: more, and they are structure (a soft spot), which
-    a fit must not leave out.
-    """
-    if len(data) < FEWEST_FOR_STRUCTURE:
-        return data
-    few = max(MANY_OUTLIERS, MANY_OUTLIERS_SHARE * len(data))
-    return (
-        data
-        if outlier_count(data, restitution_design(data, RESTITUTION_EFFECTS)) <= few
-        else replace(data, outliers=0.0)
-    )
 
 
 def restitution_gains(
@@ -388,11 +286,6 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
         own = slice(len(terms), len(terms) + len(parts))
         add(name, trial, own, float(np.std(full[used] @ trial.estimate[own])), False, order * ("lobes" in parts[0]))
     return sorted(out, key=lambda g: -g.gain)
-
-
-def with_lobes(base: ImpactFit, shape: Shape) -> Shape:
-    """``shape`` with the lobes that the contact distances ask for, however small."""
-    return replace(shape, order=lobe_order(base.wall, shape.order))
 
 
 def _scatter(wall: WallFit, used: NDArray[np.bool_]) -> float:

@@ -17,7 +17,8 @@ from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flight_candidates import FlightFit
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactFit, ImpactGain, Shape, fit_impacts
+from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
+from analysis.gap.selection.impact_fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -63,7 +64,7 @@ class ImpactSteps:
     gains: tuple[ImpactGain, ...] = ()
     probes: tuple[ImpactGain, ...] = ()
     restitution_terms: tuple[str, ...] = ()
-    shape: Shape = impact_candidates.PLAIN_SHAPE
+    shape: Shape = PLAIN_SHAPE
     causes: tuple[Cause, ...] = ()
     structure: tuple[Structure, ...] = ()
     left: tuple[ImpactGain, ...] = ()
@@ -93,7 +94,7 @@ def select_impact_effects(
     if len(nominal.data) < LEAST_IMPACTS:
         return ImpactSteps(restitution_terms=tuple(terms), shape=shape)
     if "wall_lobes" in effects:
-        shape = impact_candidates.with_lobes(nominal, shape)
+        shape = with_lobes(nominal, shape)
         nominal = fit_impacts(flight.fits, shape)
     shape, shapes, fitted, shape_gains, shape_left = _shape(flight, nominal, shape, withheld, lens_residual_found)
     null_distribution = impact_null_distribution(fitted.data, terms, rng)

@@ -14,7 +14,7 @@ from analysis.contact.wall_fit import fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.selection.flight_candidates import FlightFit
-from analysis.gap.selection.impact_candidates import wall_prior
+from analysis.gap.selection.impact_fit import wall_prior
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
 
@@ -70,19 +70,19 @@ def inertia_step(flights: FlightFit, inertia_factor: float, stated: float) -> In
     """The inertia that the impacts between ``flights`` show, against ``inertia_factor``.
 
     A force that the flights lack bends their ends, and with them the impulses: only flights that hold what acts on them
-    tell an inertia."""
+    tell an inertia.  A blow that brings a torque of its own is none."""
     run = flights.fits[0].run
     junctions = intersect(flights.fits)
     if len(junctions) < FEWEST_IMPACTS:
         return InertiaStep(stated=stated)
     wall = fit_wall(junctions, run.wall, run.wall.nominal_terms, wall_prior(run.wall))
     data = law_data(wall.impacts, wall.used, run.radius_m, inertia_factor)
-    told = fit_inertia(data, len(flights.fits))
+    told = fit_inertia(data, len(flights.fits), run.radius_m)
     if told is None:
         return InertiaStep(stated=stated)
     hit = np.unique(data.run)
     found = (
-        told.gain > IMPACT_GAIN
+        min(told.gain, told.beside) > IMPACT_GAIN
         and told.significance > SIGNIFICANCE
         and abs(told.ratio - 1) > NEGLIGIBLE
         and float(np.mean(told.held_out[hit] > 0)) >= IMPROVED

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
+from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
 from ovines.core.laws.words import TARGETS
 from ovines.core.system import parameters as P
@@ -15,8 +16,8 @@ from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal
 from ovines.core.system.known import contact_known
 from ovines.core.system.packed import System
 
-RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, SPIN_KEPT = (
-    TARGETS[name].code for name in ("restitution", "wall_friction", "tangential_restitution", "spin_kept")
+RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, SPIN_KEPT, SPIN_ADDED = (
+    TARGETS[name].code for name in ("restitution", "wall_friction", "tangential_restitution", "spin_kept", "spin_added")
 )
 
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
@@ -79,14 +80,14 @@ def resolve(
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * face.y, at[0] - at[4] + p[P.RADIUS] * face.x)
     restitution = effective_restitution(normal, azimuth, t, p)
-    friction, reversal, kept = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0
+    friction, reversal, kept, added = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0, 0.0
+    known = work[P.SPARE]  # replaced where a law asks
     if system.law.shape[0] > 0:
         wall_speed, passing = wall_and_centre(face, at)
-        known = contact_known(t, y, at, (azimuth, normal, tangential, wall_speed, passing), p, k)
+        known = contact_known(t, y, at, scratch, (azimuth, normal, tangential, wall_speed, passing), p, k)
         restitution = min(max(restitution + law_of(RESTITUTION, system.law, known), 0.0), 1.0)
         friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)
-        kept += law_of(SPIN_KEPT, system.law, known)
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
     duration = 0.0
@@ -105,10 +106,15 @@ def resolve(
         if k[P.STATE_SIZE] > 6:
             y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
             y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
-    if kept != 1.0:  # taken out of the contact: the speeds after it are those that the disk leaves with
+    if system.law.shape[0] > 0:
+        known[W.SPIN_LEFT] = y[5]
+        kept += law_of(SPIN_KEPT, system.law, known)
+        added += law_of(SPIN_ADDED, system.law, known)
+    if kept != 1.0 or added != 0.0:  # taken out of the contact: the speeds after it are those that the disk leaves with
+        spin = kept * y[5] + added
         if k[P.STATE_SIZE] > 6:
-            y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (1.0 - kept * kept) * y[5] * y[5]
-        y[5] *= kept
+            y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (y[5] * y[5] - spin * spin)
+        y[5] = spin
         place(t + duration, y, system, scratch, at)
         after_n, after_t = contact_velocity(face, y[5], at, p)
     record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[5]

@@ -7,19 +7,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovines.core.effects.effect import with_floats, with_lobe
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.packed import Packed
 
 DRIVE_QUANTITIES = ("phase", "clock")
+# A wall's law as a sum of cosines: orders from an oval on, up to this one (a step is then as steep as 0.1 of a turn's
+# radius, 5 degrees), none smaller than this share of the largest; azimuths at which it is asked.
+LEAST_ORDER, MOST_ORDER, LEAST_WAVE, SAMPLES = 2, 36, 1e-4, 4096
 
 
 def with_laws(packed: Packed, laws: Sequence[WrittenLaw]) -> Packed:
-    """``packed`` with the terms of ``laws``; refuses a wall's law that is no sum of cosines of the azimuth, a law in
-    step with a drive that has no frequency, and one of the measurement."""
+    """``packed`` with the terms of ``laws``; refuses a wall's law that follows more than the azimuth, a law in step
+    with a drive that has no frequency, and one of the measurement."""
     for law in laws:
         found = "a law of the measurement, and a simulation, which has no cameras"
         use = "use it with ovines diagnose --law, or in [model] of recording.toml"
@@ -35,16 +41,43 @@ def with_laws(packed: Packed, laws: Sequence[WrittenLaw]) -> Packed:
 
 
 def _with_radius(packed: Packed, term: Term) -> Packed:
-    factors = term.factors
-    fine = (
-        len(factors) == 1
-        and factors[0].quantity == "azimuth"
-        and factors[0].function == "cosine"
-        and factors[0].order == round(factors[0].order) >= 2
+    """The round wall with what ``term`` adds to its contact radius, any function of the azimuth: a cosine as it is,
+    others as the sum of their first cosines, a constant as the radius and one turn as the wall's centre."""
+    found = "a law of the contact radius that follows more than the azimuth"
+    fine = bool(term.factors) and all(one.quantity == "azimuth" for one in term.factors)
+    require(fine, found, "a wall that stands still in the Host", "leave it out of the simulation")
+    factor, radius_m = term.factors[0], packed.p[P.CONTACT_RADIUS]
+    whole = factor.order == round(factor.order) >= LEAST_ORDER
+    if len(term.factors) == 1 and factor.function == "cosine" and factor.scale == 1.0 and whole:
+        return with_lobe(packed, term.coefficient / radius_m, factor.order, factor.x)
+    waves = _series(term)
+    packed = with_floats(
+        packed,
+        {
+            P.CONTACT_RADIUS: radius_m + waves[0].real,
+            P.WALL_X: packed.p[P.WALL_X] + waves[1].real,
+            P.WALL_Y: packed.p[P.WALL_Y] - waves[1].imag,
+        },
     )
-    found = "a law of the contact radius that is no cosine of the azimuth"
-    require(fine, found, "terms amplitude * cos(n (azimuth - x)) with n from 2 on", "leave it out of the simulation")
-    return with_lobe(packed, term.coefficient / packed.p[P.CONTACT_RADIUS], factors[0].order, factors[0].x)
+    free = P.MOST_LOBES - int(packed.p[P.LOBES])
+    size = np.abs(waves)
+    for order in range(LEAST_ORDER, min(len(waves), LEAST_ORDER + free)):
+        if size[order] > LEAST_WAVE * size[LEAST_ORDER:].max():
+            direction = float(-np.angle(waves[order])) / order
+            packed = with_lobe(packed, float(size[order]) / radius_m, float(order), direction)
+    return packed
+
+
+def _series(term: Term) -> NDArray[np.complex128]:
+    """Coefficients c_n (m) of ``term`` = sum of Re(c_n exp(i n azimuth)) up to :data:`MOST_ORDER`, smoothed so that a
+    step does not ring (Lanczos' factors)."""
+    azimuth = np.arange(SAMPLES) * 2 * math.pi / SAMPLES
+    known, value = np.zeros((SAMPLES, W.KNOWN_SIZE)), np.empty((SAMPLES, 1))
+    known[:, W.HX], known[:, W.HY] = np.cos(azimuth), np.sin(azimuth)
+    sizes(rows_of([term]), known, value)
+    waves = np.fft.rfft(value[:, 0])[: MOST_ORDER + 1] * 2 / SAMPLES
+    waves[0] *= 0.5
+    return np.asarray(waves * np.sinc(np.arange(MOST_ORDER + 1) / (MOST_ORDER + 1)), np.complex128)
 
 
 def _with_drive(packed: Packed) -> Packed:

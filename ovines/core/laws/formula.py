@@ -11,6 +11,7 @@ CHANGES = {
     "wall_friction": (r"\Delta\mu_w", "wall friction +="),
     "tangential_restitution": (r"\Delta\beta_0", "tangential restitution +="),
     "spin_kept": (r"\Delta(\omega'/\omega)", "share of the spin kept +="),
+    "spin_added": (r"\Delta\omega'", "spin after an impact +="),
     "contact_radius": (r"\Delta R_c", "contact radius +="),
     "spin": (r"\Delta\dot\omega", "spin' +="),
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
@@ -122,6 +123,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"1/(1 + |{name} / {one.scale:.4g} {unit}|^{one.order:g})"
     if one.function == "within":
         return f"[|{name}| < {one.scale:.4g} {unit}]"
+    if one.function == "sawtooth":
+        return f"sawtooth({name})"
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
@@ -177,7 +180,7 @@ def _latex_factor(one: Factor) -> str:
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
     if one.function == "gates":
         return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
-    return rf"\mathrm{{sgn}}({symbol})"
+    return rf"\mathrm{{{'saw' if one.function == 'sawtooth' else 'sgn'}}}({symbol})"
 
 
 def _latex_bent(one: Factor, symbol: str, scale: str) -> str:

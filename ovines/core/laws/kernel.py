@@ -10,13 +10,14 @@ from ovines.core.laws import words as W
 # As the targets and quantities are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
-    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN,
-) = range(15)  # fmt: skip
+    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A,
+) = range(18)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
-    Q_PASSING, Q_INCIDENCE,
-) = range(23)  # fmt: skip
+    Q_PASSING, Q_INCIDENCE, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT, Q_CONTACT_TURN,
+    Q_LAST_APPROACH, Q_SPIN_LEFT,
+) = range(31)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -33,7 +34,8 @@ from ovines.core.laws import words as W
     DECAY,
     RATIONAL,
     WITHIN,
-) = range(15)
+    SAWTOOTH,
+) = range(16)
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -50,6 +52,30 @@ def before_impact(code: int, known: Floats) -> float:
     if code == Q_PASSING:
         return known[W.PASSING]
     return math.atan2(abs(known[W.SLIP]), known[W.APPROACH])
+
+
+@compiled
+def of_host_or_contact(code: int, known: Floats) -> float:
+    """Value of a quantity that goes with the Host's motion, or with the contact before."""
+    hx, hy = known[W.HX], known[W.HY]
+    if code == Q_RADIAL or code == Q_CIRCLING:
+        length = math.hypot(hx, hy)
+        if length < SHORT:
+            return 0.0
+        if code == Q_RADIAL:
+            return (known[W.UX] * hx + known[W.UY] * hy) / length
+        return (known[W.UY] * hx - known[W.UX] * hy) / length
+    if code == Q_HOST_SPEED:
+        return math.hypot(known[W.VX] - known[W.UX], known[W.VY] - known[W.UY])
+    if code == Q_HOST_ACCELERATION:
+        return math.hypot(known[W.HOST_AX], known[W.HOST_AY])
+    if code == Q_FROM_CONTACT:
+        return math.hypot(hx - known[W.LAST_X], hy - known[W.LAST_Y])
+    if code == Q_CONTACT_TURN:
+        return math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
+    if code == Q_SPIN_LEFT:
+        return known[W.SPIN_LEFT]
+    return known[W.LAST_APPROACH]
 
 
 @compiled
@@ -92,13 +118,26 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.ANGLE] - x
     if code == Q_CLOCK:
         return known[W.CLOCK] - x
+    if code >= Q_RADIAL:
+        return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x
+
+
+@compiled
+def circular(code: int) -> bool:
+    """Whether the quantity's ends meet."""
+    return (
+        code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
+        or code == Q_CONTACT_TURN
+    )  # fmt: skip
 
 
 @compiled
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
+    if Q_FROM_CONTACT <= code <= Q_LAST_APPROACH and known[W.SINCE] >= 0.5 * W.LONG_AGO_S:  # no contact before
+        return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]
     if function == POWER:
@@ -111,9 +150,11 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.sin(order * q / scale)
     if function == EXPONENTIAL:
         return math.exp(-q / scale)
-    if function == GAUSSIAN or function == WITHIN:
-        if code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE:
+    if function == GAUSSIAN or function == WITHIN or function == SAWTOOTH:
+        if circular(code):
             q = math.atan2(math.sin(q), math.cos(q))
+        if function == SAWTOOTH:  # jumps up by 1 at 0, and falls in between: mean 0
+            return (0.5 if q > 0.0 else -0.5) - 0.5 * q / (math.pi * scale)
         if function == WITHIN:
             return 1.0 if abs(q) < scale else 0.0
         return math.exp(-0.5 * (q / scale) ** 2)
@@ -177,6 +218,12 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         x, y = known[W.VX], known[W.VY]
     elif target == ALONG_U or target == ACROSS_U:
         x, y = known[W.UX], known[W.UY]
+    elif target == ALONG_W:
+        x, y = known[W.VX] - known[W.UX], known[W.VY] - known[W.UY]
+    elif target == ALONG_A:
+        x, y = known[W.HOST_AX], known[W.HOST_AY]
+    elif target == FROM_CONTACT and known[W.SINCE] < 0.5 * W.LONG_AGO_S:
+        x, y = known[W.HX] - known[W.LAST_X], known[W.HY] - known[W.LAST_Y]
     elif target == FROM_ROOM:
         x, y = known[W.X] - row[W.TARGET_X], known[W.Y] - row[W.TARGET_Y]
     elif target == FROM_HOST:

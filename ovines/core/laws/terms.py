@@ -18,7 +18,7 @@ MOST_TERMS = 8
 #: functions that divide their quantity by a scale of its unit
 SCALED = (
     *("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS),
-    *("above", "tanh", "decay", "rational", "within"),
+    *("above", "tanh", "decay", "rational", "within", "sawtooth"),
 )
 #: functions whose scale is a threshold, which may lie anywhere
 THRESHOLDS = ("below", "above")
@@ -30,7 +30,7 @@ class Factor:
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
     Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there, ``above``
     max(q - s, 0)^n, ``tanh`` tanh(q / s), ``decay`` exp(-|q| / s), ``rational`` 1 / (1 + |q / s|^n), ``within``
-    (1 where |q| < s).
+    (1 where |q| < s), ``sawtooth``: of an angle, 1/2 sign(q) - q / (2 pi s), a step up at 0 and even slope elsewhere.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
@@ -50,6 +50,7 @@ class Factor:
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and (self.scale > 0 or self.function in THRESHOLDS)
         fine = fine and (self.function not in (*W.TRAINS, "above", "rational") or self.order > 0)
+        fine = fine and (self.function != "sawtooth" or (QUANTITIES[self.quantity].circular and self.scale == 1.0))
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -120,6 +121,8 @@ class WrittenLaw:
                     known, expected = factor.quantity in W.OF_FRAMES, "one of " + ", ".join(W.OF_FRAMES)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
+                if factor.quantity == "spin_left":
+                    known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
                 require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
 
     @property
@@ -137,21 +140,28 @@ class WrittenLaw:
         units = {"m": length_m, "s": time_s, "px": 1.0}
         return WrittenLaw(tuple(_in_units(one, units) for one in self.terms))
 
-    def later(self, time_s: float, clock_rad: float = 0.0, since_start: bool = False) -> WrittenLaw:
+    def later(self, time_s: float, clock_rad: float = 0.0) -> WrittenLaw:
         """The same law for a run whose time counts from ``time_s`` on, when the drive's clock has come to
-        ``clock_rad``; ``since_start``: which begins at an impact and has none in it."""
+        ``clock_rad``."""
         late = {"time": time_s, "clock": clock_rad}
-        return WrittenLaw(
-            tuple(
-                replace(term, factors=tuple(_later(one, late, since_start) for one in term.factors))
-                for term in self.terms
-            )
-        )
+
+        def told(one: Factor) -> Factor:
+            return replace(one, x=one.x - late.get(one.quantity, 0.0))
+
+        return WrittenLaw(tuple(replace(term, factors=tuple(map(told, term.factors))) for term in self.terms))
 
 
 def rows_of(terms: Sequence[Term]) -> Floats:
     """Packed rows (T, ROW_SIZE) of terms."""
     return np.array([one.row() for one in terms], float).reshape(-1, W.ROW_SIZE)
+
+
+def asks_for_last_contact(rows: Floats) -> bool:
+    """Whether any of packed ``rows`` (T, ROW_SIZE) asks for the contact before."""
+    codes = [QUANTITIES[name].code for name in W.OF_LAST_CONTACT]
+    asked = [rows[:, W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY] for i in range(W.MOST_FACTORS)]
+    follows = [np.isin(code, codes) & (rows[:, W.FACTORS] > i) for i, code in enumerate(asked)]
+    return bool(np.any(follows) or np.any(rows[:, W.TARGET] == TARGETS["from_last_contact"].code))
 
 
 def powers_of(unit: str, times: float = 1.0) -> dict[str, float]:
@@ -185,7 +195,7 @@ def _moved_term(term: Term, turn: float, origin: tuple[float, float]) -> Term:
     factors = []
     for one in term.factors:
         own = QUANTITIES[one.quantity].own
-        if one.quantity in ("phase", "clock", "body_angle"):  # no directions in the room
+        if one.quantity in ("phase", "clock", "body_angle", "contact_turn"):  # no directions in the room
             own = ""
         fx, fy = _moved_own(own, one.x, one.y, turn, origin)
         factors.append(replace(one, x=fx, y=fy))
@@ -227,12 +237,6 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
     x, y = place(TARGETS[term.target].own or "angle", "1", term.x, term.y)
     unit = size(term.powers)
     return replace(term, coefficient=term.coefficient / unit, sd=term.sd / unit, x=x, y=y, factors=tuple(factors))
-
-
-def _later(factor: Factor, late: dict[str, float], since_start: bool) -> Factor:
-    if factor.quantity == "since" and since_start:
-        return replace(factor, quantity="time", x=0.0)
-    return replace(factor, x=factor.x - late.get(factor.quantity, 0.0))
 
 
 def wrapped(angle: float, period: float) -> float:

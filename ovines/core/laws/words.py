@@ -23,12 +23,14 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
 #: that the floor's friction gives, the run's time at the drive's frequency (rad), share of the run that has gone (of a
 #: measurement only), speeds before an impact (m/s) of the wall outwards along its normal, and of the disk's centre
-#: along the wall
+#: along the wall, place of the disk at the contact before, from the Host's centre (m), its normal speed before that
+#: (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of impacts only)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
-    CLOCK, SHARE, WALL_SPEED, PASSING,
-) = range(24)  # fmt: skip
-KNOWN_SIZE = 24
+    CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
+    SPIN_LEFT,
+) = range(30)  # fmt: skip
+KNOWN_SIZE = 30
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -69,10 +71,17 @@ TARGETS: dict[str, Target] = {
             ),
             ("along_body", "m/s^2", r"\vec e_{\psi}", "body", "flight", "a direction that turns with the disk"),
             ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
+            (
+                "from_last_contact", "m/s^2", r"\hat d_c", "", "flight",
+                "away from the place of the contact before",
+            ),
+            ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
+            ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
             ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
+            ("spin_added", "rad/s", r"\omega'", "", "impact", "the spin after an impact"),
             ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
             ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
             ("picture_v", "px", r"v", "camera", "measurement", "the place of a camera's picture along v"),
@@ -133,6 +142,28 @@ QUANTITIES: dict[str, Quantity] = {
             ("wall_speed", "m/s", "w_n", False, "", "speed of the wall along its outward normal before the impact"),
             ("passing", "m/s", "v_p", False, "", "speed of the disk's centre along the wall before the impact"),
             ("incidence", "rad", r"\alpha", False, "", "angle of the contact point's velocity from the wall's normal"),
+            ("radial_speed", "m/s", r"u_r", False, "", "speed away from the Host's centre, against the floor"),
+            ("circling_speed", "m/s", r"u_\theta", False, "", "speed about the Host's centre, against the floor"),
+            ("host_speed", "m/s", "w", False, "", "speed of the floor under the disk"),
+            ("host_acceleration", "m/s^2", "a_H", False, "", "size of the Host's acceleration"),
+            ("from_contact", "m", "d_c", False, "", "distance from the place of the contact before"),
+            (
+                "contact_turn",
+                "rad",
+                r"\Delta\theta",
+                True,
+                "",
+                "direction from the Host's centre, from that of the contact before on",
+            ),
+            ("last_approach", "m/s", "v_c", False, "", "normal speed before the impact before"),
+            (
+                "spin_left",
+                "rad/s",
+                r"\omega_j",
+                False,
+                "",
+                "spin that the impulse of an impact leaves; of the spin's laws only",
+            ),
         )
     )
 }
@@ -154,9 +185,12 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
     "decay": (12, False),
     "rational": (13, False),
     "within": (14, False),
+    "sawtooth": (15, False),
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
+#: what knows the contact before: nil without one
+OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock")
 TURN = 2 * math.pi

@@ -53,7 +53,7 @@ def free_accelerations(t: float, y: Floats, at: Floats, system: System, scratch:
     if p[P.FLOOR_FRICTION] > 0.0:
         floor(t, y, at, system, moving, dy)
     if system.law.shape[0] > 0:
-        written(t, y, at, system, (dy[2] - before_x, dy[3] - before_y, dy[5] - before_spin), dy)
+        written(t, y, at, system, scratch, (dy[2] - before_x, dy[3] - before_y, dy[5] - before_spin), dy)
 
 
 @inlined
@@ -92,12 +92,20 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
 
 
 @making_arrays
-def written(t: float, y: Floats, at: Floats, system: System, friction: tuple[float, float, float], dy: Floats) -> None:
+def written(
+    t: float,
+    y: Floats,
+    at: Floats,
+    system: System,
+    scratch: Floats,
+    friction: tuple[float, float, float],
+    dy: Floats,
+) -> None:
     """Add the terms of written laws to ``dy``, beside what the floor's ``friction`` gives (x, y, spin); their power
     counts as drag.  They act on the disk alone.
     """
     p, k, law = system.p, system.k, system.law
-    known, out = known_of(t, y, at, p, k), np.zeros(3)
+    known, out = known_of(t, y, at, scratch, p, k), np.zeros(3)
     known[W.FX], known[W.FY], known[W.FT] = friction
     for j in range(law.shape[0]):
         push_law(law[j], 1.0, known, out)

@@ -6,15 +6,16 @@ import math
 
 import numpy as np
 
-from ovines.core.compiled import Floats, Ints, making_arrays
+from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.system import parameters as P
 
 
 @making_arrays
-def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
-    """The vector of :mod:`ovines.core.laws.words` at state ``y`` with its place ``at``; friction and the speeds before
-    an impact are left to the caller."""
+def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Ints) -> Floats:
+    """The vector of :mod:`ovines.core.laws.words` at state ``y`` with its place ``at`` (``scratch`` as `place` left
+    it); friction and the speeds before an impact are left to the caller.  Only a driven Host's acceleration is known.
+    """
     known = np.zeros(W.KNOWN_SIZE)
     known[W.VX], known[W.VY] = at[2], at[3]
     known[W.UX], known[W.UY] = at[2], at[3]
@@ -28,16 +29,34 @@ def known_of(t: float, y: Floats, at: Floats, p: Floats, k: Ints) -> Floats:
     known[W.CLOCK] = p[P.DRIVE_RATE] * t
     known[W.PHASE] = known[W.CLOCK] + p[P.DRIVE_PHASE]
     known[W.SINCE] = min(t - p[P.LAST_IMPACT], W.LONG_AGO_S)
+    known[W.LAST_X], known[W.LAST_Y], known[W.LAST_APPROACH] = p[P.LAST_X], p[P.LAST_Y], p[P.LAST_APPROACH]
+    if k[P.HOST_KIND] == P.DRIVEN:
+        known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
     return known
+
+
+@compiled
+def remember_contact(t: float, at: Floats, approach: float, p: Floats) -> None:
+    """Keep an impact, met at normal speed ``approach`` (m/s) in place ``at``, for what asks about the contact before.
+
+    Numbers that a run writes into its parameters; all others stay."""
+    p[P.LAST_IMPACT], p[P.LAST_APPROACH] = t, approach
+    p[P.LAST_X], p[P.LAST_Y] = at[0] - at[4], at[1] - at[5]
 
 
 @making_arrays
 def contact_known(
-    t: float, y: Floats, at: Floats, contact: tuple[float, float, float, float, float], p: Floats, k: Ints
+    t: float,
+    y: Floats,
+    at: Floats,
+    scratch: Floats,
+    contact: tuple[float, float, float, float, float],
+    p: Floats,
+    k: Ints,
 ) -> Floats:
     """The same before an impact; ``contact``: azimuth of the contact, normal and tangential speed, speed of the wall
     along its outward normal, and of the disk's centre along the wall."""
-    known = known_of(t, y, at, p, k)
+    known = known_of(t, y, at, scratch, p, k)
     known[W.HX], known[W.HY] = math.cos(contact[0]), math.sin(contact[0])
     known[W.APPROACH], known[W.SLIP] = contact[1], contact[2]
     known[W.WALL_SPEED], known[W.PASSING] = contact[3], contact[4]

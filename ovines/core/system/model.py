@@ -212,8 +212,9 @@ class Scenario:
     ``initial_nes`` and ``initial_host`` are x, y, vx, vy, angle, spin; the NES's are of its geometric centre;
     the Host's are ignored when it is fixed or driven.  ``effects`` maps an effect's name
     (:data:`ovines.core.effects.EFFECTS`) to its parameters; ``laws`` are formulas beside them.  ``run_number`` counts
-    runs of a series (drift).  ``tolerance`` is the integrator's, relative to the scenario's own length and speed;
-    closed-form flights ignore it.
+    runs of a series (drift).  ``begins_with_m_per_s``: normal speed of an impact at which the run begins, for what
+    remembers the contact before; None where it begins in flight.  ``tolerance`` is the integrator's, relative to the
+    scenario's own length and speed; closed-form flights ignore it.
     """
 
     name: str
@@ -230,12 +231,15 @@ class Scenario:
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     laws: tuple[WrittenLaw, ...] = ()
     run_number: int = 0
+    begins_with_m_per_s: float | None = None
     tolerance: float = 1e-11
 
     def __post_init__(self) -> None:
         require_range("run.duration_s", self.duration_s, 0.0, L.MOST_S, above=True)
         require_range("run.sample_rate_hz", self.sample_rate_hz, 0.0, L.MOST_RATE_HZ)
         require_range("run.tolerance", self.tolerance, 0.0, 1e-2, above=True)
+        if self.begins_with_m_per_s is not None:
+            require_range("begins_with_m_per_s", self.begins_with_m_per_s, 0.0, L.MOST_M_PER_S)
         require(self.max_impacts >= 1, f"run.max_impacts = {self.max_impacts}", "at least 1", "raise run.max_impacts")
         for name, most in MOST.items():
             values = getattr(self, name)

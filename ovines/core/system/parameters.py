@@ -13,10 +13,10 @@ array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills
     WALL_X, WALL_Y, MASS_X, MASS_Y, STIFFNESS_X, STIFFNESS_Y, STIFFNESS_R, DAMPING_X, DAMPING_Y, DAMPING_R,
     DURATION, TOLERANCE, HOST_ACCELERATION, HOST_SPIN, HOST_SPIN_RATE, LENGTH, SPEED, MAX_STEP,
     RESTITUTION_PER_S, RESTITUTION_OF_RUN, LOBES, WALL_SHAPE, ROCKING, ROCKING_S,
-    LAST_IMPACT, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER, LOBE_TABLE,
-) = range(55)  # fmt: skip
+    LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER, LOBE_TABLE,
+) = range(59)  # fmt: skip
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
-MOST_LOBES = 6
+MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES
 
 # int vector

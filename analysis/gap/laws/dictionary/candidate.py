@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
 UNITS = {"m": "_m", "m/s": "_m_per_s", "rad": "_rad", "rad/s": "_rad_per_s", "s": "_s", "1": ""}
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
-# Step of a difference, over a number's sd.
-STEP_SD = 0.1
+# Step of a difference, over a number's sd; and at the most over the number itself: a width stays one.
+STEP_SD, STEP_SHARE = 0.1, 0.25
 
 
 @dataclass(frozen=True)
@@ -180,13 +180,13 @@ def with_sds(
         if not sd > 0:
             continue
         step = np.zeros(len(values))
-        step[j] = STEP_SD * sd
+        step[j] = min(STEP_SD * sd, STEP_SHARE * abs(values[j])) if values[j] else STEP_SD * sd
         ahead, behind = (named_numbers(build(values + sign * step)) for sign in (1.0, -1.0))
         for i, name in enumerate(middle):
             if name in ahead and name in behind:
                 difference = ahead[name][0] - behind[name][0]
                 if name.endswith("_rad"):  # an angle's ends meet
                     difference = float(np.angle(np.exp(1j * difference)))
-                jacobian[i, j] = difference / (2 * STEP_SD * sd)
+                jacobian[i, j] = difference / (2 * step[j])
     spread = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", jacobian, covariance, jacobian), 0.0))
     return {name: (value, float(sd), unit) for (name, (value, unit)), sd in zip(middle.items(), spread, strict=True)}

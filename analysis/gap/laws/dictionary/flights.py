@@ -5,8 +5,10 @@ from __future__ import annotations
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.forces import force_candidates, torque_candidates
 from analysis.gap.laws.dictionary.friction import friction_candidates
+from analysis.gap.laws.dictionary.memory import memory_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.places import place_candidates
+from analysis.gap.laws.dictionary.ring import ring_candidates
 
 
 def flight_candidates(scales: RigScales) -> list[Candidate]:
@@ -15,5 +17,7 @@ def flight_candidates(scales: RigScales) -> list[Candidate]:
         *force_candidates(scales),
         *place_candidates(scales),
         *friction_candidates(scales),
+        *ring_candidates(scales),
+        *memory_candidates(scales),
         *torque_candidates(scales),
     ]

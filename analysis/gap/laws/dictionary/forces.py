@@ -23,6 +23,8 @@ FAST = (0.5, 0.9)
 RAIL_DIRECTIONS = 12
 # Frequencies of a force that nothing else moves with: cycles in a run; times over the run in which something fades.
 MOST_CYCLES, FADES = 12, (0.1, 0.3)
+# Shares of the longest run at which something changes at once.
+CHANGES = (0.2, 0.4, 0.6, 0.8)
 QUARTER = 0.5 * math.pi
 
 
@@ -48,6 +50,8 @@ def _central(scales: RigScales) -> list[Candidate]:
         out += scaled(f"{word} beyond a radius", target, ("radius", "above", 1.0), beyond)
         out += scaled(f"{word} that ends at a radius", target, ("radius", "below", 1.0), beyond)
         out += scaled(f"{word} after an impact", target, ("since", "exponential", 1.0), _times(scales))
+        fades, radius = [share * scales.run_s for share in FADES], (Factor("radius"),)
+        out += scaled(f"{word} with the radius that dies out", target, ("time", "exponential", 1.0), fades, radius)
         for quantity in ("spin", "speed"):
             out.append(plain(f"{word} with the {quantity}", Term(target, 1.0, (Factor(quantity),))))
         for quantity in ("phase", "clock"):
@@ -112,6 +116,9 @@ def _drags_that_change(scales: RigScales) -> list[Candidate]:
     ranges = [share * scales.radius_m for share in RANGES]
     out += scaled("drag near the wall", target, ("gap", "exponential", 1.0), ranges, (speed,))
     out += scaled("drag after an impact", target, ("since", "exponential", 1.0), _times(scales), (speed,))
+    changes = [share * scales.run_s for share in CHANGES]
+    out += scaled("drag that changes at once", target, ("time", "below", 1.0), changes, (speed,))
+    out += changed_runs("drag", target, scales, (speed,))
     spins = [share * scales.spin_rad_per_s for share in (0.3, 1.0)]
     return out + scaled("drag at slow spin", target, ("spin", "decay", 1.0), spins, (speed,))
 
@@ -145,7 +152,24 @@ def _fixed(scales: RigScales) -> list[Candidate]:
             return pair(target, QUARTER, Factor(quantity, "exponential", 1.0, scale))
 
         out += [Candidate(f"force of the room {word}", fading, (size,), (0.25,), (True,)) for size in sizes]
+
+    def changed(scale: float) -> tuple[Term, ...]:
+        return pair(target, QUARTER, Factor("time", "below", 1.0, scale))
+
+    name = "force of the room that changes at once"
+    out += [Candidate(name, changed, (share * scales.run_s,), (0.1,), (True,)) for share in CHANGES]
+    for run in range(1, scales.runs):
+        later = pair(target, QUARTER, Factor("run", "below", 1.0, run - 0.5))
+        out.append(plain("force of the room that changes with a run", *later))
     return out
+
+
+def changed_runs(name: str, target: str, scales: RigScales, factors: tuple[Factor, ...] = ()) -> list[Candidate]:
+    """What is different from one run of the series on."""
+    return [
+        plain(f"{name} that changes with a run", Term(target, 1.0, (*factors, Factor("run", "below", 1.0, run - 0.5))))
+        for run in range(1, scales.runs)
+    ]
 
 
 def _with_the_body() -> list[Candidate]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.forces import BEYOND, FADES, RANGES, SPEEDS, TIMES
+from analysis.gap.laws.dictionary.forces import BEYOND, CHANGES, FADES, RANGES, SPEEDS, TIMES, changed_runs
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, pair, plain, scaled, spots
 from analysis.gap.laws.dictionary.places import WAVE_DIRECTIONS, WIDTHS
 from ovines.core.laws.terms import Factor, Term
@@ -14,13 +14,15 @@ from ovines.core.laws.terms import Factor, Term
 TARGET = "floor_friction"
 SPINS, LIFTS = (0.3, 1.0), (0.5, 1.0)
 SEAM_DIRECTIONS, SEAM_PLACES = 8, (-0.6, -0.3, 0.0, 0.3, 0.6)
+# Radii and widths of a worn track, over the contact radius.
+TRACKS, TRACK_WIDTHS = (0.3, 0.5, 0.7, 0.9), (0.06, 0.15)
 # Lengths of a groove's wave (over a turn of 2 pi), over the contact radius.
 GROOVES = (0.05, 0.08, 0.13, 0.21, 0.34)
 
 
 def friction_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate for a change of the floor's friction, as a share of it."""
-    return [*_smooth(), *_scaled(scales), *_of_places(scales)]
+    return [*_smooth(), *_scaled(scales), *_tracks(scales), *_of_places(scales)]
 
 
 def _smooth() -> list[Candidate]:
@@ -72,9 +74,24 @@ def _scaled(scales: RigScales) -> list[Candidate]:
         ("friction beyond a radius", ("radius", "above", 1.0), radii),
         ("friction near the wall", ("gap", "exponential", 1.0), ranges),
         ("friction that settles in the run", ("time", "exponential", 1.0), fades),
+        ("friction that changes at once", ("time", "below", 1.0), [share * scales.run_s for share in CHANGES]),
     ):
         out += scaled(name, TARGET, shape, sizes)
-    return out
+    return out + changed_runs("friction", TARGET, scales)
+
+
+def _tracks(scales: RigScales) -> list[Candidate]:
+    """A worn or oily track around the Host's centre."""
+
+    def track(radius: float, width: float) -> tuple[Term, ...]:
+        return (Term(TARGET, 1.0, (Factor("radius", "gaussian", 1.0, width, radius),)),)
+
+    unit, steps = scales.radius_m, (PLACE_STEP * scales.radius_m, 0.2)
+    return [
+        Candidate("friction of a track", track, (share * unit, width * unit), steps, (False, True))
+        for share in TRACKS
+        for width in TRACK_WIDTHS
+    ]
 
 
 def _of_places(scales: RigScales) -> list[Candidate]:

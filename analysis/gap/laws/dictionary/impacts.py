@@ -16,10 +16,38 @@ from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
 LAWS = ("restitution", "wall_friction", "tangential_restitution", "spin_kept")
+# A spin that an impact adds: by what, in the sense of what.
+ADDED = (
+    ("constant", ()),
+    ("with the approach speed", (Factor("approach"),)),
+    ("with the approach speed, by the sense of spin", (Factor("approach"), Factor("spin", "sign"))),
+    ("with the approach speed, by the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
+    ("by the sense of spin", (Factor("spin", "sign"),)),
+    ("by the sense of slip", (Factor("slip", "sign"),)),
+    ("with the centre's signed speed along the wall", (Factor("passing"),)),
+    ("with the approach speed, by the sense of the spin left", (Factor("approach"), Factor("spin_left", "sign"))),
+    ("by the sense of the spin left", (Factor("spin_left", "sign"),)),
+    ("with the approach speed and the spin left", (Factor("approach"), Factor("spin_left"))),
+)
 WORDS = {
     "restitution": "restitution", "wall_friction": "wall friction",
     "tangential_restitution": "tangential restitution", "spin_kept": "spin kept",
 }  # fmt: skip
+# Two quantities together.
+PRODUCTS = (
+    ("approach speed and slip", (Factor("approach"), Factor("slip", "absolute_power"))),
+    ("approach speed and spin", (Factor("approach"), Factor("spin", "absolute_power"))),
+    ("approach speed and the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
+    ("approach speed and the sense of spin", (Factor("approach"), Factor("spin", "sign"))),
+    ("the slip against the spin", (Factor("slip", "sign"), Factor("spin"))),
+    ("whether slip and spin have one sense", (Factor("slip", "sign"), Factor("spin", "sign"))),
+    ("approach speed and the wall's own speed", (Factor("approach"), Factor("wall_speed"))),
+    ("slip and the wall's own speed", (Factor("slip", "absolute_power"), Factor("wall_speed"))),
+    ("approach speed and time", (Factor("approach"), Factor("time"))),
+    ("approach speed and run", (Factor("approach"), Factor("run"))),
+    ("slip over approach speed", (Factor("slip", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
+    ("spin over approach speed", (Factor("spin", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
+)
 # Quantiles of a quantity at which a scale starts; places on the wall and widths of a spot (rad), half widths of an arc.
 SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5), 16, (0.4, 0.9, 1.57)
 # Places around the disk, and widths (rad) of a nick or a flat.
@@ -36,8 +64,20 @@ def law_candidates(known: Array) -> list[Candidate]:
         if target == "spin_kept":
             out.append(plain(f"{WORDS[target]}: constant", Term("spin_kept", 1.0)))
         out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, (factor,))) for name, factor in _plain()]
+        out += [plain(f"{WORDS[target]} with {name}", Term(target, 1.0, factors)) for name, factors in PRODUCTS]
+        for quantity in ("azimuth", "body_angle", "phase"):
+            for factor, name in (
+                (Factor("approach"), "the approach speed"),
+                (Factor("slip", "sign"), "the sense of slip"),
+            ):
+                terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
+                out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
         out += _around(target)
         out += _scaled(target, known)
+    out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
+    for order in (1.0, 2.0):
+        sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
+        out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
     return out
 
 
@@ -48,6 +88,7 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the approach speed to the power -1/4", Factor("approach", "absolute_power", -0.25)),
         ("the approach speed to the power 1/5", Factor("approach", "absolute_power", 0.2)),
         ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
+        ("the inverse square of the approach speed", Factor("approach", "absolute_power", -2.0)),
         ("the slip", Factor("slip", "absolute_power")),
         ("the slip's square", Factor("slip", "power", 2.0)),
         ("the sense of slip", Factor("slip", "sign")),
@@ -70,6 +111,8 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the run", Factor("run")),
         ("the speed in the room", Factor("speed")),
         ("the square of the speed in the room", Factor("speed", "power", 2.0)),
+        ("the size of the Host's acceleration", Factor("host_acceleration")),
+        ("the approach speed of the contact before", Factor("last_approach")),
     ]
 
 
@@ -78,7 +121,7 @@ def _around(target: str) -> list[Candidate]:
     word, out = WORDS[target], []
     for quantity, orders in (
         ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", (1.0, 2.0, 3.0)),
-        ("angle", (1.0, 2.0)),
+        ("angle", (1.0, 2.0)), ("contact_turn", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:
             terms = tuple(Term(target, 1.0, (wave,)) for wave in waves(quantity, order))
@@ -89,6 +132,7 @@ def _around(target: str) -> list[Candidate]:
         ("of a side of the disk", "body_angle", "gaussian", SIDES, SIDE_WIDTHS),
     ):
         out += around(f"{word} {name}", target, (quantity, function), count, widths)
+    out += scaled(f"{word} near the contact before", target, ("contact_turn", "gaussian", 1.0), SPOT_WIDTHS)
     return out
 
 

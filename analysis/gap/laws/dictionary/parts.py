@@ -27,7 +27,7 @@ PLACE_STEP, ANGLE_STEP, SCALE_STEP = 0.1, 0.1, 0.25
 @dataclass(frozen=True)
 class RigScales:
     """The rig's own sizes: contact radius (m), the disk's usual speed in the room (m/s), usual time
-    since an impact (s), longest run (s), drive (rad/s, 0 without), usual spin (rad/s)."""
+    since an impact (s), longest run (s), drive (rad/s, 0 without), usual spin (rad/s), number of runs."""
 
     radius_m: float
     speed_m_per_s: float
@@ -35,6 +35,7 @@ class RigScales:
     run_s: float
     drive_rad_per_s: float
     spin_rad_per_s: float
+    runs: int = 1
 
     @staticmethod
     def of(known: Array, drive_rad_per_s: float) -> RigScales:
@@ -49,6 +50,7 @@ class RigScales:
             run_s,
             drive_rad_per_s,
             max(float(np.sqrt(np.mean(known[:, W.SPIN] ** 2))), 1e-6),
+            int(known[:, W.RUN].max(initial=0.0)) + 1,
         )
 
 

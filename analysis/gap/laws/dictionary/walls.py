@@ -3,6 +3,8 @@ own angle, and what it follows besides."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,14 +19,27 @@ TARGET, WORD = "contact_radius", "contact radius"
 WALL_ORDERS, BODY_ORDERS = range(2, 13), range(2, 7)
 # Places around the wall and the disk, widths of dents and flats, half widths of arcs (rad).
 PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
+# A turn, and by how much a search first moves a step of the wall (rad).
+TURN, STEP_RAD = 2 * math.pi, 0.15
 # Share of the run in which a wall settles; quantiles of the time at which it changes at once.
 SETTLES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
+
+
+def _step(azimuth: float) -> tuple[Term, ...]:
+    """A strip bent to a ring, its ends one upon the other."""
+    return (Term(TARGET, 1.0, (Factor("azimuth", "sawtooth", x=azimuth),)),)
 
 
 def wall_candidates(known: Array) -> list[Candidate]:
     """Candidates for the contact radius, from what is known at the impacts (K, KNOWN_SIZE)."""
     out = []
-    for quantity, orders in (("azimuth", WALL_ORDERS), ("body_angle", BODY_ORDERS), ("phase", (1, 2)), ("clock", (1,))):
+    for quantity, orders in (
+        ("azimuth", WALL_ORDERS),
+        ("body_angle", BODY_ORDERS),
+        ("phase", (1, 2)),
+        ("clock", (1,)),
+        ("contact_turn", (1, 2)),
+    ):
         for order in orders:
             terms = tuple(Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, float(order)))
             out.append(plain(f"{WORD} with the {quantity}, order {order}", *terms))
@@ -32,6 +47,14 @@ def wall_candidates(known: Array) -> list[Candidate]:
         for order in (1, 2):  # a wall that creeps, or bends
             terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
             out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
+    turned = (Term(TARGET, 1.0, (Factor("last_approach"), wave)) for wave in waves("contact_turn"))
+    out.append(plain(f"{WORD} with the contact before and its speed", *turned))
+    swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
+    out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
+    out += [
+        Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))
+        for i in range(PLACES)
+    ]
     for name, shape, widths in (
         ("of a dent of the wall", ("azimuth", "gaussian"), DENTS),
         ("of an arc of the wall", ("azimuth", "within"), ARCS),

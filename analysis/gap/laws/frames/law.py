@@ -17,6 +17,9 @@ from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 
+# A camera that is asked for frames twice as fast as it films leaves every other one out.
+SHORTEST_PERIODS = 0.5
+
 
 def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
     """Laws of the cameras' pictures and of the second camera's delay, in this order, each where chance would not find
@@ -38,9 +41,15 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
 
 
 def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
-    """The law of the clock that all cameras share, and the series in the times that it tells."""
+    """The law of the clock that all cameras share, and the series in the times that it tells; none where frames would
+    follow each other faster than cameras film, or out of their order."""
     found = _law_of(clock_rows(series), series, rng)
-    return (found[0], without_frame_laws(series, [found[0].law])) if found else (None, series)
+    if not found:
+        return None, series
+    corrected = without_frame_laws(series, [found[0].law])
+    shortest_s = SHORTEST_PERIODS * series.period_s
+    filmed = all(np.all(np.diff(run.data.time_s) > shortest_s) for run in corrected.runs)
+    return (found[0], corrected) if filmed else (None, series)
 
 
 def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:

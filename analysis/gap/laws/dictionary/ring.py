@@ -1,0 +1,63 @@
+"""What the ring's own motion does to the disk, and what slows the disk beside the wall: drags of the motion against the
+Host towards and around its wall, forces and friction that go with the Host's velocity or acceleration."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.forces import RANGES
+from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
+from ovines.core.laws.terms import Factor, Term
+
+QUARTER = 0.5 * math.pi
+
+
+def ring_candidates(scales: RigScales) -> list[Candidate]:
+    """Every candidate of the motion against the wall, and with the ring."""
+    return [*_against_the_wall(scales), *_with_the_ring()]
+
+
+def _against_the_wall(scales: RigScales) -> list[Candidate]:
+    ranges, beside = [share * scales.radius_m for share in RANGES], ("gap", "exponential", 1.0)
+    out = []
+    for name, target, along in (
+        ("drag of the way to the wall and from it", "outwards", Factor("radial_speed")),
+        ("drag of the way around", "swirl", Factor("circling_speed")),
+        ("drag against the Host", "along_sliding", Factor("sliding_speed")),
+    ):
+        if target != "along_sliding":  # without a place it is among the forces
+            out.append(plain(name, Term(target, 1.0, (along,))))
+        out += scaled(f"{name}, near the wall", target, beside, ranges, (along,))
+    squared = Factor("sliding_speed", "power", 2.0)
+    out += scaled("drag against the Host, squared, near the wall", "along_sliding", beside, ranges, (squared,))
+    # Pressed out towards the wall, or drawn in from it: one sense of the way only.
+    speed, outwards = Factor("radial_speed"), Factor("radial_speed", "above", 1.0, 0.0)
+    inwards = (speed, Factor("radial_speed", "below", 1.0, 0.0))
+    out += scaled("drag of the way to the wall, near it", "outwards", beside, ranges, (outwards,))
+    out += scaled("drag of the way from the wall, near it", "outwards", beside, ranges, inwards)
+    out += scaled("torque of the way around, near the wall", "spin", beside, ranges, (Factor("circling_speed"),))
+    return out
+
+
+def _with_the_ring() -> list[Candidate]:
+    out = []
+    for target, quantity, word in (
+        ("along_host_velocity", "host_speed", "velocity"),
+        ("along_host_acceleration", "host_acceleration", "acceleration"),
+    ):
+        out.append(plain(f"force along the Host's {word}", Term(target, 1.0, (Factor(quantity),))))
+        out.append(plain(f"force along the Host's {word} of constant size", Term(target, 1.0)))
+        out.append(plain(f"friction with the Host's {word}", Term("floor_friction", 1.0, (Factor(quantity),))))
+        square = Factor(quantity, "power", 2.0)
+        out.append(plain(f"friction with the square of the Host's {word}", Term("floor_friction", 1.0, (square,))))
+        out.append(plain(f"force of the room with the size of the Host's {word}", *_fixed(Factor(quantity))))
+        out.append(plain(f"force of the room with the square of the Host's {word}", *_fixed(square)))
+    for wave in waves("angle"):
+        name = f"force along the Host's acceleration with the disk's angle, {wave.function}"
+        out.append(plain(name, Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave))))
+    return out
+
+
+def _fixed(factor: Factor) -> tuple[Term, Term]:
+    return pair("fixed_direction", QUARTER, factor)

@@ -1,0 +1,118 @@
+"""Laws that follow the way to the wall, the ring's motion or the contact before, and steps of the wall: the plant's
+causes that the dictionary was widened for.  In view, therefore no blind result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.diagnose import diagnose
+from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_law_instead
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
+from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.selection.inertia import inertia_step
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.laws.formula import as_text
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+EFFECTS = ("floor_friction", "spin_coupling")
+
+
+def made_series(folder, kind, severity, seed, runs=4):
+    """The plant's series, and its truth."""
+    made = make_series(kind, severity, np.random.default_rng(seed), runs=runs, noise="white")
+    write_series(made, folder / "series")
+    series, _ = load_series(read_series(folder / "series"), folder / "results")
+    return series, made.truth["parameters"][kind]
+
+
+def quantities(law):
+    """What the terms of a law act on, and what they follow."""
+    return [(term.target, sorted(one.quantity for one in term.factors)) for term in law.law.terms]
+
+
+def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
+    """And no restitution that falls with the speed: impacts are asked between the flights that hold the law."""
+    series, true = made_series(tmp_path, "unknown_air_cushion", 0.7, 31)
+    found = diagnose(series, np.random.default_rng(0))
+    (law,) = found.laws
+    assert quantities(law) == [("outwards", ["gap", "radial_speed"])], as_text(law.law)
+    (term,) = law.law.terms
+    assert abs(term.coefficient + true["cushion_per_s"]) < 4 * term.sd
+    assert found.summary["effects"] == []
+    assert law.closed > 0.9
+
+
+def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
+    """Up to its length, with its force."""
+    series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 32)
+    rng = np.random.default_rng(0)
+    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    law, _ = find_flight_law(series.runs, steps, series.frame, rng)
+    assert law is not None
+    assert {target for target, _ in quantities(law)} == {"from_last_contact"}, as_text(law.law)
+    force = sum(term.coefficient for term in law.law.terms)
+    assert force == pytest.approx(-true["thread_m_per_s2"], rel=0.5)
+    assert law.closed > 0.7
+
+
+def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
+    """Its radius follows how far the disk has turned around since."""
+    series, _ = made_series(tmp_path, "unknown_loose_ring", 1.0, 33)
+    fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert [one.quantity for one in term.factors] == ["contact_turn"], as_text(law.law)
+    assert abs(np.cos(term.factors[0].x)) > 0.98  # outwards where the last blow was
+    assert law.closed > 0.8
+
+
+def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
+    """One formula instead of the names that make up its series."""
+    series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=6)
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    names = {cause.effect for cause in steps.causes}
+    assert names & {"wall_ellipticity", "wall_lobes"}
+    least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    found = wall_law_instead(steps, flights.fits, series.frame, least_m, rng)
+    assert found is not None
+    law, fewer = found
+    (term,) = law.law.terms
+    assert term.factors[0].function == "sawtooth", as_text(law.law)
+    assert term.coefficient == pytest.approx(true["joint_m"], abs=max(4 * term.sd, 0.1 * abs(true["joint_m"])))
+    assert not {cause.effect for cause in fewer.causes} & {"wall_ellipticity", "wall_lobes"}
+
+
+def test_an_ellipse_is_no_law(tmp_path):
+    """What a name says as well stays with its name."""
+    made = make_series("wall_ellipticity", 1.0, np.random.default_rng(35), runs=4, noise="white")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    assert "wall_ellipticity" in {cause.effect for cause in steps.causes}
+    least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    assert wall_law_instead(steps, flights.fits, series.frame, least_m, rng) is None
+
+
+def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
+    """The law says what they take; the disk's inertia stays as stated."""
+    series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=6)
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    assert not inertia_step(flights, series.runs[0].data.inertia_factor, 1.0).found
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    law = find_impact_law(steps.fitted, flights.fits, steps.restitution_terms, series.frame, rng)
+    assert law is not None
+    # A slow spin is stopped, not turned round: which no sum of terms says, so that the blow's own size is left open.
+    term = law.law.terms[0]
+    assert (term.target, term.factors[-1].quantity, term.factors[-1].function) == ("spin_added", "spin_left", "sign")
+    assert term.coefficient < 0 and law.closed > 0.5
