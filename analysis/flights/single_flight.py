@@ -226,10 +226,9 @@ def _rows(out: Array, derivative: Array, frames: WhiteFrames, origin: Array, row
 
 
 @compiled
-def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> tuple[float, float]:
-    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the weighted sum of squares, and
-    Huber's loss, which those equations make least."""
-    misfit, loss = 0.0, 0.0
+def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> float:
+    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the misfit."""
+    misfit = 0.0
     normal[:] = 0.0
     right[:] = 0.0
     for i in range(len(rows)):
@@ -237,7 +236,6 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
             r = residual[i, m]
             robust = 1.0 if abs(r) < CLIP_SD else CLIP_SD / abs(r)
             misfit += r * r * robust
-            loss += r * r if robust == 1.0 else CLIP_SD * (2 * abs(r) - CLIP_SD)
             for a in range(STATES):
                 da = rows[i, m, a]
                 right[a] += da * r * robust
@@ -246,7 +244,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
     for a in range(STATES):
         for b in range(a):
             normal[b, a] = normal[a, b]
-    return misfit, loss
+    return misfit
 
 
 @compiled
@@ -261,18 +259,18 @@ def fit_single(
     n = len(frames.time_s)
     out, derivative = np.empty((n, STATES)), np.empty((n, STATES, STATES))
     rows, residual = np.empty((n, 3, STATES)), np.empty((n, 3))
-    damping, best, least, none = FIRST_DAMPING, 0.0, np.inf, np.zeros(0, np.int64)
+    damping, best, none = FIRST_DAMPING, np.inf, np.zeros(0, np.int64)
     normal, right = np.zeros((STATES, STATES)), np.zeros(STATES)
     state, trial = start.copy(), start.copy()
     fitted, kept_right = np.zeros((STATES, STATES)), np.zeros(STATES)
     for _ in range(MOST_STEPS):
         fly_with_derivatives(trial, t0, frames.time_s, p, none, rig, out, derivative)
         _rows(out, derivative, frames, origin, rows, residual)
-        misfit, loss = _normal_equations(rows, residual, normal, right)
-        enough = CONVERGED * max(1.0, loss / max(3 * n - STATES, 1))
-        rests = abs(least - loss) < enough
-        if loss <= least:
-            best, least = misfit, loss
+        misfit = _normal_equations(rows, residual, normal, right)
+        enough = CONVERGED * max(1.0, misfit / max(3 * n - STATES, 1))
+        rests = abs(best - misfit) < enough
+        if misfit <= best:
+            best = misfit
             state[:] = trial
             fitted[:] = normal
             kept_right[:] = right

@@ -71,7 +71,7 @@ def test_every_parameter_has_its_own_name_and_changes_the_acceleration():
     assert used == set(constants)
 
 
-RECORDS = {"p", "rig", "view", "later", "contact", "work", "frames", "host", "parameters", "record", "at", "rub"}
+RECORDS = {"p", "rig", "view", "later", "contact", "work", "frames", "host", "parameters", "record", "rub"}
 COMPILED = {"compiled", "inlined"}
 
 
