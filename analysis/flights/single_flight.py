@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 
 #: of the classical Runge-Kutta method
 STAGES = 4
-# Levenberg-Marquardt of a flight's state.  A thousandth in chi-square - of what it is per degree of freedom where the
-# law does not hold - moves a state by a thirtieth of its sd at most.
+# Levenberg-Marquardt of a flight's state.  A thousandth in chi-square moves a state by a thirtieth of its sd at most.
 MOST_STEPS, FIRST_DAMPING, LEAST_DAMPING, RAISED_DAMPING, MOST_DAMPING = 25, 1e-6, 1e-12, 1e-4, 1e8
-LESS_DAMPING, MORE_DAMPING, CONVERGED = 0.2, 10.0, 1e-3
+LESS_DAMPING, MORE_DAMPING = 0.2, 10.0
+CONVERGED, CONVERGED_SHARE = 1e-3, 1e-7
 # Ridges, relative and absolute, that keep an angle which nobody measured from a singular matrix: rounding's size.
 RELATIVE_RIDGE, RIDGE = 1e-9, 1e-12
 # Unit of time of the parabola that a fit starts from (1/s): a flight of a tenth of a second gives it numbers about 1.
@@ -267,27 +267,32 @@ def fit_single(
         fly_with_derivatives(trial, t0, frames.time_s, p, none, rig, out, derivative)
         _rows(out, derivative, frames, origin, rows, residual)
         misfit = _normal_equations(rows, residual, normal, right)
-        enough = CONVERGED * max(1.0, misfit / max(3 * n - STATES, 1))
-        rests = abs(best - misfit) < enough
         if misfit <= best:
+            gained = best - misfit
             best = misfit
             state[:] = trial
             fitted[:] = normal
             kept_right[:] = right
             damping = max(damping * LESS_DAMPING, LEAST_DAMPING)
+            if gained < CONVERGED + CONVERGED_SHARE * misfit:
+                break
         else:
+            if misfit - best < CONVERGED + CONVERGED_SHARE * misfit:
+                break
             damping = max(damping * MORE_DAMPING, RAISED_DAMPING)
-        if rests or damping > MOST_DAMPING:
-            break
+            if damping > MOST_DAMPING:
+                break
         system = fitted.copy()
         for a in range(STATES):
             system[a, a] = system[a, a] * (1 + damping) + RIDGE
         step = np.linalg.solve(system, kept_right)
         for a in range(STATES):
             trial[a] = state[a] + step[a]
-        # What so small a step gains is as the parabola says: the flight need not be flown again.
-        if damping < RAISED_DAMPING and np.dot(step, kept_right) < enough:
+        # What so small a step gains is as good as the parabola says.
+        gained = np.dot(step, kept_right)
+        if damping < RAISED_DAMPING and gained < CONVERGED + CONVERGED_SHARE * best:
             state[:] = trial
+            best -= gained
             break
     for a in range(STATES):
         fitted[a, a] += RELATIVE_RIDGE * fitted[a, a] + RIDGE

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.parameters import INDEX, LAW, LAW_TERMS
 from analysis.flights.runs import Run
-from analysis.gap.laws.dictionary.candidate import law_at, with_sds
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.evidence import evidence_of
@@ -30,6 +30,8 @@ from ovines.core.laws.terms import MOST_TERMS, rows_of
 
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
+# Targets and quantities of the disk's own angle.
+OF_ANGLE = ("spin", "along_body", "angle", "body_angle")
 # Angles that miss by more than so many medians are wrong tracks.
 CLIP_SD = 8.0
 
@@ -61,11 +63,13 @@ def find_flight_law(
         return None, steps
     scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
     candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
+    lever_m = _lever_m(runs)
+    if lever_m == 0.0:
+        candidates = [one for one in candidates if not _asks_for_angle(one)]
     level = LEVEL if least_m_per_s2 > 0 else LEVEL_WHERE_LEFT
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
-    lever_m = _lever_m(runs)
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)
     without = _mean_square(runs, _paths(runs, base), lever_m)
     chosen = _best_law(runs, base, found, lever_m, float(np.sum(without - floor)))
@@ -98,6 +102,13 @@ def find_flight_law(
         size,
     )
     return told, steps
+
+
+def _asks_for_angle(one: Candidate) -> bool:
+    """Whether a candidate knows, or turns, the disk's angle, which not every motion has."""
+    return any(
+        term.target in OF_ANGLE or any(factor.quantity in OF_ANGLE for factor in term.factors) for term in one.terms
+    )
 
 
 def _best_law(

@@ -29,7 +29,7 @@ FEWEST_FRAMES = 20
 PLAIN = {
     r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\rho": "ρ", r"\sigma": "σ", r"\tau": "τ",
-    r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
+    r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
 }  # fmt: skip
 # Letters that can stand below the line as characters; others keep their underscore.
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
