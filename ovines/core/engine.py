@@ -151,7 +151,7 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    p[P.LAST_IMPACT] = -math.inf
+    p[P.LAST_IMPACT], p[P.LAST_X], p[P.LAST_Y] = -math.inf, 0.0, 0.0
     if p[P.BEGINS_WITH] >= 0.0:
         place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
         remember_contact(0.0, work[P.PLACE], p[P.BEGINS_WITH], p)

@@ -201,6 +201,20 @@ def test_what_remembers_the_contact_before():
     assert np.abs(forgot.motion["nes_x_m"] - x).max() > 1e-5
 
 
+def test_what_asks_for_a_contact_that_nobody_saw_is_nil():
+    """However long ago an impact was: between flights that do not join, its place is not known."""
+    known = np.full(W.KNOWN_SIZE, 0.02)
+    terms = [Term("restitution", 1.0, (Factor(name),)) for name in W.OF_LAST_CONTACT]
+    pull = np.array(Term("from_last_contact", 1.0).row())
+    for place, nil in ((0.03, False), (0.0, True)):
+        known[W.LAST_X] = known[W.LAST_Y] = place
+        known[W.HY] = 0.01
+        assert [kernel.size(np.array(one.row()), known) == 0.0 for one in terms] == [nil] * len(terms)
+        out = np.zeros(3)
+        kernel.push(pull, 1.0, known, out)
+        assert (not out.any()) == nil
+
+
 def test_a_sawtooth_is_a_step_of_mean_zero():
     """Up by one where it stands, falling evenly around, and of angles alone."""
     known = np.zeros(W.KNOWN_SIZE)

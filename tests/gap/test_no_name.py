@@ -23,7 +23,7 @@ CASES = [
     ("unknown_swirl", 0.35, "warp", "flight", "swirl"),
 ]
 #: kinds that fewer runs show as surely
-SHOWN_BY_FEWER = {"unknown_slipped_marker": 3, "unknown_rolling_shutter": 3, "unknown_swirl": 3}
+SHOWN_BY_FEWER = {"unknown_slipped_marker": 3, "unknown_swirl": 3}
 MORE = [
     ("unknown_wall_pull", 1.0, "white", "flight", "pull"),
     ("unknown_weakening_friction", 1.0, "ar1", "flight", "sliding speed"),

@@ -125,6 +125,12 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
 
 
 @compiled
+def remembers(known: Floats) -> bool:
+    """Whether a contact before is known: its place is never the Host's centre."""
+    return known[W.LAST_X] != 0.0 or known[W.LAST_Y] != 0.0
+
+
+@compiled
 def circular(code: int) -> bool:
     """Whether the quantity's ends meet."""
     return (
@@ -137,7 +143,7 @@ def circular(code: int) -> bool:
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
-    if Q_FROM_CONTACT <= code <= Q_LAST_APPROACH and known[W.SINCE] >= 0.5 * W.LONG_AGO_S:  # no contact before
+    if Q_FROM_CONTACT <= code <= Q_LAST_APPROACH and not remembers(known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]
@@ -223,7 +229,7 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         x, y = known[W.VX] - known[W.UX], known[W.VY] - known[W.UY]
     elif target == ALONG_A:
         x, y = known[W.HOST_AX], known[W.HOST_AY]
-    elif target == FROM_CONTACT and known[W.SINCE] < 0.5 * W.LONG_AGO_S:
+    elif target == FROM_CONTACT and remembers(known):
         x, y = known[W.HX] - known[W.LAST_X], known[W.HY] - known[W.LAST_Y]
     elif target == FROM_ROOM:
         x, y = known[W.X] - row[W.TARGET_X], known[W.Y] - row[W.TARGET_Y]

@@ -23,8 +23,9 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: the run, normal and tangential speed before an impact (m/s), acceleration (m/s^2) and angular acceleration (rad/s^2)
 #: that the floor's friction gives, the run's time at the drive's frequency (rad), share of the run that has gone (of a
 #: measurement only), speeds before an impact (m/s) of the wall outwards along its normal, and of the disk's centre
-#: along the wall, place of the disk at the contact before, from the Host's centre (m), its normal speed before that
-#: (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of impacts only)
+#: along the wall, place of the disk at the contact before from the Host's centre (m; 0, 0 where none is known), its
+#: normal speed before that (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of
+#: impacts only)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,

@@ -53,9 +53,8 @@ def _with_the_ring() -> list[Candidate]:
         out.append(plain(f"friction with the square of the Host's {word}", Term("floor_friction", 1.0, (square,))))
         out.append(plain(f"force of the room with the size of the Host's {word}", *_fixed(Factor(quantity))))
         out.append(plain(f"force of the room with the square of the Host's {word}", *_fixed(square)))
-    for wave in waves("angle"):
-        name = f"force along the Host's acceleration with the disk's angle, {wave.function}"
-        out.append(plain(name, Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave))))
+    along = (Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave)) for wave in waves("angle"))
+    out.append(plain("force along the Host's acceleration with the disk's angle", *along))
     return out
 
 
