@@ -23,7 +23,7 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_law import needless_beside
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
-from analysis.gap.laws.search import Found, Rival, _Numbers
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, _Numbers, find_law
 from analysis.gap.page.gap_page import gap_page
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -152,6 +152,23 @@ def test_chance_is_found_as_often_as_it_says():
         gains, null = gains_by_chance(problem, x, [[j] for j in range(41)], -1, (199, rng))
         small += np.mean(null >= gains.max()) < 0.1
     assert 1 <= small <= 13  # binomial: 6 +- 2.3
+
+
+def test_a_law_of_what_is_left_needs_less_than_one_that_nothing_asked_for():
+    """A weak column among forty: chance makes as much once in some hundreds of problems."""
+    problem, x, _ = linear_problem(4, 0.2)
+    every = [
+        Candidate(f"column {i}", lambda i=i: (Term("swirl", 1.0, (Factor("radius", "power", float(i)),)),))
+        for i in range(41)
+    ]
+
+    def columns(terms):
+        return x[:, [int(term.factors[0].order) for term in terms]]
+
+    unasked, p = find_law(problem, columns, every, np.random.default_rng(0))
+    assert unasked is None and LEVEL < p < LEVEL_WHERE_LEFT
+    found, _ = find_law(problem, columns, every, np.random.default_rng(0), LEVEL_WHERE_LEFT)
+    assert [part.name for part in found.parts] == ["column 0"]
 
 
 def test_held_out_gains_are_those_of_fits_without_the_run():
