@@ -66,7 +66,7 @@ def _beside(data: LawData, columns: Array, sd: Array, gain: float, radius_m: flo
     left = np.sign(radius_m * data.spin + data.tangential_impulse / data.inertia_factor)
     blow = data.normal_impulse
     out = gain
-    for torque in (left * blow, left, spin * blow, spin, slip * data.normal_impulse, slip, data.normal_impulse):
+    for torque in (left * blow, left, spin * blow, spin, slip * blow, slip, blow):
         alone = float(regress(np.column_stack([np.ones(len(data)), torque]), data.angular, sd)[0])
         if alone > gain:
             out = min(out, float(regress(np.column_stack([columns, torque]), data.angular, sd)[0]) - alone)
