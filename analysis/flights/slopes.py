@@ -30,6 +30,7 @@ from analysis.motion.host_table import HostState, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import (
     FIXED,
+    FLOOR_TORQUE,
     FRICTION,
     MIRRORED_FRICTION,
     Q_CLOCK,
@@ -302,10 +303,16 @@ def law_work() -> LawWork:
 
 
 @compiled
+def _follows_friction(target: int) -> bool:
+    """Whether what a term acts on is friction, or a part of it."""
+    return target == FRICTION or target == MIRRORED_FRICTION or target == FLOOR_TORQUE
+
+
+@compiled
 def _varies(row: Array) -> bool:
     """Whether a term of a written law may follow the disk's state other than through friction."""
     target = int(row[W.TARGET])
-    if target != FIXED and target != SPIN and target != FRICTION and target != MIRRORED_FRICTION:
+    if target != FIXED and target != SPIN and not _follows_friction(target):
         return True
     for i in range(int(row[W.FACTORS])):
         code = int(row[W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY])
@@ -357,8 +364,7 @@ def _law_by_friction(p: Array, rig: FlightRig, work: LawWork, state: Array, ever
     makes of them.  It is linear in friction, so that a step of any size gives the derivative."""
     follows = False
     for j in range(rig.law.shape[0]):
-        target = int(rig.law[j, W.TARGET])
-        follows = follows or target == FRICTION or target == MIRRORED_FRICTION
+        follows = follows or _follows_friction(int(rig.law[j, W.TARGET]))
     if not follows:
         return
     for m in range(3):

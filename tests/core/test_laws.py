@@ -21,12 +21,13 @@ RIG = Scenario(
 )  # fmt: skip
 TARGET_CODES = (
     "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
-    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A"
+    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A FLOOR_TORQUE"
 )
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
-    "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT"
+    "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
+    "FLOOR_ALONG"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -104,11 +105,21 @@ RING_LAWS = (
             Term("from_last_contact", -20.0, (Factor("from_contact", "below", 1.0, 0.02),)),
             Term("floor_friction", 0.3, (Factor("last_approach"),)),
             Term("floor_friction", 0.4, (Factor("sliding_along", x=0.6),)),
+            Term("floor_friction", -0.3, (Factor("sliding_direction", "cosine", 2.0, x=0.4),)),
+        )
+    ),
+    WrittenLaw(
+        (
+            Term("floor_friction", 0.1, (Factor("radius"), Factor("host_acceleration_outwards"))),
+            Term("floor_friction", 0.004, (Factor("host_acceleration_along", x=1.2),)),
+            Term("floor_friction", 0.2, (Factor("host_velocity_along", x=-0.7),)),
+            Term("floor_torque", -0.5),
         )
     ),
     WrittenLaw(
         (
             Term("restitution", -0.1, (Factor("contact_turn", "cosine"),)),
+            Term("restitution", 0.001, (Factor("host_acceleration_outwards"),)),
             Term("restitution", 0.1, (Factor("azimuth", "sawtooth", x=0.4),)),
             Term("spin_added", -3.0, (Factor("approach"), Factor("spin_left", "sign"))),
         )

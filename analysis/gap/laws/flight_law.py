@@ -15,6 +15,7 @@ from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.products import of_flights
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
@@ -31,7 +32,7 @@ from ovines.core.laws.terms import MOST_TERMS, rows_of
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
 # Targets and quantities of the disk's own angle.
-OF_ANGLE = ("spin", "along_body", "angle", "body_angle")
+OF_ANGLE = ("spin", "along_body", "floor_torque", "angle", "body_angle")
 # Angles that miss by more than so many medians are wrong tracks.
 CLIP_SD = 8.0
 
@@ -67,7 +68,7 @@ def find_flight_law(
     if lever_m == 0.0:
         candidates = [one for one in candidates if not _asks_for_angle(one)]
     level = LEVEL if least_m_per_s2 > 0 else LEVEL_WHERE_LEFT
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level)
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_flights(scales))
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)

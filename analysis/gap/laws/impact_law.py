@@ -12,6 +12,7 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
@@ -44,7 +45,7 @@ def find_impact_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    found, p = find_law(problem.problem, problem.columns, law_candidates(problem.known), rng, level)
+    found, p = find_law(problem.problem, problem.columns, law_candidates(problem.known), rng, level, of_impacts())
     if found is None:
         return None
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
@@ -65,7 +66,7 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, level)
+    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts())
     return None if found is None else _told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 

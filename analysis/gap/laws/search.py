@@ -5,7 +5,7 @@ chance that counts every candidate that was tried.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 
 from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.products import Multiplier, products
 from analysis.gap.laws.regression import Profile, Regression, forms_of, gains_by_chance, held_out_gains
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
@@ -34,6 +35,8 @@ PER_UNKNOWN = 4.0
 FEWEST_BLOCKS = 4.0
 # Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
 SHORTLIST, NEAR = 4, 0.7
+# Forms that are multiplied by one quantity more: the first of the shortlist.
+MULTIPLIED = 2
 # Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
 NEIGHBOURS, AS_GOOD = 2, 9.0
 # Evaluations of the search inside a candidate, per number; places and angles stay within so many of their steps: a
@@ -78,9 +81,11 @@ def find_law(
     candidates: Sequence[Candidate],
     rng: np.random.Generator,
     level: float = LEVEL,
+    multipliers: Sequence[Multiplier] = (),
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
-    of further ones :data:`LEVEL`); and how often chance does."""
+    of further ones :data:`LEVEL`); and how often chance does.  A part may be a candidate times one of ``multipliers``
+    where that earns what looking for it takes."""
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
@@ -99,6 +104,7 @@ def find_law(
         if p > (LEVEL if parts else level) or gains[best] < LEAST_SHARE * gained:
             break
         shortlist = _shortlist(held, columns, candidates, gains, scale)
+        shortlist = _with_products(held, columns, shortlist, multipliers, scale)
         part, own = shortlist[0]
         if own <= 0:
             break
@@ -167,6 +173,28 @@ def _shortlist(
     profile = Profile.of(problem)
     trials = [searched(profile, columns, candidates[i]) for i in close]
     told = [(one, _gain(problem, columns, one) / scale - one.looked) for one in trials]
+    return sorted(told, key=lambda one: -_worth(*one))
+
+
+def _with_products(
+    problem: Regression,
+    columns: Columns,
+    shortlist: list[tuple[Candidate, float]],
+    multipliers: Sequence[Multiplier],
+    scale: float,
+) -> list[tuple[Candidate, float]]:
+    """The ``shortlist`` and the best product of its first forms, which pays for every product that was looked at."""
+    tried = [one for base, _ in shortlist[:MULTIPLIED] for one in products(base, multipliers)]
+    if not tried:
+        return shortlist
+    price = 2.0 * float(np.log(len(tried)))
+    tried = [replace(one, looked=one.looked + price) for one in tried]
+    table, groups = columns_of(tried, columns, problem.block)
+    forms = forms_of(problem, table, groups)
+    gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale
+    best = tried[_simplest(tried, gains)]
+    best = searched(Profile.of(problem), columns, best)
+    told = [*shortlist, (best, _gain(problem, columns, best) / scale - best.looked)]
     return sorted(told, key=lambda one: -_worth(*one))
 
 

@@ -10,14 +10,15 @@ from ovines.core.laws import words as W
 # As the targets and quantities are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
-    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A,
-) = range(18)  # fmt: skip
+    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, FLOOR_TORQUE,
+) = range(19)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
-    Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT,
-) = range(32)  # fmt: skip
+    Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
+    Q_FLOOR_ALONG,
+) = range(36)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -75,7 +76,25 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
     if code == Q_SPIN_LEFT:
         return known[W.SPIN_LEFT]
+    if code == Q_SLIDING_DIRECTION:
+        return math.atan2(known[W.UY], known[W.UX])
+    if code == Q_ACCELERATION_OUTWARDS:
+        length = math.hypot(hx, hy)
+        return (known[W.HOST_AX] * hx + known[W.HOST_AY] * hy) / length if length > SHORT else 0.0
     return known[W.LAST_APPROACH]
+
+
+@compiled
+def along(code: int, x: float, known: Floats) -> float:
+    """Part of a velocity, or of the Host's acceleration, along the direction ``x``."""
+    c, s = math.cos(x), math.sin(x)
+    if code == Q_VELOCITY:
+        return c * known[W.VX] + s * known[W.VY]
+    if code == Q_SLIDING_ALONG:
+        return c * known[W.UX] + s * known[W.UY]
+    if code == Q_ACCELERATION_ALONG:
+        return c * known[W.HOST_AX] + s * known[W.HOST_AY]
+    return c * (known[W.VX] - known[W.UX]) + s * (known[W.VY] - known[W.UY])
 
 
 @compiled
@@ -108,9 +127,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.HX] - x, known[W.HY] - y)
     if code == Q_ALONG:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
-    if code == Q_VELOCITY or code == Q_SLIDING_ALONG:
-        of = W.VX if code == Q_VELOCITY else W.UX
-        return math.cos(x) * known[of] + math.sin(x) * known[of + 1]
+    if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:
+        return along(code, x, known)
     if code == Q_BODY:
         return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
     if code == Q_SHARE:
@@ -135,7 +153,7 @@ def circular(code: int) -> bool:
     """Whether the quantity's ends meet."""
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
-        or code == Q_CONTACT_TURN
+        or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION
     )  # fmt: skip
 
 
@@ -212,6 +230,9 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
     if target == FRICTION:
         out[0] += value * known[W.FX]
         out[1] += value * known[W.FY]
+        out[2] += value * known[W.FT]
+        return
+    if target == FLOOR_TORQUE:
         out[2] += value * known[W.FT]
         return
     if target == MIRRORED_FRICTION:

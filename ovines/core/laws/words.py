@@ -78,6 +78,7 @@ TARGETS: dict[str, Target] = {
             ),
             ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
             ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
+            ("floor_torque", "1", r"\hat z\,\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
@@ -166,6 +167,31 @@ QUANTITIES: dict[str, Quantity] = {
                 "",
                 "spin that the impulse of an impact leaves; of the spin's laws only",
             ),
+            ("sliding_direction", "rad", r"\delta", True, "angle", "direction of the velocity against the floor"),
+            (
+                "host_acceleration_along",
+                "m/s^2",
+                r"a_{\varphi}",
+                False,
+                "angle",
+                "acceleration of the Host along a direction",
+            ),
+            (
+                "host_acceleration_outwards",
+                "m/s^2",
+                r"a_r",
+                False,
+                "",
+                "acceleration of the Host away from its centre, where the disk is",
+            ),
+            (
+                "host_velocity_along",
+                "m/s",
+                r"w_{\varphi}",
+                False,
+                "angle",
+                "velocity of the floor under the disk along a direction",
+            ),
         )
     )
 }
@@ -192,7 +218,7 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
 #: velocities along a direction of their own
-ALONG = ("velocity_along", "sliding_along")
+ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along")
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows

@@ -91,16 +91,26 @@ def _merged(first: Term, second: Term, covariance: Array) -> Term | None:
     differ = [i for i, (f, g) in enumerate(zip(first.factors, second.factors, strict=True)) if f != g]
     if len(differ) != 1:
         return None
-    f, g = first.factors[differ[0]], second.factors[differ[0]]
+    merged_factor = _merged_factor(first.factors[differ[0]], second.factors[differ[0]], a, b)
+    if merged_factor is None:
+        return None
+    factors = tuple(merged_factor if i == differ[0] else one for i, one in enumerate(first.factors))
+    return replace(first, coefficient=size, sd=sd, factors=factors)
+
+
+def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
+    """What ``a`` f + ``b`` g is, but for its size."""
+    if f.quantity in ALONG and replace(g, x=f.x) == f and (f.function, f.order) == ("power", 1.0):
+        # a q(x) + b q(x + pi / 2) = size q(x + arctan(b / a))
+        quarter = abs(wrapped(g.x - f.x - 0.5 * math.pi, 2 * math.pi)) < 1e-9
+        return replace(f, x=wrapped(f.x + math.atan2(b, a), 2 * math.pi)) if quarter else None
     if (f.function, g.function) != ("cosine", "sine") or replace(g, function="cosine") != f:
         return None
     # a cos(n q / s) + b sin(n q / s) = size cos(n (q - x) / s)
-    shift = math.atan2(b, a) * f.scale / f.order
-    merged = replace(f, x=f.x + shift)
+    merged = replace(f, x=f.x + math.atan2(b, a) * f.scale / f.order)
     if QUANTITIES[f.quantity].circular:
         merged = replace(merged, x=wrapped(merged.x, 2 * math.pi / f.order))
-    factors = tuple(merged if i == differ[0] else one for i, one in enumerate(first.factors))
-    return replace(first, coefficient=size, sd=sd, factors=factors)
+    return merged
 
 
 def waves(quantity: str, order: float = 1.0, scale: float = 1.0) -> tuple[Factor, Factor]:

@@ -39,17 +39,32 @@ def _smooth() -> list[Candidate]:
         (Factor("spin", "power", 2.0), "the spin's square"), (Factor("spin", "sign"), "the sense of spin"),
     ):  # fmt: skip
         out.append(plain(f"friction with {word}", Term(TARGET, 1.0, (factor,))))
-    ways = (Term(TARGET, 1.0, (Factor("sliding_along", x=x),)) for x in (0.0, 0.5 * math.pi))
-    out.append(plain("friction with the way it slides", *ways))
+    for quantity, word in (
+        ("sliding_along", "the way it slides"),
+        ("host_acceleration_along", "the Host's acceleration along a direction"),
+        ("host_velocity_along", "the Host's velocity along a direction"),
+    ):  # fmt: skip
+        ways = (Term(TARGET, 1.0, (Factor(quantity, x=x),)) for x in (0.0, 0.5 * math.pi))
+        out.append(plain(f"friction with {word}", *ways))
+    # A floor that pitches as it is accelerated presses at one side: place times acceleration.
+    outwards = Factor("host_acceleration_outwards")
+    out.append(plain("friction with the Host's acceleration outwards", Term(TARGET, 1.0, (outwards,))))
+    pitching = Term(TARGET, 1.0, (Factor("radius"), outwards))
+    out.append(plain("friction with the radius and the Host's acceleration outwards", pitching))
     axes = (Factor("along_host"), Factor("along_host", y=0.5 * math.pi))
     out.append(plain("friction with the place in the Host", *(Term(TARGET, 1.0, (axis,)) for axis in axes)))
     for quantity, orders in (
         ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0)), ("azimuth", (1.0, 2.0, 3.0)),
-        ("body_angle", (1.0,)),
+        ("body_angle", (1.0,)), ("sliding_direction", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:
             terms = (Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, order))
             out.append(plain(f"friction with the {quantity}, order {order:g}", *terms))
+    for word, factors in (
+        ("", ()), (" with the spin", (Factor("spin", "absolute_power"),)),
+        (" with the sliding speed", (Factor("sliding_speed"),)), (" with the radius", (Factor("radius"),)),
+    ):  # fmt: skip
+        out.append(plain(f"torque of the floor's friction{word}", Term("floor_torque", 1.0, factors)))
     mirrored = pair("mirrored_floor_friction", 0.25 * math.pi)
     return [*out, plain("friction that differs by direction", *mirrored)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,8 @@ SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
 ORDERS = (1.0, 2.0, 3.0, 4.0)
 # Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
 CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
+# Rates at which a wall may ring: steps (rad) over the usual time between impacts, and how many.
+RING_STEP, RINGS = 1.5, 16
 
 
 def law_candidates(known: Array) -> list[Candidate]:
@@ -72,13 +75,37 @@ def law_candidates(known: Array) -> list[Candidate]:
             ):
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
+        for quantity in ("host_acceleration_along", "host_velocity_along"):
+            ways = (Term(target, 1.0, (Factor(quantity, x=x),)) for x in (0.0, 0.5 * math.pi))
+            out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *ways))
         out += _around(target)
         out += _scaled(target, known)
+    out += _ringing(known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
     for order in (1.0, 2.0):
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
     return out
+
+
+def _ringing(known: Array) -> list[Candidate]:
+    """Restitution at a wall that still rings from the impact before, as hard as that was or whatever it was."""
+    since = known[:, W.SINCE]
+    since = since[since < 0.5 * W.LONG_AGO_S]
+    if not len(since):
+        return []
+    usual_s = float(np.median(since))
+
+    def rings(factors: tuple[Factor, ...], rate: float, decay: float) -> tuple[Term, ...]:
+        fades = (*factors, Factor("since", "exponential", 1.0, decay))
+        return tuple(Term("restitution", 1.0, (*fades, wave)) for wave in waves("since", 1.0, 1.0 / rate))
+
+    step, name = RING_STEP / usual_s, "restitution of a wall that rings"
+    return [
+        Candidate(f"{name}{word}", partial(rings, factors), (n * step, usual_s), (step, 0.3), (False, True))
+        for word, factors in (("", ()), (" from the blow before", (Factor("last_approach"),)))
+        for n in range(1, RINGS + 1)
+    ]
 
 
 def _plain() -> list[tuple[str, Factor]]:
@@ -112,6 +139,7 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the speed in the room", Factor("speed")),
         ("the square of the speed in the room", Factor("speed", "power", 2.0)),
         ("the size of the Host's acceleration", Factor("host_acceleration")),
+        ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the approach speed of the contact before", Factor("last_approach")),
     ]
 
@@ -160,6 +188,7 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the approach speed beyond one", W.APPROACH, ("approach", "above", 1.0), SCALES[1:]),
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0), SCALES[1:]),
         ("the slip, bent", W.SLIP, ("slip", "tanh", 1.0), SCALES[1:]),
+        ("the slip, fading", W.SLIP, ("slip", "rational", 1.0), SCALES[1:]),
         ("the spin, ending", W.SPIN, ("spin", "decay", 1.0), SCALES[1:]),
         ("the time in the run, settling", W.TIME, ("time", "exponential", 1.0), SCALES),
         ("the time in the run, at once", W.TIME, ("time", "below", 1.0), CHANGES),

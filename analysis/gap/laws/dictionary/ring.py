@@ -11,11 +11,23 @@ from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
 QUARTER = 0.5 * math.pi
+OUTWARDS = Factor("host_acceleration_outwards")
+# Sliding speed over the usual one below which a floor of its own motion turns friction no further.
+SLOW = 0.1
 
 
 def ring_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate of the motion against the wall, and with the ring."""
-    return [*_against_the_wall(scales), *_with_the_ring()]
+    return [*_against_the_wall(scales), *_with_the_ring(), *_with_the_floor(scales)]
+
+
+def _with_the_floor(scales: RigScales) -> list[Candidate]:
+    """A floor that turns about the Host's centre, or creeps along: friction follows the motion against it, and is
+    turned aside by what of the floor's own goes across the sliding."""
+    slow = Factor("sliding_speed", "rational", 2.0, SLOW * scales.speed_m_per_s)
+    turning = Term("across_sliding", 1.0, (Factor("radius"), Factor("radial_speed"), slow))
+    creeping = [Term("across_sliding", 1.0, (Factor("sliding_along", x=x), slow)) for x in (0.0, QUARTER)]
+    return [plain("floor that turns", turning), plain("floor that creeps", *creeping)]
 
 
 def _against_the_wall(scales: RigScales) -> list[Candidate]:
@@ -53,6 +65,9 @@ def _with_the_ring() -> list[Candidate]:
         out.append(plain(f"friction with the square of the Host's {word}", Term("floor_friction", 1.0, (square,))))
         out.append(plain(f"force of the room with the size of the Host's {word}", *_fixed(Factor(quantity))))
         out.append(plain(f"force of the room with the square of the Host's {word}", *_fixed(square)))
+    out.append(plain("force outwards with the Host's acceleration", Term("outwards", 1.0, (OUTWARDS,))))
+    ways = (Factor("host_acceleration_along", x=x) for x in (0.0, QUARTER))
+    out.append(plain("torque with the Host's acceleration", *(Term("spin", 1.0, (way,)) for way in ways)))
     along = (Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave)) for wave in waves("angle"))
     out.append(plain("force along the Host's acceleration with the disk's angle", *along))
     return out

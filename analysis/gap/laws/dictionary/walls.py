@@ -21,6 +21,8 @@ WALL_ORDERS, BODY_ORDERS = range(2, 13), range(2, 7)
 PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
 # A turn, and by how much a search first moves a step of the wall (rad).
 TURN, STEP_RAD = 2 * math.pi, 0.15
+# Directions in which a clamped ring is squashed first.
+SQUASHED = 6
 # Share of the run in which a wall settles; quantiles of the time at which it changes at once.
 SETTLES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
 
@@ -28,6 +30,21 @@ SETTLES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
 def _step(azimuth: float) -> tuple[Term, ...]:
     """A strip bent to a ring, its ends one upon the other."""
     return (Term(TARGET, 1.0, (Factor("azimuth", "sawtooth", x=azimuth),)),)
+
+
+def _squashed() -> list[Candidate]:
+    """A ring that the Host's acceleration squashes: clamped at one side, or held all around."""
+
+    def clamped(angle: float) -> tuple[Term, ...]:
+        along = Factor("host_acceleration_along", x=angle)
+        return tuple(Term(TARGET, 1.0, (along, wave)) for wave in waves("azimuth", 2.0))
+
+    squares = (Factor("host_acceleration_outwards", "power", 2.0), Factor("host_acceleration", "power", 2.0))
+    angles = [math.pi * i / SQUASHED for i in range(SQUASHED)]
+    return [
+        *(Candidate(f"{WORD} of a ring clamped at one side", clamped, (a,), (STEP_RAD,), (False,)) for a in angles),
+        plain(f"{WORD} of a ring that is squashed", *(Term(TARGET, 1.0, (one,)) for one in squares)),
+    ]
 
 
 def wall_candidates(known: Array) -> list[Candidate]:
@@ -51,6 +68,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
     out.append(plain(f"{WORD} with the contact before and its speed", *turned))
     swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
+    out += _squashed()
     out += [
         Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))
         for i in range(PLACES)
@@ -65,6 +83,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("the approach speed", Factor("approach")), ("the slip", Factor("slip", "absolute_power")),
         ("the signed spin", Factor("spin")), ("the signed slip", Factor("slip")),
         ("the wall's own speed", Factor("wall_speed")),
+        ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the time in the run", Factor("time")), ("the run", Factor("run")),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
