@@ -25,6 +25,7 @@ from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.products import of_flights, of_impacts
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
@@ -54,26 +55,27 @@ def flights_of(kind, size, rng, runs, noise):
 
 
 def problems(stage, fitted, series):
-    """(rows, candidates of a part of them) of the stages that are asked."""
+    """(rows, candidates, what they may be multiplied by) of the stages that are asked."""
     if stage in ("flight", "none"):
         rows = flight_regression(fitted)
         scales = RigScales.of(rows.known, float(series.runs[0].data.host.omega_rad_per_s))
         more = pulse_candidates(rows, scales.run_s, np.random.default_rng(2))
-        yield "flight", rows, [*flight_candidates(scales), *more]
+        yield "flight", rows, ([*flight_candidates(scales), *more], of_flights(scales))
     if stage in ("impact", "none"):
         rows = law_regression(fit_impacts(fitted.fits), fitted.fits, ())
-        yield "impact", rows, law_candidates(rows.known)
+        yield "impact", rows, (law_candidates(rows.known), of_impacts())
     if stage in ("geometry", "none"):
         rows = distance_regression(fit_impacts(fitted.fits), fitted.fits)
-        yield "geometry", rows, wall_candidates(rows.known)
+        yield "geometry", rows, (wall_candidates(rows.known), of_impacts())
 
 
-def one_half(rows, candidates):
+def one_half(rows, candidates, multipliers):
     """The law of the first half, its sd, and size and sd that the other half asks for, and the share closed there."""
     problem = rows.problem
     other = second_half(problem)
     first, rest = part_of(problem, ~other), part_of(problem, other)
-    found, _ = find_law(first, lambda terms: rows.columns(terms)[~other], candidates, np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    found, _ = find_law(first, lambda terms: rows.columns(terms)[~other], candidates, rng, multipliers=multipliers)
     if found is None:
         return None
     columns = rows.columns(found.terms)
@@ -114,8 +116,8 @@ def tell_halves(options):
         fitted, series = flights_of(
             kind, options.size, np.random.default_rng([options.seed, number]), options.runs, "white"
         )
-        for _, rows, candidates in problems(CAUSES[kind].stage, fitted, series):
-            told = one_half(rows, candidates)
+        for _, rows, asked in problems(CAUSES[kind].stage, fitted, series):
+            told = one_half(rows, *asked)
             if told is None:
                 print(f"| {kind} | - | - | - | - | none |", flush=True)
                 continue
@@ -132,8 +134,9 @@ def tell_none(options):
         noise = NOISES[number % len(NOISES)]
         fitted, series = flights_of("none", 1.0, np.random.default_rng([options.seed, number]), options.runs, noise)
         said = []
-        for stage, rows, candidates in problems("none", fitted, series):
-            found, p = find_law(rows.problem, rows.columns, candidates, np.random.default_rng(0))
+        for stage, rows, (candidates, multipliers) in problems("none", fitted, series):
+            rng = np.random.default_rng(0)
+            found, p = find_law(rows.problem, rows.columns, candidates, rng, multipliers=multipliers)
             name = "none" if found is None else " and ".join(one.name for one in found.parts)
             if found is not None and stage == "geometry":  # as the diagnosis asks of a wall
                 moved = rows.columns(found.terms) @ found.coefficients / rows.answers["contact_radius"]

@@ -119,9 +119,11 @@ def _best_law(
     equation of motion itself: strong laws differ there from what their linearisation says.  Every unknown costs a share
     of the whole gap ``gap_m2``."""
     near = [k for k, one in enumerate(found.rivals) if len(found.parts) == 1 and one.gain > NEAR]
-    tried = []
-    for one in (found, *(_as_law(found, k) for k in near)):
-        law = fitted_law(runs, base, one)
+    # What the flights do not take whole they may take without its last part.
+    shorter = (found.first(n) for n in range(len(found.parts) - 1, 0, -1))
+    tried: list[tuple[float, Found, FittedLaw]] = []
+    for one in (found, *(_as_law(found, k) for k in near), *shorter):
+        law = None if tried and len(one.parts) < len(found.parts) else fitted_law(runs, base, one)
         if law is not None:
             error_m2 = float(_mean_square(runs, _paths(law.runs, law.fit), lever_m).sum())
             unknowns = sum(part.unknowns for part in one.parts)

@@ -107,7 +107,7 @@ def wall_law_instead(
     problem = distance_regression(base, fits)
     orders = [2] * (SHAPES[0] in names) + [steps.shape.order] * (SHAPES[1] in names)
     shapes = [Term("contact_radius", 1.0, (wave,)) for order in orders for wave in waves("azimuth", float(order))]
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng)
+    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, multipliers=of_impacts())
     if found is None:
         return None
     forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])

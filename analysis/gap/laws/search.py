@@ -74,6 +74,15 @@ class Found:
         """Terms of all parts, in the coefficients' order."""
         return tuple(term for part in self.parts for term in part.terms)
 
+    def first(self, count: int) -> Found:
+        """Its first ``count`` parts."""
+        parts = self.parts[:count]
+        terms = sum(len(part.terms) for part in parts)
+        return replace(
+            self, parts=parts, coefficients=self.coefficients[:terms], covariance=self.covariance[:terms, :terms],
+            number_sd=self.number_sd[:count],
+        )  # fmt: skip
+
 
 def find_law(
     problem: Regression,

@@ -208,6 +208,8 @@ def torque_candidates(scales: RigScales) -> list[Candidate]:
         out.append(plain(f"torque with spin and {quantity}", *terms))
     axes = (Factor("along_host"), Factor("along_host", y=QUARTER))
     out.append(plain("torque with the place in the Host", *(Term(target, 1.0, (axis,)) for axis in axes)))
+    turned = (Term(target, 1.0, (axis, wave)) for axis in axes for wave in waves("angle"))
+    out.append(plain("torque with the place in the Host and the angle", *turned))
     ranges = [share * scales.radius_m for share in RANGES]
     out += scaled("torque with the spin near the wall", target, ("gap", "exponential", 1.0), ranges, (spin,))
     return out + scaled(
