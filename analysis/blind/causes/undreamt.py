@@ -9,12 +9,12 @@ from analysis.blind.recording.draft import Cause, Draft, Rng, Truth, sign, sprea
 
 def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """The tighter it sits, the more it hands on: without end at size 0."""
-    draft.plant["band_m_per_s"] = 0.08 / np.sqrt(size * spread(rng))
+    draft.plant["band_m_per_s"] = 0.1 / np.sqrt(size * spread(rng))
     return {"band_m_per_s": draft.plant["band_m_per_s"]}
 
 
 def _free_running_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    draft.view["free_running"] = 8e-4 * size * spread(rng) * sign(rng)
+    draft.view["free_running"] = 1.2e-3 * size * spread(rng) * sign(rng)
     return {"free_running": draft.view["free_running"]}
 
 
@@ -49,7 +49,7 @@ UNDREAMT = [
     # A rubber band around the washer slips on it before it slips on the wall.
     Cause("unknown_slipping_band", "impact", False, _slipping_band),
     # A rubber liner tires from blow to blow, and recovers.
-    Cause("unknown_tiring_liner", "impact", False, changes({"tired": 0.06})),
+    Cause("unknown_tiring_liner", "impact", False, changes({"tired": 0.07})),
     # A printed ring, made of too few straight pieces.
     Cause("unknown_faceted_ring", "geometry", False, changes({"facets": 1.0}, ("facets_rad",))),
     # A sleeve on the washer's rim that is thicker at one side.
