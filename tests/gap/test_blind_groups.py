@@ -84,7 +84,7 @@ ORDERS = {
     "unknown_sprung_mount": ("kick", 0.09),
     "unknown_slipping_band": ("kick", 0.075),
     "unknown_tiring_liner": ("kick", 0.06),
-    "unknown_faceted_ring": ("gap", 3e-4),
+    "unknown_refitted_ring": ("gap", 2.3e-4),
     "unknown_eccentric_tyre": ("gap", 2.5e-4),
     "unknown_free_running_camera": ("pixels", 0.7),
     "unknown_bent_tab": ("pixels", 0.9),

@@ -46,7 +46,7 @@ ROUND_ONLY = (
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
     *("unknown_chipped_disk", "unknown_creeping_liner"),
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
-    *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_faceted_ring"),
+    *("unknown_squashed_ring", "unknown_turning_sleeve"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -4,13 +4,21 @@ somebody who had read neither the diagnosis nor its laws."""
 import numpy as np
 
 from analysis.blind.causes.unlisted import changes
-from analysis.blind.recording.draft import Cause, Draft, Rng, Truth, sign, spread
+from analysis.blind.recording.draft import Cause, Draft, Rng, Truth, sign, spread, vector
 
 
 def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """The tighter it sits, the more it hands on: without end at size 0."""
     draft.plant["band_m_per_s"] = 0.1 / np.sqrt(size * spread(rng))
     return {"band_m_per_s": draft.plant["band_m_per_s"]}
+
+
+def _refitted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Put back once, half-way through the series."""
+    x, y = vector(3.5e-4 * size * spread(rng), rng)
+    side = np.where(np.arange(runs) < (runs + 1) // 2, 1.0, -1.0)
+    draft.run_numbers.update(refit_x_m=x * side, refit_y_m=y * side)
+    return {"refit_x_m": x, "refit_y_m": y, "runs_before": float((runs + 1) // 2)}
 
 
 def _free_running_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -50,8 +58,8 @@ UNDREAMT = [
     Cause("unknown_slipping_band", "impact", False, _slipping_band),
     # A rubber liner tires from blow to blow, and recovers.
     Cause("unknown_tiring_liner", "impact", False, changes({"tired": 0.07})),
-    # A printed ring, made of too few straight pieces.
-    Cause("unknown_faceted_ring", "geometry", False, changes({"facets": 1.0}, ("facets_rad",))),
+    # A ring that lies to one side of its seat, until it is taken out for cleaning and then lies to the other.
+    Cause("unknown_refitted_ring", "geometry", False, _refitted_ring),
     # A sleeve on the washer's rim that is thicker at one side.
     Cause("unknown_eccentric_tyre", "geometry", False, changes({"tyre_m": 4e-4}, ("tyre_rad",))),
     # Two cameras started together in the middle of their buffers, each with a clock of its own.

@@ -9,7 +9,6 @@ from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.plant.undreamt import (
     band_slips,
-    faceted_reach,
     mount_gives,
     press_down,
     sleeve_speed,
@@ -40,8 +39,7 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     slope = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
     more, steeper = newest_reach(time, azimuth, disk_angle, p)
     joint, along = joint_reach(azimuth, p)
-    flat, oblique = faceted_reach(azimuth, p)
-    back, slope = back + more + joint + flat, slope + steeper + along + oblique
+    back, slope = back + more + joint, slope + steeper + along
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -65,6 +63,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    x, y = x - p.refit_x_m, y - p.refit_y_m
     if p.tyre_m != 0.0:
         rim_x, rim_y = tyre_at(state[4], p)
         x, y = x + rim_x, y + rim_y

@@ -247,7 +247,7 @@ class PlantParameters(NamedTuple):
     mount_rad: float = 0.0
     band_m_per_s: float = 0.0  # the most that a blow changes the slip's side of the disk by; 0: no band
     tired: float = 0.0  # restitution lost after a blow at 1 m/s, with the square of its speed
-    facets: float = 0.0  # the wall is made of straight pieces; 1: wholly
-    facets_rad: float = 0.0
+    refit_x_m: float = 0.0  # of each run: where the wall lies since it was put in the last time
+    refit_y_m: float = 0.0
     tyre_m: float = 0.0  # from the disk's middle to that of its rim
     tyre_rad: float = 0.0

@@ -10,7 +10,6 @@ MAT_S = 0.04  # in which a soft floor forgets where the disk stood: most of a fl
 SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
 RIM_POINTS = 24  # around a burr: the friction of their mean is within 1 % of a circle's
-FACETS = 24  # of a printed ring: 13 mm each
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
@@ -123,20 +122,6 @@ def press_down(new: Floats, push_n: float, arm: tuple[float, float], host_veloci
         new[2] -= held * ux
         new[3] -= held * uy
         new[5] -= held * (arm[0] * uy - arm[1] * ux) / (p.inertia_factor * p.disk_radius_m**2)
-
-
-@compiled
-def faceted_reach(azimuth: float, p: PlantParameters) -> tuple[float, float]:
-    """How much farther the disk's middle gets along `azimuth` in a ring of facets whose corners lie on the round one,
-    and the slope of that (m, m per rad)."""
-    if p.facets == 0.0:
-        return 0.0, 0.0
-    width = 2.0 * np.pi / FACETS
-    off = (azimuth - p.facets_rad) / width
-    off = (off - np.floor(off) - 0.5) * width
-    near = (p.contact_radius_m + p.disk_radius_m) * np.cos(0.5 * width) - p.disk_radius_m
-    reach = near / np.cos(off)
-    return p.facets * (reach - p.contact_radius_m), p.facets * reach * np.tan(off)
 
 
 @compiled
