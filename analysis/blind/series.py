@@ -15,6 +15,7 @@ from analysis.blind.recording.files import Poses, Series, calibration_of, record
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.recording.place import HOME, Place, draw_place
+from analysis.blind.recording.undreamt import bent_m, free_running_s, risen_m
 from analysis.blind.recording.unforeseen import shake_px
 from analysis.blind.recording.unimagined import grounded_s
 from analysis.blind.recording.views import View, draw_views
@@ -143,6 +144,7 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     """Where the disk's middle and the Host are at `time_s`."""
     state = state_at(motion, time_s)
     host = host_at(motion, time_s)
+    host[:, 3] += risen_m(host[:, 0], draft.plant.get("arc_per_m", 0.0))
     host[:, :2] += _rung(motion, draft, time_s)
     angle = state[:, 4]
     x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)
@@ -176,6 +178,7 @@ def _one_run(
             break
     rate = place.frame_rate_hz * errors.rate_ratio
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
+    late_s += 0.5 * abs(errors.free_running) * LONGEST_S
     frames = min(
         int((motion.nodes[-1, 0] - late_s) * rate),
         int(LONGEST_S * place.frame_rate_hz),
@@ -187,14 +190,18 @@ def _one_run(
     first += errors.alternate_s * (np.arange(frames) % 2)
     if errors.skipped_frame_share > 0.0:
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
-    times = [first, first + errors.clock_s + grounded_s(first, motion.lines, errors)]
+    second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors)
+    times = [first, first + errors.clock_s + second_late_s]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
         smeared = int(rng.integers(2**63))
         poses = [
             _blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
-    points = [world_points(p.nes, p.host, outline.marks, errors) for p in poses]
+    points = [
+        world_points(p.nes, p.host, outline.marks, errors, bent_m(t, motion.lines, errors))
+        for p, t in zip(poses, times, strict=True)
+    ]
     shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken)
     tracks["time_s"] *= place.slower

@@ -1,38 +1,14 @@
-"""Each of the unforeseen causes does what its formula says (how much it does: test_blind_newest.py)."""
+"""Each of the unforeseen causes does what its formula says (how much it does: test_blind_groups.py)."""
 
 import numpy as np
 import pytest
 
 from analysis.blind.causes.named import may_stand_together
-from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.dynamics import run_plant
-from analysis.blind.plant.state import STATES, PlantParameters
 from analysis.blind.plant.unforeseen import friction_of_flight
 from analysis.blind.recording.unforeseen import glared, shake_px
 from analysis.blind.recording.views import ViewErrors, draw_views
-
-DRIVE = 22.0 * np.pi
-HOST = np.array([[0.0, 0.0164, DRIVE, 2.0, 0.0, 0.0, 0.0]])  # 8 g along x
-STILL = np.zeros((1, 7))
-PLACE = ["x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"]
-SLIDING = PlantParameters(floor_friction=0.3, smoothing_m_per_s=1e-6)
-BARE = PlantParameters(floor_friction=0.0, restitution=0.7, wall_friction=0.15, tangential_restitution=0.45)
-G = 0.3 * 9.81
-
-
-def _state(**numbers):
-    state = np.zeros(STATES)
-    state[6] = -1.0
-    for name, value in numbers.items():
-        state[[*PLACE, "normal"].index(name)] = value
-    return state
-
-
-def _rate(p, time=0.0, host=STILL, **numbers):
-    """Acceleration (x, y) and spin's rate."""
-    return derivative(time, _state(**numbers), p, host, disk_friction_table())[[2, 3, 5]]
+from tests.gap.blind_rig import BARE, DRIVE, HOST, SLIDING, STILL, G, first_contacts, head_on, rate_of, state_of
 
 
 @pytest.mark.parametrize(
@@ -56,7 +32,7 @@ def _rate(p, time=0.0, host=STILL, **numbers):
 )
 def test_forces_near_the_wall_by_their_formulas(changed, state, expected):
     free = SLIDING._replace(floor_friction=0.0, **changed)
-    assert _rate(free, 0.04, **state) == pytest.approx(expected, abs=1e-6)
+    assert rate_of(free, 0.04, **state) == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_coil_pulls_with_the_square_of_the_hosts_acceleration():
@@ -65,15 +41,15 @@ def test_a_coil_pulls_with_the_square_of_the_hosts_acceleration():
         pull = 0.5 * (host / 78.5) ** 2
         free = SLIDING._replace(floor_friction=0.0, coil_m_per_s2=0.5, coil_rad=0.7)
         expected = (pull * np.cos(0.7), pull * np.sin(0.7), 0.0)
-        assert _rate(free, time, HOST) == pytest.approx(expected, abs=1e-12)
+        assert rate_of(free, time, HOST) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_floor_that_stays_behind_the_ring_pulls_the_disk_its_own_way():
     """The disk at rest in the room over a floor that has 0.4 of the Host's speed, and one that crosses it."""
     host = 0.0164 * DRIVE * np.cos(2.0)
     loose = SLIDING._replace(loose_floor=0.6)
-    assert _rate(loose, 0.0, HOST) == pytest.approx((G * np.sign(host), 0.0, 0.0), abs=1e-6)
-    assert _rate(loose, 0.0, HOST, vx=0.4 * host, vy=1.0) == pytest.approx((0.0, -G, 0.0), abs=1e-6)
+    assert rate_of(loose, 0.0, HOST) == pytest.approx((G * np.sign(host), 0.0, 0.0), abs=1e-6)
+    assert rate_of(loose, 0.0, HOST, vx=0.4 * host, vy=1.0) == pytest.approx((0.0, -G, 0.0), abs=1e-6)
 
 
 def test_grit_draws_each_flights_friction_anew():
@@ -85,7 +61,7 @@ def test_grit_draws_each_flights_friction_anew():
     assert abs(np.corrcoef(drawn[1:], drawn[:-1])[0, 1]) < 0.07  # three standard errors
     other = np.array([friction_of_flight(n, gritty._replace(grit_draw=0.8)) for n in range(2000)])
     assert abs(np.corrcoef(drawn, other)[0, 1]) < 0.07
-    assert _rate(gritty, vx=1.0, count=5)[0] == pytest.approx(-G * drawn[5], abs=1e-6)
+    assert rate_of(gritty, vx=1.0, count=5)[0] == pytest.approx(-G * drawn[5], abs=1e-6)
 
 
 def test_a_grain_under_the_disk_drags_where_it_stands():
@@ -93,39 +69,32 @@ def test_a_grain_under_the_disk_drags_where_it_stands():
     disk. Spinning only, its friction pushes the disk across its arm."""
     grain = SLIDING._replace(grain=0.35, grain_rad=0.5, inertia_factor=0.5)
     turning = 0.35 * G * 0.007 / 5e-5
-    assert _rate(grain, vx=1.0, angle=np.pi / 2 - 0.5) == pytest.approx((-G, 0.0, turning), abs=1e-3)
-    assert _rate(grain, vx=1.0, angle=-0.5) == pytest.approx((-G, 0.0, 0.0), abs=1e-3)
+    assert rate_of(grain, vx=1.0, angle=np.pi / 2 - 0.5) == pytest.approx((-G, 0.0, turning), abs=1e-3)
+    assert rate_of(grain, vx=1.0, angle=-0.5) == pytest.approx((-G, 0.0, 0.0), abs=1e-3)
     spinning = -(0.65 * 2.0 / 3.0 * 0.01 + 0.35 * 0.007) * G / 5e-5
-    assert _rate(grain, spin=50.0, angle=-0.5) == pytest.approx((0.0, -0.35 * G, spinning), abs=1e-3)
-
-
-def _head_on(p, speed=1.0, spin=0.0, count=0.0, angle=0.0):
-    """Normal velocity, slip and spin after a blow along x against a wall at rest."""
-    state = _state(x=0.04, vx=speed, spin=spin, count=count, angle=angle)
-    out = impact(0.1, state, p, STILL, np.zeros(2), 1.0)[0]
-    return out[2], out[3] + 0.01 * out[5], out[5]
+    assert rate_of(grain, spin=50.0, angle=-0.5) == pytest.approx((0.0, -0.35 * G, spinning), abs=1e-3)
 
 
 def test_impacts_by_their_formulas():
-    assert [_head_on(BARE._replace(two_edges=0.1), count=n)[0] for n in (0, 1, 2)] == pytest.approx([-0.8, -0.6, -0.8])
+    assert [head_on(BARE._replace(two_edges=0.1), count=n)[0] for n in (0, 1, 2)] == pytest.approx([-0.8, -0.6, -0.8])
     tacky = BARE._replace(cohesion_m_per_s=0.07)
     for speed, spin in ((1.0, 400.0), (0.1, 400.0), (0.1, -400.0)):  # it slides: what is lost is the limit
         lost = 3.0 * (0.15 * 1.7 * speed + 0.07)
-        assert _head_on(tacky, speed, spin)[1] == pytest.approx(np.sign(spin) * (4.0 - lost))
-    assert _head_on(tacky, 1.0, 10.0)[1] == pytest.approx(-0.045)  # it sticks as before
+        assert head_on(tacky, speed, spin)[1] == pytest.approx(np.sign(spin) * (4.0 - lost))
+    assert head_on(tacky, 1.0, 10.0)[1] == pytest.approx(-0.045)  # it sticks as before
     taped = BARE._replace(taped=0.9, taped_rad=0.4)
-    assert _head_on(taped, 1.0, 10.0, angle=-0.4)[1] == pytest.approx(-0.45 * 0.1 * 0.1, abs=1e-5)
-    assert _head_on(taped, 1.0, 10.0, angle=np.pi - 0.4)[1] == pytest.approx(-0.045, abs=1e-5)
+    assert head_on(taped, 1.0, 10.0, angle=-0.4)[1] == pytest.approx(-0.45 * 0.1 * 0.1, abs=1e-5)
+    assert head_on(taped, 1.0, 10.0, angle=np.pi - 0.4)[1] == pytest.approx(-0.045, abs=1e-5)
     rolls = BARE._replace(rolling_arm_m=2e-4, wall_friction=0.0)
     most = 2e-4 * 1.7 / 5e-5
-    assert [_head_on(rolls, spin=s)[2] for s in (30.0, -30.0, 5.0)] == pytest.approx([30.0 - most, most - 30.0, 0.0])
-    assert _head_on(rolls, 2.0, 30.0)[2] == pytest.approx(30.0 - 2.0 * most)
+    assert [head_on(rolls, spin=s)[2] for s in (30.0, -30.0, 5.0)] == pytest.approx([30.0 - most, most - 30.0, 0.0])
+    assert head_on(rolls, 2.0, 30.0)[2] == pytest.approx(30.0 - 2.0 * most)
 
 
 def test_an_impact_off_the_centre_of_mass_keeps_both_its_laws():
     """With cohesion and an arm of the normal: the normal rebounds as asked for, the tangential impulse is the limit."""
     p = BARE._replace(cohesion_m_per_s=0.07, mass_y_m=4e-4)
-    state = _state(x=0.04, y=4e-4, vx=1.0, spin=400.0)
+    state = state_of(x=0.04, y=4e-4, vx=1.0, spin=400.0)
     out, approach, _ = impact(0.1, state, p, STILL, np.zeros(2), 1.0)
     pushed = out[2:4] - state[2:4]
     assert out[2] + 4e-4 * out[5] == pytest.approx(-0.7 * approach)  # of the contact, 0.4 mm beside the mass's centre
@@ -135,9 +104,8 @@ def test_an_impact_off_the_centre_of_mass_keeps_both_its_laws():
 def test_walls_stop_the_disk_where_their_formulas_say():
     """Head-on along x: the disk's middle gets to the told place."""
 
-    def stopped(p, start=0.03):
-        motion = run_plant(p, STILL, np.array([start, 0.0, 1.0, 0.0, 0.0, 0.0]), 0.2, np.random.default_rng(0))
-        return motion.impacts[:2, 0] + 2e-3
+    def stopped(p):
+        return first_contacts(p, angle=0.0, duration_s=0.2)[0][:2]
 
     for joint in (0.05, -0.05, 2.0):
         reach = 6e-4 * (-0.5 * np.tanh(joint / 0.08) + joint / (2 * np.pi))
@@ -156,7 +124,7 @@ def test_a_pushed_ring_never_comes_back_upon_the_disk():
         out = np.array([np.cos(azimuth), np.sin(azimuth)])
         ring = 2.5e-4 * np.array([np.cos(last), np.sin(last)])
         x, y = ring + 0.04 * out
-        state = _state(x=x, y=y, vx=out[0], vy=out[1], count=1, normal=last)
+        state = state_of(x=x, y=y, vx=out[0], vy=out[1], count=1, normal=last)
         assert wall_gap(0.0, state, loose, STILL)[0] == pytest.approx(0.0, abs=1e-12)
         after = impact(0.0, state, loose, STILL, np.zeros(2), 1.0)[0]
         assert wall_gap(0.0, after, loose, STILL)[0] > -1e-12

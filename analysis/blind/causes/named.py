@@ -12,6 +12,7 @@ from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.newest import NEWEST
+from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
@@ -21,7 +22,8 @@ from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
 CAUSES: dict[str, Cause] = {
-    cause.name: cause for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN + UNIMAGINED
+    cause.name: cause
+    for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN + UNIMAGINED + UNDREAMT
 }
 
 
@@ -30,9 +32,10 @@ RIVALS = (
     ("floor_friction", "spin_coupling", "friction_drift"),
     ("nes_rocking", "unknown_hop"),
     ("host_recoil", "host_ringing", "host_sway"),
-    # A contact that lasts keeps no place of the last impact.
+    # A contact that lasts keeps nothing of the last impact.
     ("finite_contact_time", "unknown_glue_thread"),
     ("finite_contact_time", "unknown_loose_ring"),
+    ("finite_contact_time", "unknown_tossed_disk"),
     (
         "finite_contact_time",
         *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
@@ -43,7 +46,7 @@ ROUND_ONLY = (
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
     *("unknown_chipped_disk", "unknown_creeping_liner"),
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
-    "unknown_squashed_ring",
+    *("unknown_squashed_ring", "unknown_turning_sleeve"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -5,6 +5,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import add_newest_forces, newest_traction
 from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.plant.undreamt import add_undreamt_forces, rim_traction, undreamt_friction, undreamt_load
 from analysis.blind.plant.unforeseen import add_coil, add_unforeseen_forces, friction_of_flight, grain_traction
 from analysis.blind.plant.unimagined import add_unimagined_forces, unimagined_friction
 
@@ -156,7 +157,8 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
     impact so far, lagging friction (x, y), azimuth of last impact, number of impacts, direction of the last one's
-    normal); x, y: centre of mass."""
+    normal, its approach speed, a liner's tiredness and a sleeve's speed after it, a mat's print (x, y in the Host));
+    x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -170,7 +172,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     slip_x, slip_y = slip_x + p.loose_floor * velocity[0], slip_y + p.loose_floor * velocity[1]
     slip_x, slip_y = slip_x + p.floor_turn_rad_per_s * y, slip_y - p.floor_turn_rad_per_s * x
     turning = spin - velocity[2] - p.floor_turn_rad_per_s  # over the floor
-    traction = floor_traction(slip_x, slip_y, turning, p, table)
+    traction = rim_traction(floor_traction(slip_x, slip_y, turning, p, table), slip_x, slip_y, turning, p)
     force_x, force_y, turn = grain_traction(traction, slip_x, slip_y, turning, state[4], p)
     if p.anisotropy != 0.0:
         a, b = np.cos(p.anisotropy_phase_rad), np.sin(p.anisotropy_phase_rad)
@@ -178,7 +180,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
         along, across = along * (1.0 + p.anisotropy), across * (1.0 - p.anisotropy)
         force_x, force_y = along * a - across * b, along * b + across * a
     force_x, force_y = newest_traction(force_x, force_y, slip_x, slip_y, turning, state[4], p)
-    load = max(p.load_m_per_s2 + acceleration[3], 0.0)
+    load = undreamt_load(time, state, position, velocity, acceleration, p)
     if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
         load = 0.0
     mu = p.floor_friction * (1.0 + p.friction_change_per_s * (time - 0.5 * p.duration_s))
@@ -189,7 +191,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
     mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p)
-    mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p)
+    mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p) * undreamt_friction(state[4], p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
@@ -215,4 +217,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_unforeseen_forces(time, x, y, from_host, state, p, out)
     add_coil(acceleration, p, out)
     add_unimagined_forces(x, y, state[4], velocity, p, out)
+    add_undreamt_forces(x, y, from_host, state, acceleration, p, out)
     return out

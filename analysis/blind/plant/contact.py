@@ -7,6 +7,14 @@ from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
 from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.undreamt import (
+    band_slips,
+    mount_gives,
+    press_down,
+    sleeve_speed,
+    tiredness,
+    tyre_at,
+)
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
 from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
 
@@ -55,6 +63,10 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[1] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    x, y = x - p.refit_x_m, y - p.refit_y_m
+    if p.tyre_m != 0.0:
+        rim_x, rim_y = tyre_at(state[4], p)
+        x, y = x + rim_x, y + rim_y
     if p.springy_m != 0.0:
         x += p.springy_m * acceleration[0] / SPRINGY_AT_M_PER_S2
         y += p.springy_m * acceleration[1] / SPRINGY_AT_M_PER_S2
@@ -95,6 +107,9 @@ def _contact_velocity(
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m)
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m)
+    if p.tyre_m != 0.0:
+        rim_x, rim_y = tyre_at(state[4], p)
+        arm_x, arm_y = arm_x + rim_x, arm_y + rim_y
     if p.chip_m != 0.0:  # at a chip's flank the contact lies beside the normal through the disk's middle
         from_x = state[0] + arm_x - p.disk_radius_m * nx - position[0]
         from_y = state[1] + arm_y - p.disk_radius_m * ny - position[1]
@@ -145,6 +160,34 @@ def restitution_at(
 
 
 @compiled
+def _wall_friction(time: float, azimuth: float, slip: float, p: PlantParameters) -> float:
+    """The wall's coefficient of friction at this time and place, but for what the blow itself does to it."""
+    mu = p.wall_friction * (
+        1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
+    )
+    mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
+    away = np.arctan2(np.sin(azimuth - p.tacky_rad), np.cos(azimuth - p.tacky_rad))
+    mu *= 1.0 - p.polish * (1.0 - np.exp(-max(time, 0.0) / p.polish_s))
+    return mu * (1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2))
+
+
+@compiled
+def _impulses(
+    change_n: float, change_t: float, slip: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float
+) -> tuple[float, float]:
+    """Normal and tangential impulse per unit mass of a contact of compliances w that change its velocity as asked for;
+    the tangential one is cut at mu times the normal one and `glue`."""
+    determinant = w_nn * w_tt - w_nt**2
+    push_n = (w_tt * change_n - w_nt * change_t) / determinant
+    push_t = (w_nn * change_t - w_nt * change_n) / determinant
+    if abs(push_t) > mu * abs(push_n) + glue:
+        sign = -1.0 if slip > 0.0 else 1.0
+        push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
+        push_t = sign * (mu * abs(push_n) + glue)
+    return push_n, push_t
+
+
+@compiled
 def impact(
     time: float, state: Floats, p: PlantParameters, host: Floats, scatter: Floats, bounce: float
 ) -> tuple[Floats, float, float]:
@@ -169,10 +212,12 @@ def impact(
     if approach <= 0.0:
         return new, 0.0, slip
     position, velocity, acceleration = host_pose(time, host)
-    azimuth = np.arctan2(  # of the contact, seen from the Host's centre
-        state[1] + arm_y - position[1],
-        state[0] + arm_x - position[0],
-    )
+    from_x, from_y = state[0] + arm_x - position[0], state[1] + arm_y - position[1]
+    azimuth = np.arctan2(from_y, from_x)  # of the contact, seen from the Host's centre
+    outer = from_x * nx + from_y * ny > 0.0  # the wall, not a cylinder
+    carried, tired, over_wall = sleeve_speed(time, state, p), tiredness(time, state), slip
+    if outer:
+        slip -= carried * bounce
     rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter[0])
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
@@ -180,34 +225,27 @@ def impact(
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
-    rebound = unimagined_rebound(rebound, time, state, (nx, ny), acceleration, p)
+    rebound = unimagined_rebound(rebound, time, state, (nx, ny), acceleration, p) - p.tired * tired
     if p.adhesion_m_per_s != 0.0:
         rebound = np.sqrt(max(rebound**2 - (p.adhesion_m_per_s / approach) ** 2, 0.0))
     rebound = max(rebound - (p.damage if state[9] > p.damage_m_per_s else 0.0), 0.05) * bounce
     new[9], new[12], new[14] = max(state[9], approach), azimuth, np.arctan2(ny, nx)
-    mu = p.wall_friction * (
-        1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (azimuth - p.wall_friction_phase_rad))
-    )
-    mu *= 1.0 + p.handed * (1.0 if slip > 0.0 else -1.0)
-    away = np.arctan2(np.sin(azimuth - p.tacky_rad), np.cos(azimuth - p.tacky_rad))
-    mu *= 1.0 - p.polish * (1.0 - np.exp(-max(time, 0.0) / p.polish_s))
-    mu *= 1.0 + p.tacky * np.exp(-0.5 * (away / 0.35) ** 2)
     grip, slide = newest_grip(approach, slip, p)
     elastic, pressed = unimagined_grip(approach, slip, p)
-    mu *= slide * pressed
+    mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed)
     back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
     w_nn, w_tt, w_nt = 1.0 + lever_n**2 / inertia, 1.0 + lever_t**2 / inertia, lever_n * lever_t / inertia
     change_n, change_t = -(1.0 + rebound) * approach, -(1.0 + back) * (slip - p.teeth_m_per_s * bounce)
-    determinant = w_nn * w_tt - w_nt**2
-    push_n = (w_tt * change_n - w_nt * change_t) / determinant
-    push_t = (w_nn * change_t - w_nt * change_n) / determinant
-    glue = p.cohesion_m_per_s * bounce
-    if abs(push_t) > mu * abs(push_n) + glue:
-        sign = -1.0 if slip > 0.0 else 1.0
-        push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
-        push_t = sign * (mu * abs(push_n) + glue)
+    if p.mount != 0.0:
+        more_n, more_t, more_nt = mount_gives(nx, ny, p)
+        w_nn, w_tt, w_nt = w_nn + more_n * bounce, w_tt + more_t * bounce, w_nt + more_nt * bounce
+    turns = p.sleeve * bounce if outer else 0.0
+    push_n, push_t = _impulses(change_n, change_t, slip, mu, p.cohesion_m_per_s * bounce, w_nn, w_tt + turns, w_nt)
+    if bounce > 0.0:
+        push_n, push_t = band_slips(push_n, push_t, change_n, w_nn, w_nt, p)
+        new[15], new[16], new[17] = approach, tired + approach**2, carried - turns * push_t
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
@@ -215,7 +253,9 @@ def impact(
     new[5] *= 1.0 - p.rolling_loss * bounce
     if p.rolling_arm_m != 0.0:
         new[5] = rolled(new[5], push_n * bounce, velocity[2], p)
-    return new, approach, slip
+    if p.leaning != 0.0:
+        press_down(new, push_n * bounce, (arm_x, arm_y), velocity, p)
+    return new, approach, over_wall
 
 
 @compiled

@@ -164,6 +164,7 @@ def run_plant(
     state[0] += position[0]
     state[1] += position[1]
     state[6], state[7] = -1.0, 0.0
+    state[18:] = initial[:2]
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
     return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), chances))

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-STATES = 15  # numbers of a state: `accelerations.derivative` names them
+STATES = 20  # numbers of a state: `accelerations.derivative` names them
 
 
 class PlantParameters(NamedTuple):
@@ -231,3 +231,23 @@ class PlantParameters(NamedTuple):
     squash_rad: float = 0.0
     slipping_m: float = 0.0  # the wall moves by twice this much during a run
     slipping_rad: float = 0.0
+    # causes in nobody's list that came after those (`causes.undreamt`)
+    arc_per_m: float = 0.0  # the Host moves along an arc of this curvature: it rises by half of it times x squared
+    toss: float = 0.0  # a blow tosses the disk up at this share of its approach
+    burr: float = 0.0  # share of the weight that stands on the disk's rim
+    alternating_rad_per_s2: float = 0.0  # a field turns the disk like a compass needle, to and fro, at 8 g of the Host
+    alternating_rad: float = 0.0
+    enclosed_per_m: float = 0.0  # drag with the square of the speed against the Host
+    mat_per_s2: float = 0.0  # the floor pulls back to where the disk stood before
+    brushed: float = 0.0  # floor friction more and less twice in a turn of the disk
+    brushed_rad: float = 0.0
+    leaning: float = 0.0  # share of a blow that presses the disk onto the floor
+    sleeve: float = 0.0  # mass of the disk over that of a sleeve of the wall that turns
+    mount: float = 0.0  # mass of the disk over that of a wall that gives along one line
+    mount_rad: float = 0.0
+    band_m_per_s: float = 0.0  # the most that a blow changes the slip's side of the disk by; 0: no band
+    tired: float = 0.0  # restitution lost after a blow at 1 m/s, with the square of its speed
+    refit_x_m: float = 0.0  # of each run: where the wall lies since it was put in the last time
+    refit_y_m: float = 0.0
+    tyre_m: float = 0.0  # from the disk's middle to that of its rim
+    tyre_rad: float = 0.0

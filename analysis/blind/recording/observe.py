@@ -41,12 +41,15 @@ def _turned(layout_m: np.ndarray, angle_rad: np.ndarray, centre_m: np.ndarray) -
     )
 
 
-def world_points(nes: np.ndarray, host: np.ndarray, marks: Marks, errors: ViewErrors) -> np.ndarray:
+def world_points(
+    nes: np.ndarray, host: np.ndarray, marks: Marks, errors: ViewErrors, bent_m: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Points (frames, 12, 3) in the calibration's world. `nes` (n, 4): middle x, y, z and angle; `host` (n,
-    4): x, y, rotation, z."""
+    4): x, y, rotation, z; `bent_m` (n, 2): how far the Host's marker on a tab is off."""
     frames = len(nes)
     ground = np.broadcast_to(GROUND_M, (frames, 3, 3))
     host_points = _turned(marks.host_m, host[:, 2], host[:, [0, 1, 3]])
+    host_points[:, errors.tab_marker, :2] += bent_m
     nes_points = _turned(marks.nes_m, nes[:, 3], nes[:, :3])
     if errors.slipped_m != (0.0, 0.0):
         elsewhere = marks.nes_m.copy()

@@ -118,5 +118,8 @@ class ViewErrors:
     lid_rad: float = 0.0  # ... and looks to ...
     lid_camera: int = 0  # ... in this camera's picture
     grounded_s: float = 0.0  # the second camera is late by this much at 8 g of the Host along x
+    free_running: float = 0.0  # the second camera's clock gains this share of the time, and agrees half-way
+    tab_m: float = 0.0  # a marker of the Host stays back by this much at 8 g of it ...
+    tab_marker: int = 0  # ... this one
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
