@@ -102,7 +102,7 @@ def _ringing(known: Array) -> list[Candidate]:
 
     step, name = RING_STEP / usual_s, "restitution of a wall that rings"
     return [
-        Candidate(f"{name}{word}", partial(rings, factors), (n * step, usual_s), (step, 0.3), (False, True))
+        Candidate(f"{name}{word}", partial(rings, factors), (n * step, usual_s), (0.3 / n, 0.3), (True, True))
         for word, factors in (("", ()), (" from the blow before", (Factor("last_approach"),)))
         for n in range(1, RINGS + 1)
     ]
