@@ -35,10 +35,16 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     if not late:
         return series
 
-    def truly(time_s: Array, data: RunData) -> Array:
-        return time_s + given(late, known_frames(time_s, data))
+    return with_times(series, lambda time_s, data: _true_times(late, time_s, data))
 
-    return with_times(series, truly)
+
+def true_times(series: Series, law: WrittenLaw) -> list[Array]:
+    """Times (N,) of each run's frames by a law of the clock, in whatever order they are then."""
+    return [_true_times(law.terms, run.data.time_s, run.data) for run in series.runs]
+
+
+def _true_times(late: Sequence[Term], time_s: Array, data: RunData) -> Array:
+    return time_s + given(late, known_frames(time_s, data))
 
 
 def given(terms: Sequence[Term], known: Array) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
 from analysis.gap.laws.frames.dictionary import frame_candidates, moved_rms
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
@@ -46,10 +46,10 @@ def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound |
     found = _law_of(clock_rows(series), series, rng)
     if not found:
         return None, series
-    corrected = without_frame_laws(series, [found[0].law])
-    shortest_s = SHORTEST_PERIODS * series.period_s
-    filmed = all(np.all(np.diff(run.data.time_s) > shortest_s) for run in corrected.runs)
-    return (found[0], corrected) if filmed else (None, series)
+    law, shortest_s = found[0].law, SHORTEST_PERIODS * series.period_s
+    if not all(np.all(np.diff(time_s) > shortest_s) for time_s in true_times(series, law)):
+        return None, series
+    return found[0], without_frame_laws(series, [law])
 
 
 def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
