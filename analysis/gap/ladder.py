@@ -132,12 +132,17 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
 
 
 def with_contacts_of(
-    ladder: Ladder, flights: FlightFit, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+    ladder: Ladder,
+    flights: FlightFit,
+    rng: np.random.Generator,
+    withheld: frozenset[str] = frozenset(),
+    surely: Sequence[str] = (),
 ) -> Ladder:
     """The ladder whose impacts and wall lie between other ``flights``, those that hold a law: what a force does to the
-    speeds around an impact passes for its restitution otherwise."""
+    speeds around an impact passes for its restitution otherwise.  ``surely``: effects of the restitution that a law has
+    shown."""
     effects, lens = _stated_effects(ladder.series), ladder.measurement.lens_residual_found
-    impacts = select_impact_effects(flights, effects, withheld, lens, rng)
+    impacts = select_impact_effects(flights, effects, withheld, lens, rng, surely)
     offsets = centre_offsets(ladder.series, flights, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
     structure = [s for s in ladder.structure if s.stage not in CONTACT]

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of
@@ -68,12 +69,16 @@ def write_laws(
     laws: list[LawFound | None] = []
     law, ladder = _flight_law(ladder, left, rng, withheld)
     laws.append(law)
-    fits = ladder.flights.fitted.fits
+    flights = ladder.flights.fitted
     if law is not None and law.fitted is not None and law.closed > UNPROMPTED_CLOSED:
-        fits = law.fitted[1].fits
-        ladder = with_contacts_of(ladder, law.fitted[1], rng, withheld)
-        left = {one.stage for one in ladder.structure}
-    found, unprompted, ladder = _contact_laws(ladder, fits, left, rng)
+        flights = law.fitted[1]
+        ladder = with_contacts_of(ladder, flights, rng, withheld)
+    found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
+    # A law that is an effect of the library has its name: a drift of the restitution that gains less than a name must.
+    name = next((effect_of_restitution(one.rig_law) for one in found[:1] if one is not None), None)
+    if name is not None and name not in (*withheld, *ladder.impacts.restitution_terms):
+        ladder = with_contacts_of(ladder, flights, rng, withheld, (name,))
+        found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
         ladder = replace(ladder, structure=tuple(structure))
@@ -111,17 +116,17 @@ def _flight_law(
 
 
 def _contact_laws(
-    ladder: Ladder, fits: Sequence[FlightFits], left: set[str], rng: np.random.Generator
+    ladder: Ladder, fits: Sequence[FlightFits], rng: np.random.Generator
 ) -> tuple[list[LawFound | None], list[Structure], Ladder]:
     """Laws of the impacts and the wall's shape, what is left where only they show it, and the ladder without the names
     that they make needless.
 
-    ``fits``: the flights between which the ladder's impacts lie, ``left``: the stages in which something is left.
-    Both are searched whether or not a probe found something: probes ask for a few forms, the dictionary for many.  What
-    it finds unprompted counts where it is more than negligible and halves of the runs agree."""
+    ``fits``: the flights between which the ladder's impacts lie.  Both are searched whether or not a probe found
+    something: probes ask for a few forms, the dictionary for many.  What it finds unprompted counts where it is more
+    than negligible and halves of the runs agree."""
     if ladder.impacts.fitted is None:
         return [], [], ladder
-    lens = ladder.measurement.lens_residual_found
+    lens, left = ladder.measurement.lens_residual_found, {one.stage for one in ladder.structure}
     laws, structure = list[LawFound | None](), list[Structure]()
     # A contact that lasts follows another tangential law, and its distances grow with the speed.
     instant = not ladder.impacts.shape.finite
@@ -278,6 +283,22 @@ def _is_rocking(law: WrittenLaw) -> bool:
         factor.quantity == "since"
         and factor.function == "exponential"
         and MOST_OF_FRICTION <= law.terms[0].coefficient < 0.0
+    )
+
+
+def effect_of_restitution(law: WrittenLaw) -> str | None:
+    """The effect of the restitution that a law of the impacts is, by its form: a drift with time or run, a cosine once
+    around the wall, a fall with the approach speed that dies out; None where it is none."""
+    forms = set()
+    for term in law.terms:
+        if term.target != "restitution" or len(term.factors) != 1:
+            return None
+        one = term.factors[0]
+        forms.add((one.quantity, one.function, one.order))
+    if forms <= {("time", "power", 1.0), ("run", "power", 1.0)}:
+        return DRIFT
+    return {("azimuth", "cosine", 1.0): DIRECTION, ("approach", "exponential", 1.0): SPEED}.get(
+        forms.pop() if len(forms) == 1 else ("", "", 0.0)
     )
 
 

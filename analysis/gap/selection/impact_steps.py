@@ -84,9 +84,10 @@ def select_impact_effects(
     withheld: frozenset[str],
     lens_residual_found: bool,
     rng: np.random.Generator,
+    surely: Sequence[str] = (),
 ) -> ImpactSteps:
     """Wall and law refitted, then the wall's shape, then restitution's effects; nothing where there are fewer than 8
-    impacts.
+    impacts.  ``surely``: effects of the restitution that something else has shown already.
     """
     terms: Sequence[str] = [e for e in effects if e in RESTITUTION_EFFECTS]
     shape = Shape("wall_ellipticity" in effects, "finite_contact_time" in effects)
@@ -99,7 +100,7 @@ def select_impact_effects(
     shape, shapes, fitted, shape_gains, shape_left = _shape(flight, nominal, shape, withheld, lens_residual_found)
     null_distribution = impact_null_distribution(fitted.data, terms, rng)
     laws, terms, law_gains, law_left, probes, structure = select_laws(
-        fitted, terms, shape.finite, withheld, null_distribution
+        fitted, terms, shape.finite, withheld, null_distribution, surely
     )
     distance_probes = [g for g in impact_candidates.distance_gains(fitted, shape, withheld) if not g.named]
     limit_m = DISTANCE_NEGLIGIBLE * fitted.wall.wall.size_m
@@ -200,13 +201,19 @@ class HasLaw(Protocol):
 
 
 def select_laws(
-    base: HasLaw, held: Sequence[str], finite: bool, withheld: frozenset[str], null_distribution: Array
+    base: HasLaw,
+    held: Sequence[str],
+    finite: bool,
+    withheld: frozenset[str],
+    null_distribution: Array,
+    surely: Sequence[str] = (),
 ) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
     """Restitution's terms, named or not, by forward selection with a look back; then probes in tangential and angular
     law.
 
-    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it."""
-    names, added = list(held), dict[str, tuple[str, ...]]()
+    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it.
+    ``surely``: names that something else has shown already."""
+    names, added = [*held, *(name for name in surely if name not in held)], dict[str, tuple[str, ...]]()
     least = threshold(null_distribution, IMPACT_GAIN)
     structure: list[ImpactGain] = []
     first: list[ImpactGain] = []
@@ -221,7 +228,11 @@ def select_laws(
             if probe is None:
                 break
             structure.append(probe)
-            names = [n for n in names if n in held or law_accepted(_kept(base, names, n, structure), least, base.data)]
+            names = [
+                n
+                for n in names
+                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data)
+            ]
         else:
             names.append(best.name)
             added[best.name] = _rivals(best, found)
