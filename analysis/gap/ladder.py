@@ -85,7 +85,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     name.
     """
     corrected, findings, tests = correct(without_stated(series), withheld)
-    model, effects = corrected.recordings[0].model, _stated_effects(corrected)
+    model, effects = corrected.recordings[0].model, stated_effects(corrected)
     ground = ground_motion(series)
     corrected = with_inertia(corrected, stated_ratio(corrected))
     first = first_flights(corrected, effects)
@@ -141,7 +141,7 @@ def with_contacts_of(
     """The ladder whose impacts and wall lie between other ``flights``, those that hold a law: what a force does to the
     speeds around an impact passes for its restitution otherwise.  ``surely``: effects of the restitution that a law has
     shown."""
-    effects, lens = _stated_effects(ladder.series), ladder.measurement.lens_residual_found
+    effects, lens = stated_effects(ladder.series), ladder.measurement.lens_residual_found
     impacts = select_impact_effects(flights, effects, withheld, lens, rng, surely)
     offsets = centre_offsets(ladder.series, flights, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
@@ -161,7 +161,7 @@ def with_contacts_of(
     )
 
 
-def _stated_effects(series: Series) -> list[str]:
+def stated_effects(series: Series) -> list[str]:
     """Effects of the nominal model."""
     model = series.recordings[0].model
     return list(model.effects) if model else ["floor_friction", "spin_coupling"]

@@ -11,10 +11,12 @@ import numpy as np
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of
+from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.corrected import given, without_frame_laws
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
+from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.impact_law import (
     find_impact_law,
     find_wall_law,
@@ -24,7 +26,7 @@ from analysis.gap.laws.impact_law import (
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_candidates import gains
-from analysis.gap.selection.flight_steps import sized_beside
+from analysis.gap.selection.flight_steps import first_flights, sized_beside
 from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
@@ -33,7 +35,7 @@ from analysis.gap.thresholds import (
     LAW_LEAST_CLOSED,
     NEGLIGIBLE_FRAMES,
 )
-from ovines.core.laws.terms import WrittenLaw
+from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import QUANTITIES
 
 #: effects that are found by the search of laws
@@ -228,7 +230,7 @@ def _measurement_laws(
         found, corrected = find_frame_laws(series, rng)
         if found:
             again = run_ladder(corrected, rng, withheld)
-            if _misfit(again) <= WORSE * _misfit(ladder):
+            if _misfit(again) <= WORSE * max(_misfit(ladder), _interpolated_misfit(ladder, found)):
                 laws, series, best = found, corrected, again
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
@@ -248,7 +250,23 @@ def _measurement_laws(
 def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
-    fits = ladder.flights.nominal.fits
+    return _middle_misfit(ladder.flights.nominal.fits)
+
+
+def _interpolated_misfit(ladder: Ladder, laws: Sequence[LawFound]) -> float:
+    """The same where a camera is late by as much as ``laws`` say at the most, always: that moves no flight, so that it
+    shows what taking values between the frames alone makes of their noise and beside impacts.  0 without such laws."""
+    late = [term for law in laws for term in law.law.terms if term.target == "camera_delay"]
+    if not late:
+        return 0.0
+    runs = [run.data for run in ladder.measured.runs]
+    most_s = max(float(np.abs(given(late, known_frames(data.time_s, data))).max()) for data in runs)
+    always = Term("camera_delay", min(most_s, 0.5 * ladder.measured.period_s), x=late[0].x)
+    series = without_frame_laws(ladder.measured, [WrittenLaw((always,))])
+    return _middle_misfit(first_flights(series, stated_effects(series)).fits)
+
+
+def _middle_misfit(fits: Sequence[FlightFits]) -> float:
     ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
     return float(np.median(ratio)) if len(ratio) else 0.0
 

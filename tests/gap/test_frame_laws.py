@@ -13,9 +13,11 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.gap import written_laws
 from analysis.gap.diagnose import diagnose
+from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.frames import law as clock_law
+from analysis.gap.laws.frames.corrected import given
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
-from analysis.gap.laws.frames.rows import clock_rows
+from analysis.gap.laws.frames.rows import clock_rows, known_frames
 from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.page.laws import by_halves
@@ -85,20 +87,23 @@ def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
 
 
 def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
-    """Every other frame late by more than a period: no camera films so, whatever fits the Host's path."""
+    """Every other frame late by more than a period: no camera films so, whatever fits the Host's path; nothing is
+    measured by such times."""
     law = SimpleNamespace(law=None)
     monkeypatch.setattr(clock_law, "clock_rows", lambda series: None)
     monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng: [law])
+    measured = []
+    monkeypatch.setattr(clock_law, "without_frame_laws", lambda series, laws: measured.append(laws))
 
     def corrected(times):
-        runs = [SimpleNamespace(data=SimpleNamespace(time_s=np.array(times)))]
-        monkeypatch.setattr(clock_law, "without_frame_laws", lambda series, laws: SimpleNamespace(runs=runs))
+        monkeypatch.setattr(clock_law, "true_times", lambda series, law: [np.array(times)])
         return find_clock_law(as_it_came, np.random.default_rng(0))
 
     as_it_came = SimpleNamespace(period_s=1.0)
     assert corrected([0.0, 1.2, 2.0, 3.2])[0] is law
     assert corrected([0.0, 1.6, 2.0, 3.6]) == (None, as_it_came)
     assert corrected([0.0, 2.2, 2.0, 4.2]) == (None, as_it_came)
+    assert len(measured) == 1
 
 
 def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
@@ -159,8 +164,27 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, st
         flights = SimpleNamespace(nominal=SimpleNamespace(fits=fits))
         return SimpleNamespace(structure=(SimpleNamespace(stage=stage),), measured="as it came", flights=flights)
 
-    law, before = SimpleNamespace(closed=1.0, halves=Halves((1.0, 1.0), (0.1, 0.1))), ladder_of(1.17)
+    law, before = (
+        SimpleNamespace(closed=1.0, law=SimpleNamespace(terms=()), halves=Halves((1.0, 1.0), (0.1, 0.1))),
+        ladder_of(1.17),
+    )
     monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((law,), "corrected"))
     monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (law, "in other times"))
     monkeypatch.setattr(written_laws, "run_ladder", lambda series, rng, withheld: ladder_of(2.04))
     assert written_laws._measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)
+
+
+def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
+    """A delay that grows through the run.  Values between its frames fit the flights worse whatever their times; the
+    law is held against a camera that is always late."""
+    made = make_series("unknown_free_running_camera", 0.8, np.random.default_rng(51), runs=3, noise="ar1")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    (law,), _ = written_laws._measurement_laws(ladder, np.random.default_rng(0), frozenset())
+    assert {term.target for term in law.law.terms} == {"camera_delay"}
+    assert law.closed > 0.8
+    time_s = series.runs[0].data.time_s
+    late_s = given(law.law.terms, known_frames(time_s, series.runs[0].data))
+    rate = np.polyfit(time_s, late_s, 1)[0]
+    assert rate == pytest.approx(made.truth["parameters"]["unknown_free_running_camera"]["free_running"], rel=0.25)

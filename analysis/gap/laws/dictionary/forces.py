@@ -210,6 +210,9 @@ def torque_candidates(scales: RigScales) -> list[Candidate]:
     out.append(plain("torque with the place in the Host", *(Term(target, 1.0, (axis,)) for axis in axes)))
     turned = (Term(target, 1.0, (axis, wave)) for axis in axes for wave in waves("angle"))
     out.append(plain("torque with the place in the Host and the angle", *turned))
+    for quantity in ("phase", "clock"):  # a magnet in an alternating field
+        swinging = (Term(target, 1.0, (turn, wave)) for turn in waves("angle") for wave in waves(quantity))
+        out.append(plain(f"torque with the angle and the {quantity}", *swinging))
     ranges = [share * scales.radius_m for share in RANGES]
     out += scaled("torque with the spin near the wall", target, ("gap", "exponential", 1.0), ranges, (spin,))
     return out + scaled(
