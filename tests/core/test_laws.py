@@ -27,7 +27,7 @@ QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
-    "FLOOR_ALONG"
+    "FLOOR_ALONG SINCE_BY_BLOW"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -114,6 +114,7 @@ RING_LAWS = (
             Term("floor_friction", 0.004, (Factor("host_acceleration_along", x=1.2),)),
             Term("floor_friction", 0.2, (Factor("host_velocity_along", x=-0.7),)),
             Term("floor_torque", -0.5),
+            Term("floor_friction", -0.4, (Factor("since_by_blow", "exponential", 1.0, 0.03),)),
         )
     ),
     WrittenLaw(

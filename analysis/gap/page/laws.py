@@ -28,12 +28,12 @@ FEWEST_FRAMES = 20
 # LaTeX of the symbols as plain characters.
 PLAIN = {
     r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
-    r"\rho": "ρ", r"\sigma": "σ", r"\tau": "τ",
+    r"\delta": "δ", r"\rho": "ρ", r"\sigma": "σ", r"\tau": "τ",
     r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
 }  # fmt: skip
 # Letters that can stand below the line as characters; others keep their underscore.
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
-ACCENTS = {"hat": "\u0302", "vec": "\u20d7"}
+ACCENTS = {"hat": "\u0302", "vec": "\u20d7", "dot": "\u0307"}
 FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
 # Shown in mm where a quantity is a length.
 SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}

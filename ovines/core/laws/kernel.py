@@ -17,8 +17,8 @@ from ovines.core.laws import words as W
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
-    Q_FLOOR_ALONG,
-) = range(36)  # fmt: skip
+    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW,
+) = range(37)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -78,6 +78,8 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return known[W.SPIN_LEFT]
     if code == Q_SLIDING_DIRECTION:
         return math.atan2(known[W.UY], known[W.UX])
+    if code == Q_SINCE_BY_BLOW:
+        return known[W.SINCE] / max(known[W.LAST_APPROACH], SHORT)
     if code == Q_ACCELERATION_OUTWARDS:
         length = math.hypot(hx, hy)
         return (known[W.HOST_AX] * hx + known[W.HOST_AY] * hy) / length if length > SHORT else 0.0
@@ -161,7 +163,7 @@ def circular(code: int) -> bool:
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
-    if Q_FROM_CONTACT <= code <= Q_LAST_APPROACH and not remembers(known):
+    if (Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or code == Q_SINCE_BY_BLOW) and not remembers(known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]

@@ -78,7 +78,7 @@ TARGETS: dict[str, Target] = {
             ),
             ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
             ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
-            ("floor_torque", "1", r"\hat z\,\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
+            ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
@@ -192,6 +192,14 @@ QUANTITIES: dict[str, Quantity] = {
                 "angle",
                 "velocity of the floor under the disk along a direction",
             ),
+            (
+                "since_by_blow",
+                "s^2/m",
+                r"\tau_i",
+                False,
+                "",
+                "time since the impact before over the normal speed before that",
+            ),
         )
     )
 }
@@ -220,7 +228,7 @@ TRAINS = ("pulses", "gates")
 #: velocities along a direction of their own
 ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along")
 #: what knows the contact before: nil without one
-OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach")
+OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock")
 TURN = 2 * math.pi

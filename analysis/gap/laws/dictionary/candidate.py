@@ -15,7 +15,16 @@ from ovines.core.laws.words import ALONG, QUANTITIES, TARGETS, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
-UNITS = {"m": "_m", "m/s": "_m_per_s", "rad": "_rad", "rad/s": "_rad_per_s", "s": "_s", "1": ""}
+UNITS = {
+    "m": "_m",
+    "m/s": "_m_per_s",
+    "rad": "_rad",
+    "rad/s": "_rad_per_s",
+    "s": "_s",
+    "s^2/m": "_s2_per_m",
+    "m/s^2": "_m_per_s2",
+    "1": "",
+}
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
 # Step of a difference, over a number's sd; and at the most over the number itself: a width stays one.
 STEP_SD, STEP_SHARE = 0.1, 0.25

@@ -30,6 +30,11 @@ def memory_candidates(scales: RigScales) -> list[Candidate]:
     out.append(plain("friction with the last blow", Term(friction, 1.0, hard)))
     out += scaled("friction with the last blow, for a time", friction, after, times, hard)
     out += scaled("friction near the last contact", friction, ("from_contact", "exponential", 1.0), reaches)
+    # A blow that tosses the disk up, or sets it rocking, does so the longer the harder it was.
+    by_blow = [time / scales.speed_m_per_s for time in times]
+    for function, word in (("below", "until"), ("exponential", "for")):
+        shape = ("since_by_blow", function, 1.0)
+        out += scaled(f"friction {word} a time that goes with the last blow", friction, shape, by_blow)
     out += scaled("drag after the last blow, by its speed", "along_velocity", after, times, (Factor("speed"), *hard))
     out += scaled("force outwards after the last blow, by its speed", "outwards", after, times, hard)
     return out
