@@ -5,18 +5,13 @@ when unknown.
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.estimates import estimated
-from analysis.gap.ladder import run_ladder
-from analysis.identify import identify_series
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
@@ -74,26 +69,6 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     table = found.predictions
     before, after = ((table[c] - table["measured"]).abs().median() for c in ("recalibrated", "with_effect"))
     assert after < before
-
-
-def identified(series, effects=()) -> pd.Series:
-    """What `ovines identify` tells of a series whose ``[model]`` names ``effects`` beside its own."""
-    model = series.recordings[0].model
-    named = model.model_copy(update={"effects": (*model.effects, *effects)})
-    stated = [replace(r, settings=r.settings.model_copy(update={"model": named})) for r in series.recordings]
-    return identify_series(series.motions, stated)[0].set_index("parameter")["value"]
-
-
-def test_without_a_finding_the_diagnosis_tells_what_identification_tells(tmp_path):
-    """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
-    write_series(make_series("none", 1.0, np.random.default_rng(8), runs=2, noise="white"), tmp_path / "s")
-    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
-    ladder = run_ladder(series, np.random.default_rng(0))
-    estimates, _ = estimated(ladder, [])
-    table = identified(series)
-    assert not ladder.causes
-    for name, values in estimates.nominal(series.recordings[0].model).items():
-        assert values["recalibrated"] == values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
 
 
 def practice_series(number: int, out: Path):

@@ -23,6 +23,7 @@ from analysis.gap.estimates import improved
 from analysis.gap.ladder import run_ladder
 from analysis.gap.page.figures_drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
+from analysis.identify import identify_series
 from analysis.walls.lobes import LobedWall, best_order, lobe_columns
 from analysis.walls.wall import Wall
 from ovines.core.effects import EFFECTS
@@ -128,6 +129,16 @@ def test_nothing_of_it_is_in_a_series_without_effect(diagnosed):
         "host_sway",
         "inertia_error",
     }
+
+
+def test_without_a_finding_the_diagnosis_tells_what_identification_tells(diagnosed):
+    """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
+    _, found, _ = diagnosed("none", 1.0, 21, "warp")
+    series = found.ladder.measured
+    assert not found.ladder.causes and found.ladder.series.motions is series.motions
+    table = identify_series(series.motions, series.recordings)[0].set_index("parameter")["value"]
+    for name, values in found.estimates.nominal(series.recordings[0].model).items():
+        assert values["recalibrated"] == values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
 
 
 @pytest.mark.long
