@@ -106,6 +106,14 @@ def without_next_test() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def unpainted(monkeypatch) -> None:
+    """Pages hold all their figures, and none is turned into a picture, which takes longer than all the rest: where the
+    data are no special ones, and pages like this are painted in another test (test_gap_page, test_report, commands).
+    """
+    monkeypatch.setattr("analysis.report.page.data_uri", lambda figure, image: "")
+
+
 def refused(result: subprocess.CompletedProcess, *words: str) -> None:
     """The end that every wrong input must have: status 2, three lines, no traceback, the words in them."""
     text = result.stdout + result.stderr

@@ -120,6 +120,11 @@ class RunData:
         return asks_for_last_contact(self.law)
 
     @cached_property
+    def contacts(self) -> dict[tuple[int, ...], tuple[float, float, float]]:
+        """:func:`contact_before` by the frames of both flights: it is asked for at each step of each fit."""
+        return {}
+
+    @cached_property
     def flight_rig(self) -> FlightRig:
         """What a flight knows of this run beside its parameters."""
         return FlightRig(
@@ -303,9 +308,16 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> tuple[flo
     k = first_piece(flights, k)
     if k == 0 or not flights[k - 1].joined:
         return 0.0, 0.0, 0.0
-    time_s = impact_before(run, flights, k)
+    before, after = flights[k - 1], flights[k]
+    asked = before.first, before.last, after.first, after.last
+    if asked not in run.contacts:
+        run.contacts[asked] = _contact_between(run, before, after, impact_before(run, flights, k))
+    return run.contacts[asked]
+
+
+def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float) -> tuple[float, float, float]:
     host, rate = run.host.at(np.array([time_s]))[0, :2], run.host.at(np.array([time_s]), 1)[0, :2]
-    sides = [seen_frames(run, flights[k - 1])[-CONTACT_FRAMES:], seen_frames(run, flights[k])[:CONTACT_FRAMES]]
+    sides = [seen_frames(run, before)[-CONTACT_FRAMES:], seen_frames(run, after)[:CONTACT_FRAMES]]
     lines = [_line(run.time_s[at] - time_s, run.xy_m[at]) for at in sides if len(at)]
     if not lines:
         return 0.0, 0.0, 0.0

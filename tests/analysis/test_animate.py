@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -91,17 +88,11 @@ def test_what_cannot_be_filmed_is_refused(tmp_path):
     assert not list(tmp_path.glob("film*"))
 
 
-def test_the_command(tmp_path):
+def test_the_command(tmp_path, ovines):
     _, motion = scene(tmp_path / "rec")
     write_table(motion, "motion", tmp_path / "rec" / "motion.parquet", provenance("test", {}, {}))
-    command = [sys.executable, "-m", "ovines", "animate", str(tmp_path / "rec"), "--end", "0.05"]
-    done = subprocess.run(
-        [*command, "--out", str(tmp_path / "film.mp4")],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    command = "animate", tmp_path / "rec", "--end", "0.05"
+    done = ovines(*command, "--out", tmp_path / "film.mp4")
     assert done.returncode == 0, done.stderr
     import cv2
 
@@ -110,6 +101,6 @@ def test_the_command(tmp_path):
     assert film.read()[1].shape == (400, 800, 3)
     assert [p.name for p in tmp_path.iterdir() if "film" in p.name] == ["film.mp4"]
     (tmp_path / "rec" / "motion.parquet").unlink()
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    refused = ovines(*command)
     assert refused.returncode == 2
     assert "motion.parquet" in refused.stderr

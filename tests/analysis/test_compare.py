@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -212,7 +210,7 @@ def test_missing_speeds_stay_missing(tmp_path, run):
     assert len(one_impact_ahead(impacts.iloc[:0], found.scenario)) == 0
 
 
-def test_the_command(tmp_path, run, browse):
+def test_the_command(tmp_path, run, browse, ovines):
     motion, impacts, contacts = run
     folder = tmp_path / "rec"
     folder.mkdir()
@@ -229,8 +227,8 @@ def test_the_command(tmp_path, run, browse):
         ("flights", spans),
     ):
         write_table(table, name, results / f"{name}.parquet", provenance("test", {}, {}))
-    command = [sys.executable, "-m", "ovines", "compare", str(folder), "--runs", "10"]
-    done = subprocess.run([*command, "--figures"], capture_output=True, text=True, timeout=300, check=False)
+    command = "compare", folder, "--runs", 10
+    done = ovines(*command, "--figures", timeout_s=300)
     assert done.returncode == 0, done.stderr
     assert "one flight" in done.stdout
     for name in ("flights_ahead", "impacts_ahead", "run_statistics"):
@@ -239,10 +237,10 @@ def test_the_command(tmp_path, run, browse):
     first = (results / "compare.html").read_text(encoding="utf-8")
     seen = browse(first)
     assert (seen.console, seen.fetched, seen.too_wide, len(seen.pictures)) == ([], [], 0, 3)
-    subprocess.run(command, capture_output=True, timeout=300, check=True)
+    assert ovines(*command, timeout_s=300).returncode == 0
     assert (results / "compare.html").read_text(encoding="utf-8") == first  # the seed is an argument, the clock is not
     (results / "impacts.parquet").unlink()
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    refused = ovines(*command)
     assert refused.returncode == 2
     assert "no impacts.parquet" in refused.stderr
     assert "Traceback" not in refused.stderr

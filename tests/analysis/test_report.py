@@ -231,7 +231,7 @@ def test_missing_tables_are_named_gaps(tmp_path, chosen, answer):
     assert "Not here:" in page
 
 
-def test_what_the_identification_noted_is_something_to_do(tmp_path):
+def test_what_the_identification_noted_is_something_to_do(tmp_path, unpainted):
     """A tilt that had to be fitted along is no reason to say that nothing has to be done."""
     folder = write(tmp_path / "results", ALL)
     notes = [
@@ -310,7 +310,7 @@ def test_series_report(tmp_path, browse):
     assert "≥ 0.410" in page
 
 
-def test_what_the_identification_said_stands_in_the_reports(tmp_path):
+def test_what_the_identification_said_stands_in_the_reports(tmp_path, unpainted):
     said = "The flights need table_tilt, which [model] effects does not name; it was fitted along."
     one = recording(tmp_path / "run")
     folder = write(tmp_path / "results" / "run", ("motion", "impacts", "identification"))
@@ -321,7 +321,7 @@ def test_what_the_identification_said_stands_in_the_reports(tmp_path):
     assert said in write_series_report(tmp_path / "results", [one], "series").read_text(encoding="utf-8")
 
 
-def test_a_drift_is_named(tmp_path):
+def test_a_drift_is_named(tmp_path, unpainted):
     recordings = []
     for run in range(6):
         recordings.append(recording(tmp_path / f"run-{run}"))

@@ -5,18 +5,13 @@ when unknown.
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.estimates import estimated
-from analysis.gap.ladder import run_ladder
-from analysis.identify import identify_series
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
@@ -76,34 +71,18 @@ def test_small_tilt_is_named_measured_and_taken_away(tmp_path):
     assert after < before
 
 
-def identified(series, effects=()) -> pd.Series:
-    """What `ovines identify` tells of a series whose ``[model]`` names ``effects`` beside its own."""
-    model = series.recordings[0].model
-    named = model.model_copy(update={"effects": (*model.effects, *effects)})
-    stated = [replace(r, settings=r.settings.model_copy(update={"model": named})) for r in series.recordings]
-    return identify_series(series.motions, stated)[0].set_index("parameter")["value"]
-
-
-def test_without_a_finding_the_diagnosis_tells_what_identification_tells(tmp_path):
-    """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
-    write_series(make_series("none", 1.0, np.random.default_rng(8), runs=2, noise="white"), tmp_path / "s")
-    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
-    ladder = run_ladder(series, np.random.default_rng(0))
-    estimates, _ = estimated(ladder, [])
-    table = identified(series)
-    assert not ladder.causes
-    for name, values in estimates.nominal(series.recordings[0].model).items():
-        assert values["recalibrated"] == values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
-
-
-def practice(number: int, out: Path):
-    """A practice series of a plant that is not ours, diagnosed; skipped where the material is not there."""
+def practice_series(number: int, out: Path):
+    """A practice series of a plant that is not ours; skipped where the material is not there."""
     folder = SHARED / "practice" / f"practice-{number:02d}"
     if not folder.is_dir():
         pytest.skip("the practice series are not part of the program")
     runs = FEWER_RUNS if number in SHOWN_BY_FEWER else PRACTICE_RUNS
-    loaded, _ = load_series(read_series(folder)[:runs], out / "results")
-    return diagnose(loaded, np.random.default_rng(0)).summary
+    return load_series(read_series(folder)[:runs], out / "results")[0]
+
+
+def practice(number: int, out: Path):
+    """What the diagnosis of a practice series says."""
+    return diagnose(practice_series(number, out), np.random.default_rng(0)).summary
 
 
 @pytest.mark.parametrize(
@@ -138,18 +117,20 @@ def test_three_causes_are_all_named(tmp_path, number, listed):
     assert sum(one["shrinkage"] for one in gap["by_effect"].values()) == pytest.approx(gap["shrinkage"], abs=0.1)
 
 
-def test_unlisted_force_is_unknown_with_what_it_goes_with(tmp_path, without_laws):
-    found, _ = diagnosed(tmp_path / "series", "unknown_magnus", 0.35, 13, "ar1", runs=3)
-    assert found.summary["verdict"] == "unknown" and found.summary["stage"] == "flight"
-    assert "spin" in found.summary["left"][0]["goes_with"]
-    assert found.summary["effects"] == [] and found.summary["parameters"] == {}
-
-
-def test_withheld_effect_becomes_unknown_in_the_right_place(tmp_path, without_laws):
-    withheld = frozenset({"wall_ellipticity"})
-    found, _ = diagnosed(tmp_path / "series", "wall_ellipticity", 1.0, 14, "white", runs=3, withheld=withheld)
-    assert (found.summary["verdict"], found.summary["stage"]) == ("unknown", "geometry")
-    assert "azimuth" in found.summary["left"][0]["goes_with"]
+def test_what_no_name_is_left_for_is_unknown_in_the_right_place(tmp_path, without_laws):
+    """A force that nobody listed, and two effects that are withheld from the library, each in its stage."""
+    withheld = ("wall_ellipticity", "host_recoil")
+    series = make_series(
+        "+".join(["unknown_magnus", *withheld]), (0.35, 1.0, 1.0), np.random.default_rng(13), runs=3, noise="ar1"
+    )
+    write_series(series, tmp_path / "series")
+    loaded, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    summary = diagnose(loaded, np.random.default_rng(0), frozenset(withheld)).summary
+    assert (summary["verdict"], summary["effects"], summary["parameters"]) == ("unknown", [], {})
+    assert summary["stage"] == summary["left"][0]["stage"]
+    left = {one["stage"]: one["goes_with"] for one in summary["left"]}
+    assert len(left) == len(summary["left"]) == 3
+    assert "spin" in left["flight"] and "azimuth" in left["geometry"] and "impacts before" in left["drive"]
 
 
 def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path, ovines):

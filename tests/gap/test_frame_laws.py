@@ -106,7 +106,7 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
     assert len(measured) == 1
 
 
-def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
+def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path, without_next_test):
     """Both cameras agree with each other: before, friction_drift was named."""
     series = loaded(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
     summary = diagnose(series, np.random.default_rng(0)).summary

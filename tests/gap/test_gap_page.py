@@ -110,7 +110,7 @@ def test_trajectory_shows_the_flight_where_the_models_differ_most(tilted):
     assert chosen.rms["with_effect"] < chosen.rms["recalibrated"]
 
 
-def test_motion_alone_gives_named_gaps(tilted):
+def test_motion_alone_gives_named_gaps(tilted, without_next_test):
     series = tilted[0].ladder.series
     short = from_motions(series.recordings[:1], [series.motions[0].iloc[:60]])
     page = gap_page(diagnose(short, np.random.default_rng(0)), "short")

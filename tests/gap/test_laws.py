@@ -4,6 +4,7 @@ The dictionary was made with the plant's kinds in view: these hold it against fa
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -38,64 +39,35 @@ def loaded(folder, laws=()):
 
 
 @pytest.fixture(scope="module")
-def swirl(tmp_path_factory):
-    """Four runs with a swirl, and their diagnosis."""
-    folder = tmp_path_factory.mktemp("swirl") / "series"
-    made = make_series("unknown_swirl", 1.0, np.random.default_rng(5), runs=4, noise="white")
+def both(tmp_path_factory, without_next_test):
+    """Four runs with a swirl, and a restitution that falls with the slip: their folder, truth and diagnosis."""
+    folder = tmp_path_factory.mktemp("both") / "series"
+    made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=4, noise="white")
     write_series(made, folder)
-    return folder, made, diagnose(loaded(folder), np.random.default_rng(0))
+    return folder, made.truth["parameters"], diagnose(loaded(folder), np.random.default_rng(0))
 
 
-def test_a_force_in_nobodys_list_is_written_as_a_formula(swirl):
+def test_a_force_in_nobodys_list_is_written_as_a_formula(both):
     """Right target and quantity, size within three sd of the plant's, nearly all of the gap closed on held-out runs."""
-    _, made, found = swirl
-    assert found.summary["verdict"] == "unknown"
-    (entry,) = found.summary["laws"]
+    _, true, found = both
+    assert (found.summary["verdict"], found.summary["effects"]) == ("unknown", [])
+    entry, _ = found.summary["laws"]
     (term,) = found.laws[0].law.terms
     assert (entry["stage"], term.target, [one.quantity for one in term.factors]) == ("flight", "swirl", ["radius"])
-    true = made.truth["parameters"]["unknown_swirl"]["swirl_per_s2"]
-    assert abs(term.coefficient - true) < 3 * term.sd
+    assert abs(term.coefficient - true["unknown_swirl"]["swirl_per_s2"]) < 3 * term.sd
     assert entry["shrinkage"] > 0.95
     assert entry["p"] < 1e-3
     assert entry["parameters"]["coefficient"]["unit"] == "1/s^2"
 
 
-def test_the_law_stands_on_the_page(swirl):
-    """Formula, evidence before and after, path, other formulas."""
-    _, _, found = swirl
-    section = next(one for one in gap_page(found, "a series").sections if one.anchor == "law")
-    assert {"law-1-formula", "law-1-evidence", "law-1-path"} <= set(section.figures)
-
-
-def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(swirl):
-    """Its evidence is cut by weights, and some flights may have none."""
-    _, _, found = swirl
-    problem = flight_regression(found.ladder.flights.fitted)
-    rows = problem.cut_columns(found.laws[0].rig_law.terms[0], lambda known: np.zeros((len(known), 5)))
-    assert rows.shape == (len(problem.problem.residual), 5) and not rows.any()
-
-
-def test_a_series_that_holds_its_law_has_nothing_left(swirl, tmp_path):
-    """Written to a file, read again, held: the diagnosis ends with none."""
-    folder, _, found = swirl
-    path = tmp_path / "law-1.toml"
-    path.write_text(law_text(found.laws[0].law, "swirl"))
-    again = diagnose(loaded(folder, [path]), np.random.default_rng(0))
-    assert (again.summary["verdict"], again.summary["laws"]) == ("none", [])
-    assert read_law(path).terms[0].unit == "1/s^2"
-
-
-def test_a_law_of_the_impacts(tmp_path):
-    """Restitution that falls with the slip."""
-    folder = tmp_path / "series"
-    made = make_series("unknown_slip_restitution", 1.0, np.random.default_rng(6), runs=8, noise="white")
-    write_series(made, folder)
-    found = diagnose(loaded(folder), np.random.default_rng(0))
-    (law,) = found.laws
+def test_a_law_of_the_impacts_beside_one_of_the_flights(both):
+    """Restitution that falls with the slip; as near as three sds of eight runs without the swirl (a tenth each)."""
+    _, true, found = both
+    entry, law = found.summary["laws"][1], found.laws[1]
     (term,) = law.law.terms
-    assert (term.target, [one.quantity for one in term.factors]) == ("restitution", ["slip"])
-    true = -made.truth["parameters"]["unknown_slip_restitution"]["slip_restitution_s_per_m"]
-    assert abs(term.coefficient - true) < 3 * term.sd
+    assert (entry["stage"], term.target, [one.quantity for one in term.factors]) == ("impact", "restitution", ["slip"])
+    slope = -true["unknown_slip_restitution"]["slip_restitution_s_per_m"]
+    assert abs(term.coefficient - slope) < min(3 * term.sd, 0.3 * abs(slope)) and law.closed > 0.8
     # A name that had imitated a part of it would go; not beside a law of something else.
     steps, fits = found.ladder.impacts, found.ladder.flights.fitted.fits
     name = "direction_dependent_restitution"
@@ -105,6 +77,34 @@ def test_a_law_of_the_impacts(tmp_path):
     assert needless_beside(law, named, fits) == (name,)
     spin = WrittenLaw((Term("spin_kept", -0.02),))
     assert needless_beside(replace(law, rig_law=spin), named, fits) == ()
+
+
+def test_the_laws_stand_on_the_page(both, unpainted):
+    """Formula, evidence before and after, path, other formulas."""
+    _, _, found = both
+    section = next(one for one in gap_page(found, "a series").sections if one.anchor == "law")
+    assert {f"law-{k}-{what}" for k in (1, 2) for what in ("formula", "evidence")} | {"law-1-path"} <= set(
+        section.figures
+    )
+
+
+def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(both):
+    """Its evidence is cut by weights, and some flights may have none."""
+    _, _, found = both
+    problem = flight_regression(found.ladder.flights.fitted)
+    rows = problem.cut_columns(found.laws[0].rig_law.terms[0], lambda known: np.zeros((len(known), 5)))
+    assert rows.shape == (len(problem.problem.residual), 5) and not rows.any()
+
+
+def test_a_series_that_holds_its_laws_has_nothing_left(both, tmp_path):
+    """Written to files, read again, held: the diagnosis ends with none."""
+    folder, _, found = both
+    paths = [tmp_path / f"law-{k}.toml" for k in (1, 2)]
+    for path, law in zip(paths, found.laws, strict=True):
+        path.write_text(law_text(law.law, "one of two"))
+    again = diagnose(loaded(folder, paths), np.random.default_rng(0))
+    assert (again.summary["verdict"], again.summary["laws"]) == ("none", [])
+    assert [read_law(path).terms[0].unit for path in paths] == ["1/s^2", "s/m"]
 
 
 def test_forms_that_gain_alike_are_held_against_each_other_in_the_equation_of_motion(monkeypatch):
@@ -195,13 +195,16 @@ def test_every_candidate_is_set_as_a_formula():
     candidates = [*flight_candidates(scales), *law_candidates(known), *wall_candidates(known)]
     terms = {one.name: one.terms for one in candidates}
     terms["pulses"] = (Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4),)
-    parser = MathTextParser("path")
+    formulas = set()
     for name, those in terms.items():
         for term in those:
             law = WrittenLaw((Term(term.target, -1.25e-6, term.factors, term.x, term.y),))
-            parser.parse(f"${as_latex(law)}$")
             assert as_text(law) and term.unit, name
-    assert len(terms) > 100
+            formulas.add(re.sub(r"\d+", "1", as_latex(law)))  # which digits stand there is nothing to a parser
+    parser = MathTextParser("path")
+    for formula in formulas:
+        parser.parse(f"${formula}$")
+    assert len(terms) > 100 < len(formulas)
 
 
 def test_a_width_that_is_hardly_known_stays_a_width():

@@ -35,7 +35,7 @@ def quantities(law):
     return [(term.target, sorted(one.quantity for one in term.factors)) for term in law.law.terms]
 
 
-def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
+def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path, without_next_test):
     """And no restitution that falls with the speed: impacts are asked between the flights that hold the law."""
     series, true = made_series(tmp_path, "unknown_air_cushion", 0.7, 31)
     found = diagnose(series, np.random.default_rng(0))

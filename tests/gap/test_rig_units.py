@@ -7,12 +7,14 @@ import pytest
 
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series, write_series
-from analysis.gap.diagnose import diagnose
-from analysis.gap.prediction.probabilities import against, probability_of
+from analysis.gap.diagnose import diagnose, verdict_of
+from analysis.gap.ladder import run_ladder
+from analysis.gap.prediction.detectable import detectable_sizes
+from analysis.gap.prediction.probabilities import against, probabilities, probability_of
 from analysis.gap.selection.centres import centre_negligible_m
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
-from tests.gap.test_diagnose import practice
+from tests.gap.test_diagnose import practice_series
 
 pytestmark = pytest.mark.usefixtures("without_next_test")
 
@@ -31,11 +33,12 @@ def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
         assert summary["parameters"]["wall_centre_offset"][name]["value"] == pytest.approx(value, abs=1.5e-5)
 
 
-def test_an_inertia_is_judged_by_flights_that_hold_the_drag(tmp_path, without_laws):
+def test_an_inertia_is_judged_by_flights_that_hold_the_drag(tmp_path):
     """Practice 25: flights without their air drag make its impulses turn the disk by 4 % too little."""
-    summary = practice(25, tmp_path)
-    assert (summary["verdict"], summary["effects"]) == ("effect", ["air_drag"])
-    assert summary["probabilities"]["inertia_error"] < 0.05 and summary["probabilities"]["viscous_drag"] < 0.05
+    ladder = run_ladder(practice_series(25, tmp_path), np.random.default_rng(0))
+    assert (verdict_of(ladder), [cause.effect for cause in ladder.causes]) == ("effect", ["air_drag"])
+    told = probabilities(ladder, ladder.causes, detectable_sizes(ladder), seen=1.0)
+    assert told["inertia_error"] < 0.05 and told["viscous_drag"] < 0.05
 
 
 def test_what_runs_held_out_speak_against_becomes_less_likely():
