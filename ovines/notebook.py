@@ -331,7 +331,7 @@ def diagnose(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], r
     >>> cameras = read_calibration(runs[0].calibration_file)
     >>> tracks = [read_table(run.folder / "tracks.parquet", "tracks") for run in runs]
     >>> points = [triangulate(one, cameras, run) for one, run in zip(tracks, runs)]
-    >>> motions = [analyse(one, run) for one, run in zip(points, runs)]
+    >>> motions = [analyse(one, run).query("time_s < 0.6") for one, run in zip(points, runs)]
     >>> diagnose(motions, runs, np.random.default_rng(0)).summary["effects"]
     ['table_tilt']
     """

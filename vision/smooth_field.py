@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ def solve_with_prior(information: Array, right: Array, prior: Array) -> tuple[fl
     root = np.linalg.cholesky(prior)
     system = np.eye(len(prior)) + root.T @ information @ root
     factor = np.linalg.cholesky(system)
-    half = np.linalg.solve(factor, root.T)
+    half = solve_triangular(factor, root.T, lower=True)
     covariance = half.T @ half
     along = half @ right
     return float(0.5 * along @ along - np.log(np.diag(factor)).sum()), covariance

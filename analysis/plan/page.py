@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -179,7 +180,7 @@ def _add_settings(page: Page, plan: pd.DataFrame) -> None:
     section = page.add_section("What would help", "settings")
     section.add_figure(
         "plan_settings",
-        settings_figure(plan),
+        partial(settings_figure, plan),
         "How many times smaller a standard deviation would be than with the settings as stated (line at 1; left of "
         "it: larger; an arrow: off the scale). The grey band is how far two days with the same settings differ.",
         "Gain of each changed setting for each of the four main parameters.",

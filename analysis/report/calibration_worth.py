@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -85,7 +86,7 @@ def _add_uncertainty(
         )
         section.add_figure(
             "calibration_plane",
-            plane_uncertainty(plane, cameras, windows, ring),
+            partial(plane_uncertainty, plane, cameras, windows, ring),
             "Standard deviation of a point of the plane z = 0 by the calibration alone. Red: the cameras' windows"
             + (", black: the ring." if ring else "."),
             "Three maps of the sliding plane: standard deviation of x, y and z.",
@@ -96,7 +97,7 @@ def _add_uncertainty(
     image = results.tables["calibration_image"]
     section.add_figure(
         "calibration_image",
-        image_uncertainty(image, sizes, windows),
+        partial(image_uncertainty, image, sizes, windows),
         "Left: how far the lens' uncertainty moves what is seen at each place (a turn of the camera left out). Middle: "
         "the lens from one half of the views against that from the other; right: what noise lets them differ by. "
         "Middle far above right: the standard deviations are too small. Red: the window.",
@@ -234,7 +235,7 @@ def _add_lens(page: Page, lens: pd.DataFrame, spline: pd.DataFrame | None) -> No
     if spline is not None:
         section.add_figure(
             "calibration_spline",
-            lens_field(spline, None, {}),
+            partial(lens_field, spline, None, {}),
             "The spline beside the distortion terms (arrows: where a point is seen, less where the terms put it; RMS "
             f"over the nodes {with_unit(float(np.sqrt((spline[['du_px', 'dv_px']] ** 2).sum(axis=1).mean())), 'px', 2)}"
             "). Colour: its sd (px), large where no board was seen.",
@@ -255,14 +256,14 @@ def _add_views(
     section = page.add_section("The views", "views")
     section.add_figure(
         "calibration_coverage",
-        coverage_and_residuals(corners, sizes, windows),
+        partial(coverage_and_residuals, corners, sizes, windows),
         "Where the board's points were seen (pale), and what each was off by (arrows, much lengthened). Arrows that "
         "point alike in one place mean a lens that does not fit; white places are known by the rest of the image only.",
         "Points of all views over each image with their residual vectors.",
     )
     section.add_figure(
         "calibration_scene",
-        scene(boards, cameras),
+        partial(scene, boards, cameras),
         "The cameras, the world's axes, and the board of every view as its camera saw it.",
         "Cameras and boards in space.",
         image="png",
@@ -272,7 +273,7 @@ def _add_views(
         if shown:
             section.add_figure(
                 f"calibration_pictures_{camera.name}",
-                pictures(shown),
+                partial(pictures, shown),
                 f"{camera.name}: views with the points found, those with the largest residuals first.",
                 "Small pictures of the views of one camera.",
                 image="png",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,7 @@ def _add_flights(page: Page, comparison: Comparison) -> None:
     if len(comparison.flights):
         section.add_figure(
             "flights_ahead",
-            flights_ahead(comparison.flights),
+            partial(flights_ahead, comparison.flights),
             "Each flight from the velocity and spin measured after its impact. An error that grows with the "
             "length of the flight is a force that the "
             "model lacks; one that does not is measurement noise.",
@@ -61,7 +62,7 @@ def _add_impacts(page: Page, comparison: Comparison) -> None:
     section = page.add_section("One impact ahead", "impacts")
     section.add_figure(
         "impacts_ahead",
-        impacts_ahead(comparison.impacts),
+        partial(impacts_ahead, comparison.impacts),
         "Speeds of the contact point and spin after each impact, from what was measured before it.",
         "Simulated against measured values after each impact.",
     )
@@ -83,7 +84,7 @@ def _add_run(page: Page, comparison: Comparison) -> None:
         return
     section.add_figure(
         "run_distributions",
-        run_distributions(comparison.samples),
+        partial(run_distributions, comparison.samples),
         f"Cumulative distributions; impacts above {COUNTED_SPEED_M_PER_S} m/s and five frames from the next.",
         "Distributions of impact rate, speed, energy and azimuth.",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
@@ -83,7 +85,7 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
     flat = " With so few impacts the ground is flat: away from the line, each of them could be a stray." if few else ""
     section.add_figure(
         "error_map",
-        error_maps(joint, results.close_map, results.thesis_grid, impacts, pair, results.inertia_factor, eps),
+        partial(error_maps, joint, results.close_map, results.thesis_grid, impacts, pair, results.inertia_factor, eps),
         f"Counterpart of the thesis' Fig. 64. Left: joint likelihood of {joint.n_impacts} impacts ({counts}). One "
         "impact alone fixes only min(β₀, β₁), an L in this plane (thin lines): its legs are lower bounds. "
         f"{closing}{flat} Right: the thesis' mean relative error of "
@@ -93,7 +95,7 @@ def _add_maps(section: Section, results: Results, impacts: pd.DataFrame) -> None
     )
     section.add_figure(
         "regimes",
-        regimes(impacts, eps, *pair, results.inertia_factor),
+        partial(regimes, impacts, eps, *pair, results.inertia_factor),
         "Effective tangential restitution of each impact against its incidence. Steep impacts (left) stick "
         "and show β₀; "
         "oblique ones slide along the curve that μ_c sets.",
@@ -120,7 +122,7 @@ def add_impacts(page: Page, results: Results) -> None:
         return
     section.add_figure(
         "impact_detection",
-        impact_detection(motion, results.smooth, thesis, impacts, results.spans_s("contact")),
+        partial(impact_detection, motion, results.smooth, thesis, impacts, results.spans_s("contact")),
         "Counterpart of the thesis' Fig. 63: maxima of the smoothed acceleration norm (thesis) and the junctions "
         "of two flights (flight model).",
         "Acceleration norm and NES coordinates with detected impacts.",
@@ -131,7 +133,7 @@ def add_impacts(page: Page, results: Results) -> None:
     eps, sd = results.parameter("restitution")[:2]
     section.add_figure(
         "restitution",
-        restitution_by_both(impacts, thesis, eps, sd),
+        partial(restitution_by_both, impacts, thesis, eps, sd),
         "Restitution of each impact by both methods, over time and against the normal speed.",
         "Restitution of each impact by both methods.",
     )

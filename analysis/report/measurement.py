@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
@@ -94,7 +96,7 @@ def add_calibration(page: Page, results: Results) -> None:
         used = int(views["used"].sum())
         section.add_figure(
             "calibration_views",
-            view_errors(views),
+            partial(view_errors, views),
             f"RMS reprojection error of each view of the board; {used} of {len(views)} views used.",
             "Bar chart of the reprojection error of every calibration view, per camera.",
         )
@@ -107,7 +109,7 @@ def add_calibration(page: Page, results: Results) -> None:
     if points is not None and points["reprojection_px"].notna().any():
         section.add_figure(
             "reprojection",
-            reprojection(points),
+            partial(reprojection, points),
             "Reprojection error of the recording's own markers (RMS of four coordinates). It should neither "
             "drift nor grow with speed; "
             "one marker standing out was tracked badly.",
@@ -123,7 +125,7 @@ def _add_lens_field(section: Section, results: Results) -> None:
     terms = table.set_index("term")
     section.add_figure(
         "lens_field",
-        lens_field(field, results.get("tracks"), results.recording.window_offset_px),
+        partial(lens_field, field, results.get("tracks"), results.recording.window_offset_px),
         "What the lens models leave over (arrows: where a point is seen, less where the model puts it; RMS "
         f"{with_unit(float(np.sqrt((field[['du_px', 'dv_px']] ** 2).to_numpy().mean())), 'px', 2)}), learnt from "
         "rigid bodies in both views and taken off every pixel. Colour: its sd (px); dots: markers. It predicts halves "
@@ -154,7 +156,7 @@ def add_tracks(page: Page, results: Results) -> None:
     over = "over its first frame" if results.frames else "in its window (the recording brought no images)"
     section.add_figure(
         "tracks",
-        tracks_over_frame(tracks, bodies, windows, results.frames),
+        partial(tracks_over_frame, tracks, bodies, windows, results.frames),
         f"Path of every marker in each camera, {over}: NES blue, Host orange, ground green; circles mark the first "
         "frame.",
         "Marker paths in the image of each camera.",
@@ -195,7 +197,7 @@ def add_coordinates(page: Page, results: Results) -> None:
     shown = [marker for marker in named if marker in present] or sorted(present)
     section.add_figure(
         "coordinates",
-        coordinates(points, shown[:15]),
+        partial(coordinates, points, shown[:15]),
         "Coordinates of each marker, each from its own median (counterpart of the thesis' Figs 54 and 60). "
         "Ground markers show the noise; "
         "Host markers should move along the drive only.",
@@ -219,7 +221,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
         scatter = distance_scatter(points, markers)
         section.add_figure(
             "host_distances",
-            host_distances(points, markers),
+            partial(host_distances, points, markers),
             "Distances between the Host markers minus their medians (thesis, Fig. 55); the band is ± one robust sd. "
             "A rigid Host keeps them constant: "
             f"here to {length(float(scatter['sd_m'].max()))} for the worst pair.",
@@ -235,7 +237,7 @@ def _add_marker_circles(section: Section, results: Results) -> None:
         return
     section.add_figure(
         "circle_centres",
-        circle_centres(circles),
+        partial(circle_centres, circles),
         "Left: distances between the centres of the four three-marker circles, and of their mean from the "
         "least-squares circle (thesis, Fig. 56). "
         "Right: their radii.",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
@@ -33,13 +35,13 @@ def add_motion(page: Page, results: Results) -> None:
         caption += f" The impacts themselves put the contact edge at {with_unit(1e3 * contact, 'mm', 4)}."
     section.add_figure(
         "relative_trajectory",
-        relative_trajectory(motion, host, nes, wall, results.get("impacts")),
+        partial(relative_trajectory, motion, host, nes, wall, results.get("impacts")),
         caption,
         "Trajectory of the NES relative to the Host inside the wall.",
     )
     section.add_figure(
         "velocities",
-        velocities(motion),
+        partial(velocities, motion),
         "Velocities of NES and Host in the world frame (thesis, Figs 59, 61), smoothed over some frames: an impact, "
         "which takes no time here, looks like a ramp as long as the smoothing.",
         "Velocity components of NES and Host over time.",
@@ -59,7 +61,7 @@ def add_motion(page: Page, results: Results) -> None:
         )
     section.add_figure(
         "angle_and_spin",
-        angle_and_spin(motion, results.rotation),
+        partial(angle_and_spin, motion, results.rotation),
         text + ".",
         "Angle and spin of the NES over time.",
     )
@@ -90,7 +92,7 @@ def add_accelerometers(page: Page, results: Results) -> None:
         )
     section.add_figure(
         "accelerations",
-        accelerations_figure(over_time),
+        partial(accelerations_figure, over_time),
         "Acceleration of the Host along each sensor, by the cameras' path and by the record with its stated "
         "sensitivity, each a mean over a frame's interval, and their difference.",
         "Acceleration of the Host by cameras and accelerometers over some periods, and its difference over the run.",

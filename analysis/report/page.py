@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Literal
 
@@ -22,8 +23,10 @@ from matplotlib.figure import Figure
 from analysis.figures.style import FigureFormat, data_uri, save_figure
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.provenance import program, today
+from ovines.workers.beside import made_by_two
 
 Status = Literal["good", "caution", "bad", "neutral"]
+Drawing = Figure | Callable[[], Figure]  # a figure, or what draws it when it is wanted
 HERE = Path(__file__).parent
 
 
@@ -45,8 +48,9 @@ class Block:
     text: str = ""
     status: Status = "neutral"
     title: str = ""
-    image: str = ""
+    image: str = ""  # source of a figure's image, once it is drawn
     alt: str = ""
+    draw: Callable[[], str] | None = None  # what makes it
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
     items: tuple[str, ...] = ()
@@ -62,7 +66,7 @@ class Section:
     anchor: str
     level: int = 2
     blocks: list[Block] = field(default_factory=list)
-    figures: dict[str, Figure] = field(default_factory=dict)
+    figures: dict[str, Drawing] = field(default_factory=dict)
 
     def add_text(self, text: str) -> None:
         """A paragraph."""
@@ -84,13 +88,14 @@ class Section:
         """A bulleted list."""
         self.blocks.append(Block("list", items=tuple(items)))
 
-    def add_figure(self, name: str, figure: Figure, caption: str, alt: str, image: FigureFormat = "svg") -> None:
-        """Draw ``figure`` into the page; ``name`` is its file name when the figures are saved too.
+    def add_figure(self, name: str, figure: Drawing, caption: str, alt: str, image: FigureFormat = "svg") -> None:
+        """A figure in the page, drawn with it; ``name`` is its file name when the figures are saved too.
 
-        ``image="png"`` for pictures and dense maps, which a vector file would make heavy.
+        ``figure``: of one that takes time, better the function without arguments that gives it: the page's figures are
+        drawn on two processors.  ``image="png"`` for pictures and dense maps, which a vector file would make heavy.
         """
         self.figures[name] = figure
-        self.blocks.append(Block("figure", caption, image=data_uri(figure, image), alt=alt))
+        self.blocks.append(Block("figure", caption, alt=alt, draw=partial(_drawn, name, figure, image)))
 
     def add_table(
         self,
@@ -151,7 +156,11 @@ class Page:
         return section
 
     def render(self) -> str:
-        """The whole page as one HTML text."""
+        """The whole page as one HTML text; draws the figures that it has not drawn yet."""
+        places = [(s, k) for s in self.sections for k, block in enumerate(s.blocks) if block.draw and not block.image]
+        works = [draw for section, k in places if (draw := section.blocks[k].draw) is not None]
+        for (section, k), image in zip(places, made_by_two(works), strict=True):
+            section.blocks[k] = replace(section.blocks[k], image=image)
         return (
             _environment().get_template("page.html.j2").render(page=self, style=(HERE / "style.css").read_text("utf-8"))
         )
@@ -165,11 +174,33 @@ class Page:
         """Each figure as files of its own for a paper or a talk."""
         folder.mkdir(parents=True, exist_ok=True)
         return [
-            save_figure(figure, folder / f"{name}.{image}")
+            save_figure(drawn, folder / f"{name}.{image}")
             for section in self.sections
             for name, figure in section.figures.items()
+            for drawn in [figure_of(name, figure)]
             for image in formats
         ]
+
+
+def figure_of(name: str, figure: Drawing) -> Figure:
+    """The figure ``name``, built if it is not; what stops that tells which it was."""
+    with _told(name):
+        return figure if isinstance(figure, Figure) else figure()
+
+
+def _drawn(name: str, figure: Drawing, image: FigureFormat) -> str:
+    """The figure as the source of an HTML image."""
+    with _told(name):
+        return data_uri(figure if isinstance(figure, Figure) else figure(), image)
+
+
+@contextmanager
+def _told(name: str) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"in the figure '{name}'")
+        raise
 
 
 PAGES = {

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
@@ -168,7 +169,7 @@ def _add_parameters(
     if shown:
         section.add_figure(
             "trends",
-            parameter_trends(tests, shown),
+            partial(parameter_trends, tests, shown),
             "Each test's parameters with sd, in the order of the tests. A slope would be wear or heating.",
             "Identified parameters over the tests of the series.",
         )

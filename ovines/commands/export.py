@@ -125,6 +125,7 @@ def _figures(args: argparse.Namespace) -> int:
     from analysis.figures.print_size import PrintSize, fit_to_print
     from analysis.figures.style import save_figure
     from analysis.report import recording_page
+    from analysis.report.page import figure_of
     from analysis.report.results import read_results
     from ovines.pipeline.functions import first_frames
     from ovines.pipeline.ownership import SOURCE, read_source, refuse_strange_results
@@ -138,7 +139,7 @@ def _figures(args: argparse.Namespace) -> int:
     refuse_strange_results(args.results, recording)
     out = args.out or args.results / "export"
     page = recording_page(read_results(args.results, recording, first_frames(recording)))
-    figures = {name: figure for section in page.sections for name, figure in section.figures.items()}
+    figures = {name: figure_of(name, figure) for section in page.sections for name, figure in section.figures.items()}
     paths = {out / f"{name}.{ending}": figure for name, figure in figures.items() for ending in args.picture}
     _refuse_present(list(paths), args.force)
     for figure in figures.values():

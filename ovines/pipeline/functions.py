@@ -116,7 +116,6 @@ def analyse(context: StageContext) -> dict[str, Any]:
     """Points to motion, the Host's circle, the angle from triplets, the thesis' impacts, and accelerometers beside the
     Host.
     """
-    from analysis.accelerometers.compare import compare_accelerometers
     from analysis.accelerometers.record import read_record
     from analysis.motion.bodies import motion_from_points
     from analysis.motion.host_circle import host_circle
@@ -157,6 +156,8 @@ def analyse(context: StageContext) -> dict[str, Any]:
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)
     if record is not None:
+        from analysis.accelerometers.compare import compare_accelerometers
+
         asked = context.recording.excitation
         beside = compare_accelerometers(motion, record, asked.frequency_hz if asked is not None else None)
         context.notes.extend(beside.notes)
@@ -200,16 +201,14 @@ def report(context: StageContext) -> dict[str, Any]:
     from analysis.report import recording_page
     from analysis.report.page import source_of
     from analysis.report.results import read_results
-    from ovines.pipeline.pages import calibration_page_beside
 
-    with calibration_page_beside(context):
-        page = recording_page(read_results(context.out, context.recording, first_frames(context.recording)))
-        page.source = source_of(context.recording.folder, context.out)
-        if context.in_series:
-            page.links.append(("All recordings of the series", "../report.html"))
-        if "calibration_views.parquet" in context.inputs:
-            page.links.append(("Calibration", CALIBRATION_PAGE))
-        return {"report.html": page.render()}
+    page = recording_page(read_results(context.out, context.recording, first_frames(context.recording)))
+    page.source = source_of(context.recording.folder, context.out)
+    if context.in_series:
+        page.links.append(("All recordings of the series", "../report.html"))
+    if "calibration_views.parquet" in context.inputs:
+        page.links.append(("Calibration", CALIBRATION_PAGE))
+    return {"report.html": page.render()}
 
 
 def first_frames(recording: Recording) -> dict[str, Any] | None:

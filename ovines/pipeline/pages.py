@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ovines.io.lock import locked
-from ovines.pipeline.context import StageContext
 from ovines.pipeline.ownership import FIGURE_MARKS, FIGURES, ours_to_remove, refuse_theirs
 from ovines.pipeline.stages import CALIBRATION_PAGE
 from ovines.recording import Recording
@@ -27,27 +26,31 @@ def write_calibration_page(recording: Recording, out: Path, figures: bool) -> No
 
 
 @contextmanager
-def calibration_page_beside(context: StageContext) -> Iterator[None]:
-    """``calibration.html``, where it is missing, drawn in a second process while the report is drawn in this one; where
-    that cannot be, :func:`write_calibration_page` draws it later.
+def calibration_page_beside(recording: Recording, out: Path) -> Iterator[None]:
+    """``calibration.html``, where it is missing, drawn by a second process while this one goes on; where that cannot
+    be, :func:`write_calibration_page` draws it later.
     """
-    path = context.out / CALIBRATION_PAGE
-    if "calibration_views.parquet" not in context.inputs or path.exists():
+    path = out / CALIBRATION_PAGE
+    if path.exists() or not (out / "calibration_views.parquet").exists():
         yield
         return
-    from analysis.report.calibration_report import whole_calibration_page
-    from analysis.report.page import PAGES
-    from analysis.report.results import read_results
     from ovines.io.atomic_write import write_text_whole
     from ovines.workers.beside import made_beside
 
-    results, report = read_results(context.out, context.recording), "report.html"
-    links = [(PAGES[report], report)]
-    with made_beside(lambda: whole_calibration_page(results, context.out, links).render()) as drawn:
+    def page() -> str:
+        # here: this process loads them for its report, and need not wait for them
+        from analysis.report.calibration_report import whole_calibration_page
+        from analysis.report.page import PAGES
+        from analysis.report.results import read_results
+
+        report = "report.html"
+        return whole_calibration_page(read_results(out, recording), out, [(PAGES[report], report)]).render()
+
+    with made_beside(page) as drawn:
         yield
-        page = drawn()
-    if page is not None:
-        write_text_whole(page, path)
+        text = drawn()
+    if text is not None:
+        write_text_whole(text, path)
 
 
 def recording_figures(recording: Recording, out: Path) -> None:

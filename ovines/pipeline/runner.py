@@ -29,6 +29,7 @@ from ovines.pipeline.ownership import (
     refuse_theirs,
     write_source,
 )
+from ovines.pipeline.pages import calibration_page_beside
 from ovines.pipeline.stages import (
     ENTRY_STAGE,
     HTML_MARK,
@@ -46,6 +47,8 @@ from ovines.plausibility.recording import refuse_contradictions
 from ovines.recording import Recording
 from ovines.tables import write_table
 from ovines.workers.budget import interruptibly
+
+AFTER_MOTION = ("identify", "report")  # stages beside which calibration.html is drawn: what it shows is there
 
 
 @dataclass
@@ -80,10 +83,10 @@ def run_stages(
     refuse_folder(out)
     refuse_contradictions(recording)
     chosen = _up_to(only, recording)
-    done = Done()
+    done, page_waits = Done(), "report" in (one.name for one in chosen)
     refuse_strange_results(out, recording)
     refuse_theirs(out, [LOG, *written_from(chosen[0])])
-    with locked(out), logged(out), ExitStack() as first_run:
+    with locked(out), logged(out), ExitStack() as beside:
         remove_unfinished(out)
         entered = ENTRY_STAGE[recording.entry()] in (one.name for one in chosen)
         write_source(out, recording.folder, "recording", recording if entered else None)
@@ -111,7 +114,10 @@ def run_stages(
             if compiles is not None and "run" not in done.stages.values():
                 from ovines.first_run import compiling
 
-                first_run.enter_context(compiling([stage.name for stage in chosen[chosen.index(one) :]], compiles))
+                beside.enter_context(compiling([stage.name for stage in chosen[chosen.index(one) :]], compiles))
+            if page_waits and one.name in AFTER_MOTION:
+                page_waits = False
+                beside.enter_context(calibration_page_beside(recording, out))
             above = in_series or "series" in read_source(out.parent)
             work = StageContext(recording, inputs, out, progress(one.name), in_series=above)
             stage_function = getattr(ovines.pipeline.functions, one.name)

@@ -1,26 +1,33 @@
-"""A text made in a copy of this process, on the second processor: the copy has loaded all that this one has."""
+"""Texts made in a copy of this process, on the second processor: the copy has loaded all that this one has."""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import struct
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from ovines.workers.orphans import die_with
+
+NUMBER = struct.Struct("H")  # of a piece of work, as it goes through a pipe
+MOST = 4096  # pieces whose numbers a pipe surely takes at once (16 pages of 4 KiB on Linux, 2 bytes each)
+
+_copies: set[int] = set()  # processes that are copies: they make none of their own
 
 
 @contextmanager
 def made_beside(work: Callable[[], str]) -> Iterator[Callable[[], str | None]]:
     """Begin ``work`` in a copy of this process; what is yielded waits for its text.
 
-    It gives None where the work failed, where there is one processor only, and on systems where a process is not copied
-    (Windows) or its libraries do not bear it (macOS): whoever asked does the work itself then.  The copy ends with the
-    block.
+    It gives None where the work failed, where there is one processor only, in a copy, and on systems where a process is
+    not copied (Windows) or its libraries do not bear it (macOS): whoever asked does the work itself then.  The copy
+    ends with the block.
     """
-    if sys.platform != "linux" or (os.cpu_count() or 1) == 1:
+    if sys.platform != "linux" or (os.cpu_count() or 1) == 1 or os.getpid() in _copies:
         yield lambda: None
         return
     read, write = os.pipe()
@@ -54,6 +61,7 @@ def _copy(work: Callable[[], str], parent: int, read: int, write: int) -> None:
     status = 1
     try:
         os.close(read)
+        _copies.add(os.getpid())
         die_with(parent)
         text = work().encode("utf-8")
         with open(write, "wb") as stream:
@@ -61,3 +69,36 @@ def _copy(work: Callable[[], str], parent: int, read: int, write: int) -> None:
         status = 0
     finally:
         os._exit(status)
+
+
+def made_by_two(works: Sequence[Callable[[], str]]) -> list[str]:
+    """The texts that ``works`` make, in their order, some made by this process and some by a copy of it: whichever has
+    done with one takes the next.
+
+    What fails in the copy is made here, so that its failure is this process's own; without a copy (`made_beside`) all
+    are made here.
+    """
+    if not 1 < len(works) <= MOST:
+        return [work() for work in works]
+    waiting, numbers = os.pipe()
+    os.write(numbers, b"".join(NUMBER.pack(number) for number in range(len(works))))
+    os.close(numbers)
+
+    def next_ones() -> Iterator[int]:
+        while taken := os.read(waiting, NUMBER.size):
+            yield NUMBER.unpack(taken)[0]
+
+    def by_the_copy() -> str:
+        made: dict[int, str] = {}
+        for number in next_ones():
+            with suppress(Exception):
+                made[number] = works[number]()
+        return json.dumps(made)
+
+    try:
+        with made_beside(by_the_copy) as of_the_copy:
+            made = {number: works[number]() for number in next_ones()}
+            made |= {int(number): text for number, text in json.loads(of_the_copy() or "{}").items()}
+    finally:
+        os.close(waiting)
+    return [made[number] if number in made else work() for number, work in enumerate(works)]

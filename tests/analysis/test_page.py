@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import sys
+from functools import partial
 from math import inf, nan
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from analysis.figures.style import new_figure
 from analysis.report.numbers import interval, length, percent, value_with_digits, value_with_sd, with_unit
@@ -145,6 +149,42 @@ def test_figures_are_saved_as_svg_and_pdf(tmp_path):
 
 def test_the_same_figure_gives_the_same_page():
     assert nasty_page().render() == nasty_page().render()
+
+
+def drawn_page(*names: str) -> Page:
+    """A page whose figures are built when it is rendered, each with another curve; of "no figure" nothing is built."""
+    page = Page("t", "k")
+    section = page.add_section("s", "s")
+
+    def built(number: int, name: str) -> Figure:
+        if name == "no figure":
+            raise ValueError("nothing to show")
+        figure, axes = new_figure()
+        axes[0, 0].plot([0, number], [0, 1], "o-")
+        return figure
+
+    for number, name in enumerate(names):
+        section.add_figure(name, partial(built, number, name), name, name, "png" if number % 2 else "svg")
+    return page
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux only")
+def test_figures_drawn_by_two_processes_are_those_of_one(monkeypatch):
+    def render(processors: int) -> str:
+        monkeypatch.setattr("ovines.workers.beside.os.cpu_count", lambda: processors)
+        return drawn_page(*"abcdef").render()
+
+    alone = render(1)
+    assert alone.count("data:image") == 6 and len(set(re.findall('src="data[^"]+"', alone))) == 6
+    assert render(2) == alone
+
+
+@pytest.mark.parametrize("processors", [1, 2])
+def test_a_figure_that_fails_is_named(monkeypatch, processors):
+    monkeypatch.setattr("ovines.workers.beside.os.cpu_count", lambda: processors)
+    with pytest.raises(ValueError, match="nothing to show") as raised:
+        drawn_page("a", "no figure", "c").render()
+    assert raised.value.__notes__ == ["in the figure 'no figure'"]
 
 
 @pytest.mark.parametrize(

@@ -146,15 +146,6 @@ def test_one_bad_recording_costs_only_itself(jobs, small_series, tmp_path, ovine
     assert done == {"run-01", "run-03"}
 
 
-def test_jobs_change_no_byte(small_series, tmp_path):
-    for jobs in (1, 2):
-        outcomes = run_series(small_series, tmp_path / str(jobs), "triangulate", workers=Workers(jobs, bars=False))
-        assert [one.status for one in outcomes] == ["done"] * 3
-    for number in (1, 2, 3):
-        one, two = (tmp_path / jobs / f"run-{number:02d}" / "points.parquet" for jobs in "12")
-        assert one.read_bytes() == two.read_bytes()
-
-
 def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
     monkeypatch.setattr("ovines.pipeline.series.run_one", _dies_once)

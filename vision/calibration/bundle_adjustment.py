@@ -9,7 +9,7 @@ singularity.  OpenCV 5's own standard deviations of cx, cy come out far too smal
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import cv2
@@ -244,20 +244,32 @@ def _normal(sightings: Sequence[Sighting], state: State, setting: Setting) -> tu
     kept = n_parameters(state.splines)
     size = kept + N_POSE * len(state.rotation)
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
-    for sighting in sightings:
-        c = sighting.camera
-        sigma = sighting.share * setting.sigma_px[c]
-        uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
-        where = [*lens_places(state.splines, c), *range(N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1))]
-        blocks = [by_lens * setting.lens_free(state, c), by_camera * setting.camera_poses_free]
+    places = [_camera_places(state.splines, c) for c in range(len(state.splines))]
+    for sighting, (derivative, residual, sigma) in zip(sightings, _rows(sightings, state, setting), strict=True):
+        where = places[sighting.camera]
         if sighting.pose != FIXED:
-            first = kept + N_POSE * sighting.pose
-            where += range(first, first + N_POSE)
-            blocks.append(by_pose)
-        cost += add_rows(
-            np.concatenate(blocks, -1), np.asarray(sighting.uv_px - uv), float(sigma), np.array(where), normal, right
-        )
+            where = np.concatenate([where, kept + N_POSE * sighting.pose + np.arange(N_POSE)])
+        cost += add_rows(derivative, residual, sigma, where, normal, right)
     return cost + _add_priors(state, setting, normal, right), normal, right
+
+
+def _camera_places(splines: Sequence[LensField | None], c: int) -> Places:
+    """Where the numbers of camera ``c`` stand among all cameras': intrinsics, spline, pose."""
+    return np.concatenate([lens_places(splines, c), np.arange(N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1))])
+
+
+def _rows(sightings: Sequence[Sighting], state: State, setting: Setting) -> Iterator[tuple[Array, Array, float]]:
+    """Of each sighting: derivatives (n, 2, P) of its pixels by its camera's numbers (:func:`_camera_places`; zero by
+    those that are held) and its own pose, unless that is FIXED; residuals (n, 2) and their sd [px].
+    """
+    free = [setting.lens_free(state, c).astype(float) for c in range(len(state.splines))]
+    for sighting in sightings:
+        uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
+        blocks = [by_lens * free[sighting.camera], by_camera * setting.camera_poses_free]
+        if sighting.pose != FIXED:
+            blocks.append(by_pose)
+        sigma = float(sighting.share * setting.sigma_px[sighting.camera])
+        yield np.concatenate(blocks, -1), np.asarray(sighting.uv_px - uv), sigma
 
 
 @compiled
@@ -427,22 +439,30 @@ def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> lis
     them (the trace of its part of the hat matrix).  Images that tell most have the smallest residuals.
     """
     kept = n_parameters(state.splines)
-    priors = _normal([], state, setting)[1]
+    places = [_camera_places(state.splines, c) for c in range(len(state.splines))]
+    whole = _normal([], state, setting)[1][:kept, :kept]  # the priors
     told = []
-    for sighting in sightings:
-        own = _normal([sighting], state, setting)[1] - priors
-        lens = own[:kept, :kept]
+    for sighting, (derivative, residual, sigma) in zip(sightings, _rows(sightings, state, setting), strict=True):
+        count = derivative.shape[-1]
+        own, where = np.zeros((count, count)), places[sighting.camera]
+        add_rows(derivative, residual, sigma, np.arange(count), own, np.zeros(count))
+        lens, pose = np.split(own, [len(where)])
         if sighting.pose != FIXED:
-            at = kept + N_POSE * sighting.pose + np.arange(N_POSE)
-            lens = lens - own[:kept, at] @ np.linalg.pinv(own[np.ix_(at, at)], hermitian=True) @ own[at, :kept]
-        told.append(lens)
-    whole = np.sum(told, 0) + priors[:kept, :kept]
+            lens = lens - lens[:, len(where) :] @ np.linalg.pinv(pose[:, len(where) :], hermitian=True) @ pose
+        told.append(lens[:, : len(where)])
+        whole[np.ix_(where, where)] += told[-1]
     used = np.flatnonzero(np.diag(whole) > 0)
     scale = 1 / np.sqrt(np.diag(whole)[used])
-    covariance = np.linalg.pinv(whole[np.ix_(used, used)] * np.outer(scale, scale), hermitian=True)
-    covariance *= np.outer(scale, scale)
+    covariance = np.zeros((kept, kept))
+    covariance[np.ix_(used, used)] = np.linalg.pinv(
+        whole[np.ix_(used, used)] * np.outer(scale, scale), hermitian=True
+    ) * np.outer(scale, scale)
+    own_covariance = [covariance[np.ix_(where, where)] for where in places]
     poses = [0.0 if s.pose == FIXED else N_POSE * (0.5 if s.in_world else 1.0) for s in sightings]
-    return [pose + float(np.sum(covariance * one[np.ix_(used, used)])) for pose, one in zip(poses, told, strict=True)]
+    return [
+        pose + float(np.sum(own_covariance[s.camera] * one))
+        for s, pose, one in zip(sightings, poses, told, strict=True)
+    ]
 
 
 def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:

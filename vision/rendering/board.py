@@ -119,8 +119,8 @@ class Rays(NamedTuple):
 
 class Sheet(NamedTuple):
     """A board before a camera: ``turn`` (3, 3) from the camera's axes to its own, ``away`` (3,) its first point along
-    them; half the side [m] of a sub-sample's box on it.  ``gx``, ``gy``: lines of the print, at whose crossings
-    ``sums`` has the integral of the greys.
+    them; half the side [m] of a sub-sample's box on it.  ``gx``, ``gy``: lines of the print, with the ``greys`` of the
+    cells between them, whose integral ``sums`` has at the lines' crossings.
     """
 
     turn: Array
@@ -128,6 +128,7 @@ class Sheet(NamedTuple):
     half: float
     gx: Array
     gy: Array
+    greys: Array
     sums: Array
 
 
@@ -141,7 +142,7 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     depth = (turn[2] @ point) / (turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2])
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
     if board.of_dots:  # no lines
-        x, y = _places(rays, Sheet(turn, turn @ point, half, np.zeros(0), np.zeros(0), np.zeros((0, 0))))
+        x, y = _places(rays, Sheet(turn, turn @ point, half, *(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 2))
         return _dots(board, x, y, half, paper)
     margin_m, background = paper.margin_m, paper.background_grey
     gx, gy, black = printed_rectangles(board)
@@ -153,7 +154,7 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     cells = cells - background  # so that the far rim adds no large numbers to the integral
     sums = np.zeros((len(gy), len(gx)))
     sums[1:, 1:] = (cells * np.diff(gy)[:, None] * np.diff(gx)).cumsum(0).cumsum(1)
-    return np.asarray(background + _box_means(rays, Sheet(turn, turn @ point, half, gx, gy, sums)))
+    return np.asarray(background + _box_means(rays, Sheet(turn, turn @ point, half, gx, gy, cells, sums)))
 
 
 @compiled
@@ -181,59 +182,72 @@ def _places(rays: Rays, sheet: Sheet) -> tuple[Array, Array]:
 
 
 @compiled
-def _cell(lines: Array, at: float) -> int:
-    """Number of the cell between ``lines`` that holds ``at``; the first or last for what is beyond."""
-    return min(max(int(np.searchsorted(lines, at)) - 1, 0), len(lines) - 2)
+def _cell(lines: Array, at: float, near: int) -> int:
+    """Number of the cell between ``lines`` that holds ``at``, sought from the cell ``near`` on; the first or last for
+    what is beyond.
+    """
+    while near > 0 and at <= lines[near]:
+        near -= 1
+    while near < len(lines) - 2 and at > lines[near + 1]:
+        near += 1
+    return near
 
 
 @compiled
-def _held(sheet: Sheet, x: float, y: float, row: int, column: int) -> bool:
-    """Whether that cell holds the whole box about (x, y)."""
-    gx, gy, half = sheet.gx, sheet.gy, sheet.half
-    return gx[column] < x - half and x + half <= gx[column + 1] and gy[row] < y - half and y + half <= gy[row + 1]
-
-
-@compiled
-def _box_mean(sheet: Sheet, x: float, y: float) -> float:
-    """Mean over the box about (x, y): bilinear in a cell, which is exact."""
-    gx, gy, sums, half, total = sheet.gx, sheet.gy, sheet.sums, sheet.half, 0.0
+def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
+    """Mean over the box about (x, y), near that cell: bilinear in a cell, which is exact."""
+    gx, gy, sums, half = sheet.gx, sheet.gy, sheet.sums, sheet.half
+    integral = 0.0
     for sign_y in (-1.0, 1.0):
         v = y + sign_y * half
-        row = _cell(gy, v)
+        row = _cell(gy, v, row)
         down = (v - gy[row]) / (gy[row + 1] - gy[row])
         for sign_x in (-1.0, 1.0):
             u = x + sign_x * half
-            column = _cell(gx, u)
+            column = _cell(gx, u, column)
             along = (u - gx[column]) / (gx[column + 1] - gx[column])
             upper = (1.0 - along) * sums[row, column] + along * sums[row, column + 1]
             lower = (1.0 - along) * sums[row + 1, column] + along * sums[row + 1, column + 1]
-            total += sign_y * sign_x * ((1.0 - down) * upper + down * lower)
-    return total / (2 * half) ** 2
+            integral += sign_y * sign_x * ((1.0 - down) * upper + down * lower)
+    return integral / (2 * half) ** 2
+
+
+@compiled
+def _one_grey(sheet: Sheet, low: tuple[float, float], high: tuple[float, float], row: int, column: int) -> bool:
+    """Whether all cells between ``low`` and ``high`` (x, y) have the grey of that one, which is one of them."""
+    first_row, last_row = _cell(sheet.gy, low[1], row), _cell(sheet.gy, high[1], row)
+    first, last = _cell(sheet.gx, low[0], column), _cell(sheet.gx, high[0], column)
+    for r in range(first_row, last_row + 1):
+        for c in range(first, last + 1):
+            if sheet.greys[r, c] != sheet.greys[row, column]:
+                return False
+    return True
 
 
 @compiled
 def _box_means(rays: Rays, sheet: Sheet) -> Array:
-    """Mean of the print over each sub-sample's box, (rows, columns).  Where one cell holds the boxes at a pixel's four
-    corners it holds all between them.
+    """Mean of the print over each sub-sample's box, (rows, columns).  Where all cells that the boxes at a pixel's four
+    corners span have one grey, so have the boxes between them.
     """
-    gx, gy, sums, end = sheet.gx, sheet.gy, sheet.sums, FINE - 1
+    end, half = FINE - 1, sheet.half
     rows, columns = rays.xn.shape
     out = np.empty((FINE * rows, FINE * columns))
+    row = column = 0
     for i in range(rows):
         for j in range(columns):
             x, y = _place(rays, sheet, i, j, 0, 0)
-            row, column = _cell(gy, y), _cell(gx, x)
-            alike = _held(sheet, x, y, row, column)
+            row, column = _cell(sheet.gy, y, row), _cell(sheet.gx, x, column)
+            left, right, low, high = x, x, y, y
             for a, b in ((0, end), (end, 0), (end, end)):
                 x, y = _place(rays, sheet, i, j, a, b)
-                alike = alike and _held(sheet, x, y, row, column)
-            whole = sums[row + 1, column + 1] - sums[row, column + 1] - sums[row + 1, column] + sums[row, column]
-            grey = whole / ((gy[row + 1] - gy[row]) * (gx[column + 1] - gx[column]))
+                left, right, low, high = min(left, x), max(right, x), min(low, y), max(high, y)
+            alike = _one_grey(sheet, (left - half, low - half), (right + half, high + half), row, column)
+            grey = sheet.greys[row, column]
             for a in range(FINE):
                 for b in range(FINE):
                     if not alike:
                         x, y = _place(rays, sheet, i, j, a, b)
-                        grey = _box_mean(sheet, x, y)
+                        grey = _box_mean(sheet, x, y, row, column)
                     out[FINE * i + a, FINE * j + b] = grey
     return out
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander2d
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
+from scipy.special import chdtrc, fdtrc
 
 from vision.calibration.boards import Board
 from vision.calibration.bundle_adjustment import Sighting, adjust, project
@@ -73,7 +73,7 @@ def compare_halves(single: Single, board: Board, at: ImageMap) -> Halves | None:
     moves = at.slopes[at.visited][..., free].reshape(-1, len(free)) * scale @ vectors * np.sqrt(values)
     _, size, ways = np.linalg.svd(moves, full_matrices=False)
     seen = size > SEEN * size[0]
-    p = float(chi2.sf(np.sum((ways[seen] @ white) ** 2), seen.sum()))
+    p = float(chdtrc(seen.sum(), np.sum((ways[seen] @ white) ** 2)))
     return Halves(at.moved(change), at.sd_px(covariance), p)
 
 
@@ -145,7 +145,7 @@ class _Sums:
             return Field(0.0, 1.0)
         variance = max(self.squares - whole, 1e-30) / freedom
         gain = max(whole - without, 0.0)
-        p = float(f.sf(gain / more / variance, more, freedom))
+        p = float(fdtrc(more, freedom, gain / more / variance))
         return Field(float(np.sqrt(2 * max(gain - more * variance, 0.0) / self.rows)), p)
 
     def _explained(self, count: int) -> tuple[float, int]:

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import wilcoxon
 
 from ovines.errors import InputError
 from ovines.lens_field import LensField
@@ -98,6 +97,8 @@ def _compared(
     if closer < WORTH:  # nothing that held-out views could show
         reason = f"even its own views lie only {max(closer, 0):.1%} closer"
         return Tried(lens, terms, fitted, np.nan, np.nan, False, reason), []
+    from scipy.stats import wilcoxon  # takes long to load, and most lenses are no closer
+
     own = _held_out(trial, board)
     p = float(wilcoxon(_squares(errors), _squares(own), alternative="greater").pvalue)
     share = 1 - _rms(own) / _rms(errors)

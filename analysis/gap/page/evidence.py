@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from matplotlib.figure import Figure
 
 from analysis.gap.diagnose import Diagnosis
@@ -91,7 +93,8 @@ def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, 
             return
         section.add_figure(
             f"gap-impacts-{_slug(finding)}",
-            residual_panels(
+            partial(
+                residual_panels,
                 panels,
                 one_model=_nothing_added(diagnosis),
                 before="as the layout says" if finding in REFITTED else "recalibrated",
@@ -110,7 +113,7 @@ def flight_evidence(section: Section, diagnosis: Diagnosis, finding: str) -> Non
         return
     section.add_figure(
         f"gap-flights-{_slug(finding)}",
-        residual_panels(panels, one_model=diagnosis.ladder.flights.fitted is diagnosis.ladder.flights.nominal),
+        partial(residual_panels, panels, one_model=diagnosis.ladder.flights.fitted is diagnosis.ladder.flights.nominal),
         "Acceleration that the measured positions ask for beyond the model, in pieces of flights (dots) and as "
         "medians over bins with their "
         "standard errors. Zero everywhere means that the model holds.",
@@ -126,14 +129,14 @@ def impact_overview(section: Section, diagnosis: Diagnosis) -> None:
         return
     section.add_figure(
         "gap-impacts",
-        residual_panels(panels, one_model=_nothing_added(diagnosis)),
+        partial(residual_panels, panels, one_model=_nothing_added(diagnosis)),
         "Residuals of the impacts: restitution, contact distance, tangential law (relative to its impulse), angular "
         "law.",
         "Residuals of the impacts",
     )
     section.add_figure(
         "gap-law",
-        law_figure(diagnosis.ladder),
+        partial(law_figure, diagnosis.ladder),
         "The contact law itself: restitution against approach speed; tangential impulse, which first sticks and "
         "then slides; and the angular law, which holds for any friction. Grey: measured; red: recalibrated; blue: "
         "with the effect.",

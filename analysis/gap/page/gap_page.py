@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
     leave_out = () if diagnosis.summary["effects"] else ("with_effect",)
     section.add_figure(
         "gap-ladder",
-        ladder_figure({k: e for k, e in diagnosis.errors.items() if k not in leave_out}),
+        partial(ladder_figure, {k: e for k, e in diagnosis.errors.items() if k not in leave_out}),
         "RMS error of the held-out predictions over all runs (bars) and for each run (dots). "
         "As given: parameters of [model]; recalibrated: the same model refitted; noise floor: free cubics through "
         "each flight, and the "
@@ -125,8 +126,11 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
     if flights or probes:
         section.add_figure(
             "gap-ranking-flights",
-            ranking_figure(
-                [*flights, *probes], threshold(ladder.flights.null_distribution, GAIN / 2) / runs, "flights"
+            partial(
+                ranking_figure,
+                [*flights, *probes],
+                threshold(ladder.flights.null_distribution, GAIN / 2) / runs,
+                "flights",
             ),
             "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain "
             "that is accepted (a fixed one, or what chance "
@@ -142,8 +146,11 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
         keep = [c for c in leftover if c.accepted] + [c for c in leftover if not c.accepted][:14]
         section.add_figure(
             "gap-ranking-impacts",
-            ranking_figure(
-                [*impacts, *keep], threshold(ladder.impacts.null_distribution, IMPACT_GAIN) / runs, "impacts"
+            partial(
+                ranking_figure,
+                [*impacts, *keep],
+                threshold(ladder.impacts.null_distribution, IMPACT_GAIN) / runs,
+                "impacts",
             ),
             f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.",
             "Ranking of impact candidates",
@@ -181,7 +188,7 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     section.add_figure(
         "gap-where",
-        figures_paths.where_map(paths),
+        partial(figures_paths.where_map, paths),
         f"Where on the Host's plane the held-out residual lies. {how}",
         "Map of the residual",
         image="png",
@@ -192,7 +199,7 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     else:
         section.add_figure(
             "gap-flights",
-            figures_paths.flights_figure(errors, chosen),
+            partial(figures_paths.flights_figure, errors, chosen),
             "Error of every predicted flight: the one shown below was chosen, this figure was not.",
             "Error of every flight with and without the effect",
         )
@@ -202,7 +209,7 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     section.add_figure(
         "gap-trajectory",
-        figures_paths.trajectory(path, chosen),
+        partial(figures_paths.trajectory, path, chosen),
         f"Run {path.run.data.name}, {choice} (grey band), with its neighbours; held out of every fit. Below: model "
         f"minus measured.",
         "Measured and re-simulated trajectory",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -62,7 +63,7 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
 
 def _one(section: Section, number: int, law: LawFound, entry: dict[str, object], diagnosis: Diagnosis) -> None:
     section.add_heading(f"Law {number}, of the {law.law.stage}")
-    section.add_figure(f"law-{number}-formula", formula_figure(law), as_text(law.law), as_text(law.law))
+    section.add_figure(f"law-{number}-formula", partial(formula_figure, law), as_text(law.law), as_text(law.law))
     closes = percent(float(str(entry["shrinkage"])))
     low, high = (percent(float(str(entry[f"shrinkage_{end}"]))) for end in ("low", "high"))
     section.add_text(
@@ -92,7 +93,7 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     if law.evidence is not None:
         section.add_figure(
             f"law-{number}-evidence",
-            evidence_figure(law.evidence),
+            partial(evidence_figure, law.evidence),
             "What the model lacks along the law's direction, fitted freely in bins of the quantity that the law "
             "follows: without the law (red) and with it (blue), sd as bars; black: the formula.",
             "Missing quantity over its covariate before and after the law",
