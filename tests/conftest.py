@@ -30,7 +30,7 @@ settings.register_profile("ci", derandomize=True, database=None, deadline=None, 
 settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
 settings.load_profile("ci")
 compile_alone()
-# As the commands do: made series are many small objects without circles, and looking for these takes a tenth of the time.
+# As the commands do: series are many small objects without circles, and looking for these takes a tenth of the time.
 gc.set_threshold(20_000)
 
 
