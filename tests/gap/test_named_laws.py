@@ -1,0 +1,53 @@
+"""Laws that are effects of the library have their names, by their form alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.ladder import run_ladder
+from analysis.gap.named_laws import effect_of_restitution
+from analysis.gap.written_laws import write_laws
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def restitution(*factors):
+    """One term a factor."""
+    return WrittenLaw(tuple(Term("restitution", -0.01, (one,)) for one in factors))
+
+
+@pytest.mark.parametrize(
+    ("law", "effect"),
+    [
+        (restitution(Factor("run")), "restitution_drift"),
+        (restitution(Factor("time"), Factor("run")), "restitution_drift"),
+        (restitution(Factor("azimuth", "cosine", x=0.4)), "direction_dependent_restitution"),
+        (restitution(Factor("approach", "exponential", 1.0, 0.8)), "speed_dependent_restitution"),
+        (restitution(Factor("run"), Factor("approach", "exponential", 1.0, 0.8)), None),
+        (restitution(Factor("azimuth", "cosine", 2.0)), None),
+        (restitution(Factor("approach")), None),
+        (WrittenLaw((Term("wall_friction", 0.1, (Factor("run"),)),)), None),
+        (WrittenLaw((Term("restitution", 0.1, (Factor("run"), Factor("approach"))),)), None),
+    ],
+)
+def test_a_law_of_the_restitution_is_an_effect_by_its_form(law, effect):
+    """No other target, no product, no other order."""
+    assert effect_of_restitution(law) == effect
+
+
+def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path):
+    """Six runs that were `unknown`, with the drift's own formula; in view, no blind result."""
+    made = make_series("restitution_drift", 0.35, np.random.default_rng(12), runs=6, noise="white")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    assert ladder.causes == ()  # by its gain alone
+    laws, ladder = write_laws(ladder, np.random.default_rng(0))
+    assert laws == () and [cause.effect for cause in ladder.causes] == ["restitution_drift"]
+    assert ladder.structure == ()
+    ((_, truth),) = made.truth["parameters"]["restitution_drift"].items()
+    value, sd = ladder.causes[0].parameters["relative_per_run"]
+    assert abs(value - truth) < 4 * sd
