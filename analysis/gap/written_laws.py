@@ -197,11 +197,12 @@ def _asked_impact_law(
 
 
 def _believed(law: LawFound, size: float, least: float) -> LawFound | None:
-    """A law that nothing else asked for, where it is surely there: larger than negligible, closing most of what is
-    left, shown by both halves of the runs alike.  One flight that hides a glancing impact makes a force beside the wall
-    that closes everything, and the other half knows nothing of it."""
+    """A law that nothing else asked for, where it is surely there: larger than negligible, closing most of what is left
+    in whichever runs are drawn, shown by both halves of the runs alike.  One flight that hides a glancing impact makes
+    a force beside the wall that closes everything, and the other half, or most runs, know nothing of it."""
     alike = law.halves is not None and law.halves.agree and law.halves.both_show_it
-    return law if size > least and law.closed > UNPROMPTED_CLOSED and alike else None
+    closes = law.closed > UNPROMPTED_CLOSED and law.shrinkage(np.random.default_rng(0))[1] > 0
+    return law if size > least and closes and alike else None
 
 
 def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:

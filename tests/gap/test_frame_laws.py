@@ -165,9 +165,12 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, st
         return SimpleNamespace(structure=(SimpleNamespace(stage=stage),), measured="as it came", flights=flights)
 
     law, before = (
-        SimpleNamespace(closed=1.0, law=SimpleNamespace(terms=()), halves=Halves((1.0, 1.0), (0.1, 0.1))),
+        SimpleNamespace(
+            closed=1.0, law=SimpleNamespace(terms=()), halves=Halves((1.0, 1.0), (0.1, 0.1)),
+            shrinkage=lambda rng: (1.0, 0.9, 1.1),
+        ),
         ladder_of(1.17),
-    )
+    )  # fmt: skip
     monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((law,), "corrected"))
     monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (law, "in other times"))
     monkeypatch.setattr(written_laws, "run_ladder", lambda series, rng, withheld: ladder_of(2.04))

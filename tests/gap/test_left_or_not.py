@@ -14,6 +14,7 @@ from analysis.gap import written_laws
 from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.regression import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
 from analysis.gap.selection.flight_steps import first_flights
@@ -104,7 +105,7 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
     ladder = replace(ladder, structure=tuple(replace(told_p, stage=stage) for stage in left))
     law = SimpleNamespace(
         law=DRAG, rig_law=DRAG, closed=closed, size=times_negligible * units.negligible_m_per_s2, p=1e-6,
-        halves=halves, before=np.ones(8), after=np.zeros(8), fitted=None,
+        halves=halves, before=np.ones(8), after=np.zeros(8), fitted=None, shrinkage=lambda rng: (closed, 0.5, 1.0),
     )  # fmt: skip
 
     def found(runs, steps, frame, rng, least_m_per_s2):
@@ -116,6 +117,20 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
     assert [s.stage for s in after.structure] == [*left, *(["flight"] if told and not left else [])]
     if told and not left:
         assert after.structure[0].goes_with == "the speed against the floor"
+
+
+def test_a_law_that_no_probe_asks_for_closes_in_whichever_runs_are_drawn():
+    """One run of six makes it: drawn without that it closes nothing (practice-14 hides such a glancing impact)."""
+    fine = {"size": 3.0, "halves": ALIKE, "floor": np.full(6, 0.1)}
+
+    def believed(before, after):
+        none = {name: None for name in ("law", "rig_law", "numbers", "p", "others")}
+        law = LawFound(**none, before=np.array(before), after=np.array(after), **fine)
+        assert law.closed > 0.9
+        return written_laws._believed(law, 3.0, 1.0) is law
+
+    assert believed(np.full(6, 1.0), np.full(6, 0.12))
+    assert not believed([5.0, 0.1, 0.1, 0.1, 0.1, 0.1], [0.1, 0.101, 0.1, 0.1, 0.1, 0.1])
 
 
 def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
@@ -135,7 +150,7 @@ def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
     fresh = 0.7 * data.before + np.hypot(data.normal_sd, 0.02 * data.before) * rng.standard_normal(len(data))
     plain = replace(ladder.impacts, fitted=replace(impacts, data=replace(data, after=fresh)))
     plain = replace(ladder, impacts=plain, structure=())
-    _, left, _ = written_laws._contact_laws(plain, plain.flights.fitted.fits, set(), np.random.default_rng(1))
+    _, left, _ = written_laws._contact_laws(plain, plain.flights.fitted.fits, np.random.default_rng(1))
     assert "impact" not in {one.stage for one in left}
     assert made.truth["effect"] == "unknown_nicked_disk"
 

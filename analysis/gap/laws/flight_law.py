@@ -67,8 +67,10 @@ def find_flight_law(
     lever_m = _lever_m(runs)
     if lever_m == 0.0:
         candidates = [one for one in candidates if not _asks_for_angle(one)]
-    level = LEVEL if least_m_per_s2 > 0 else LEVEL_WHERE_LEFT
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_flights(scales))
+    # A product that no probe asked for would rest on a few flights.
+    asked = least_m_per_s2 == 0.0
+    level, multipliers = (LEVEL_WHERE_LEFT, of_flights(scales)) if asked else (LEVEL, [])
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, multipliers)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)
