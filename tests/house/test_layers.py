@@ -40,6 +40,7 @@ analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test
     analysis.gap.laws.dictionary
 analysis.gap.laws analysis.gap.answer
 analysis.gap.laws.frames
+analysis.gap.named_laws
 analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page ovines.pipeline

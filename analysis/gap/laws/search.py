@@ -192,7 +192,8 @@ def _with_products(
     multipliers: Sequence[Multiplier],
     scale: float,
 ) -> list[tuple[Candidate, float]]:
-    """The ``shortlist`` and the best product of its first forms, which pays for every product that was looked at."""
+    """The ``shortlist`` behind the best product of its first forms, where that is clearly better: it pays for every
+    product that was looked at."""
     tried = [one for base, _ in shortlist[:MULTIPLIED] for one in products(base, multipliers)]
     if not tried:
         return shortlist
@@ -203,8 +204,9 @@ def _with_products(
     gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale
     best = tried[_simplest(tried, gains)]
     best = searched(Profile.of(problem), columns, best)
-    told = [*shortlist, (best, _gain(problem, columns, best) / scale - best.looked)]
-    return sorted(told, key=lambda one: -_worth(*one))
+    gain = _gain(problem, columns, best) / scale - best.looked
+    # Neither holds the other: by chance the best product of a true form gains its price, and a few more in some series.
+    return [(best, gain), *shortlist] if _worth(best, gain) > _worth(*shortlist[0]) + AS_GOOD else shortlist
 
 
 def _worth(candidate: Candidate, gain: float) -> float:
