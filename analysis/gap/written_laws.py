@@ -70,8 +70,10 @@ def write_laws(
         flights = law.fitted[1]
         ladder = with_contacts_of(ladder, flights, rng, withheld)
     found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
-    # A law that is an effect of the library has its name: a drift of the restitution that gains less than a name must.
-    name = next((effect_of_restitution(one.rig_law) for one in found[:1] if one is not None), None)
+    # A law that is surely an effect of the library has its name: a drift of the restitution that gains less than a name
+    # must.
+    names = [_surely_effect(one, ladder, flights.fits) for one in found if one is not None]
+    name = next((one for one in names if one is not None), None)
     if name is not None and name not in (*withheld, *ladder.impacts.restitution_terms):
         ladder = with_contacts_of(ladder, flights, rng, withheld, (name,))
         found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
@@ -205,6 +207,15 @@ def _believed(law: LawFound, size: float, least: float) -> LawFound | None:
     return law if size > least and closes and alike else None
 
 
+def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) -> str | None:
+    """The effect of the restitution that a law is, where it would be believed if no probe had asked for it."""
+    name, impacts = effect_of_restitution(law.rig_law), ladder.impacts.fitted
+    if name is None or impacts is None:
+        return None
+    sizes = impact_law_sizes(law, impacts, fits)
+    return name if _believed(law, *sizes["restitution"]) is not None else None
+
+
 def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
     """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
     follows = [QUANTITIES[factor.quantity].meaning for factor in law.law.terms[0].factors]
@@ -225,7 +236,8 @@ def _measurement_laws(
         found, corrected = find_frame_laws(series, rng)
         if found:
             again = run_ladder(corrected, rng, withheld)
-            if _misfit(again) <= WORSE * max(_misfit(ladder), _interpolated_misfit(ladder, found)):
+            misfit = _misfit(again) / WORSE
+            if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
                 laws, series, best = found, corrected, again
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.

@@ -185,13 +185,17 @@ class Page:
 def figure_of(name: str, figure: Drawing) -> Figure:
     """The figure ``name``, built if it is not; what stops that tells which it was."""
     with _told(name):
-        return figure if isinstance(figure, Figure) else figure()
+        return _built(figure)
+
+
+def _built(figure: Drawing) -> Figure:
+    return figure if isinstance(figure, Figure) else figure()
 
 
 def _drawn(name: str, figure: Drawing, image: FigureFormat) -> str:
     """The figure as the source of an HTML image."""
     with _told(name):
-        return data_uri(figure if isinstance(figure, Figure) else figure(), image)
+        return data_uri(_built(figure), image)
 
 
 @contextmanager

@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.thesis.filters import highest, savitzky_golay
 from ovines.recording import Recording
 from ovines.recording_schema import ThesisMethod
 
@@ -41,6 +40,8 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = USUAL) 
     bridged by straight lines for the filter only; whatever its window or the differences touch of them is
     null in the result.
     """
+    from scipy.signal import savgol_filter  # takes long to load, and few need it
+
     frames = np.arange(motion["frame"].min(), motion["frame"].max() + 1)
     full = motion.set_index("frame")[["time_s", "nes_x_m", "nes_y_m"]].reindex(frames)
     time_s = _bridged(frames, full["time_s"].to_numpy(float))
@@ -51,7 +52,7 @@ def smoothed_acceleration(motion: pd.DataFrame, settings: ThesisMethod = USUAL) 
         return out.assign(nes_vx_m_per_s=np.nan, nes_vy_m_per_s=np.nan, acceleration_m_per_s2=np.nan)
     smooth = np.column_stack(
         [
-            savitzky_golay(_bridged(frames, column), settings.smoothing_frames, settings.polynomial_order)
+            savgol_filter(_bridged(frames, column), settings.smoothing_frames, settings.polynomial_order)
             for column in position.T
         ]
     )
@@ -73,14 +74,16 @@ def thesis_impacts(motion: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     them the tangential speeds, are null.  A side with fewer than three points, or one that reaches over a
     neighbouring impact, is null: that impact has a time and no parameters.
     """
+    from scipy.signal import find_peaks
+
     settings = method_of(recording)
     smooth = smoothed_acceleration(motion, settings)
     signal = smooth["acceleration_m_per_s2"].to_numpy(float)
     step_s = float(np.median(np.diff(smooth["time_s"]))) if len(smooth) > 1 else 1.0
-    peaks, prominences = highest(
+    peaks, properties = find_peaks(
         np.nan_to_num(signal, nan=0.0),
-        settings.prominence_m_per_s2,
-        max(1, round(settings.minimum_distance_s / step_s)),
+        prominence=settings.prominence_m_per_s2,
+        distance=max(1, round(settings.minimum_distance_s / step_s)),
     )
     state = motion.set_index("frame").reindex(smooth["frame"])
     values = np.column_stack(
@@ -101,7 +104,7 @@ def thesis_impacts(motion: pd.DataFrame, recording: Recording) -> pd.DataFrame:
             "frame": smooth["frame"].to_numpy()[peaks],
             "time_s": time_s[peaks],
             "acceleration_m_per_s2": signal[peaks],
-            "prominence_m_per_s2": prominences,
+            "prominence_m_per_s2": properties["prominences"],
         }
     )
     return pd.concat([head, table.astype(float)], axis=1)

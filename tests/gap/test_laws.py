@@ -23,8 +23,9 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_law import needless_beside
+from analysis.gap.laws.numbers_inside import Numbers
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
-from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, _Numbers, find_law
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, find_law
 from analysis.gap.page.gap_page import gap_page
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -221,7 +222,7 @@ def test_a_width_that_is_hardly_known_stays_a_width():
 def test_a_place_that_is_searched_stays_about_the_rig():
     """A Gaussian's flank from far away fits any slope: its place is told only where it is one."""
     patch = next(one for one in flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)) if "patch" in one.name)
-    x, y, width = _Numbers(patch).at(np.array([-1e3, 1e3, 0.0])).numbers
+    x, y, width = Numbers(patch).at(np.array([-1e3, 1e3, 0.0])).numbers
     assert np.hypot(x - patch.numbers[0], y - patch.numbers[1]) < 2 * 0.04
     assert width == patch.numbers[2]
 

@@ -4,22 +4,21 @@ chance that counts every candidate that was tried.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.products import Multiplier, products
+from analysis.gap.laws.numbers_inside import Columns, Numbers, searched
 from analysis.gap.laws.regression import Profile, Regression, forms_of, gains_by_chance, held_out_gains
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
 Array = NDArray[np.float64]
-Columns = Callable[[Sequence[Term]], Array]
 # Signs drawn; one series in a thousand over four stages (turned signs do not know all that flights share: of sixty
 # stages without effect four were told chances below one in four hundred); parts of a law at the most.  Where a probe
 # has already found that something is left, a law only says what it follows: one such stage in a hundred gets one by
@@ -39,9 +38,6 @@ SHORTLIST, NEAR = 4, 0.7
 MULTIPLIED = 2
 # Others named beside a law: the two nearest, and whether they explain as much but for so much of -2 log L.
 NEIGHBOURS, AS_GOOD = 2, 9.0
-# Evaluations of the search inside a candidate, per number; places and angles stay within so many of their steps: a
-# patch of the floor a metre away is a polynomial that poses as a place.
-TRIALS, FARTHEST = 40, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +198,7 @@ def _with_products(
     table, groups = columns_of(tried, columns, problem.block)
     forms = forms_of(problem, table, groups)
     gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale
-    best = tried[_simplest(tried, gains)]
+    best = tried[_simplest(tried, gains - np.array([one.looked for one in tried]))]
     best = searched(Profile.of(problem), columns, best)
     gain = _gain(problem, columns, best) / scale - best.looked
     # Neither holds the other: by chance the best product of a true form gains its price, and a few more in some series.
@@ -211,52 +207,6 @@ def _with_products(
 
 def _worth(candidate: Candidate, gain: float) -> float:
     return gain * (1 - LEAST_SHARE * len(candidate.numbers)) - PER_UNKNOWN * candidate.unknowns
-
-
-def searched(profile: Profile, columns: Columns, candidate: Candidate) -> Candidate:
-    """The candidate at the numbers that explain most of all runs."""
-    if not candidate.numbers:
-        return candidate
-    free = _Numbers(candidate)
-
-    def misfit(moved: Array) -> float:
-        return -profile.gain(columns(free.at(moved).terms))[0]
-
-    n = len(candidate.numbers)
-    simplex = np.vstack([np.zeros(n), np.eye(n)])
-    found = minimize(
-        misfit,
-        np.zeros(n),
-        method="Nelder-Mead",
-        options={"initial_simplex": simplex, "maxfev": TRIALS * n, "xatol": 0.01, "fatol": 0.05},
-    )
-    return free.at(found.x)
-
-
-@dataclass(frozen=True)
-class _Numbers:
-    """A candidate's numbers in units of their steps, scales by their logarithm, about where it stands."""
-
-    candidate: Candidate
-
-    def at(self, moved: Array) -> Candidate:
-        one = self.candidate
-        numbers = [
-            number * float(np.exp(np.clip(m * step, -4, 4)))
-            if positive
-            else number + float(np.clip(m, -FARTHEST, FARTHEST)) * step
-            for number, m, step, positive in zip(one.numbers, moved, one.steps, one.positive, strict=True)
-        ]
-        return one.at(numbers)
-
-    def sd(self, moved_sd: Array) -> Array:
-        one = self.candidate
-        return np.array(
-            [
-                (abs(number) if positive else 1.0) * step * sd
-                for number, sd, step, positive in zip(one.numbers, moved_sd, one.steps, one.positive, strict=True)
-            ]
-        )
 
 
 def _rivals(
@@ -327,11 +277,11 @@ def _measured(
     _, step, _ = profile.gain(columns(terms))
     # Derivatives with respect to numbers inside, at the coefficients found.
     jacobian, place = [columns(terms)], 0
-    moved: list[_Numbers] = []
+    moved: list[Numbers] = []
     for part in parts:
         own = step[place : place + len(part.terms)]
         place += len(part.terms)
-        free = _Numbers(part)
+        free = Numbers(part)
         moved.append(free)
         for i in range(len(part.numbers)):
             h = np.zeros(len(part.numbers))

@@ -28,6 +28,7 @@ UNITS = {
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
 # Step of a difference, over a number's sd; and at the most over the number itself: a width stays one.
 STEP_SD, STEP_SHARE = 0.1, 0.25
+QUARTER = 0.5 * math.pi
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
     """What ``a`` f + ``b`` g is, but for its size."""
     if f.quantity in ALONG and replace(g, x=f.x) == f and (f.function, f.order) == ("power", 1.0):
         # a q(x) + b q(x + pi / 2) = size q(x + arctan(b / a))
-        quarter = abs(wrapped(g.x - f.x - 0.5 * math.pi, 2 * math.pi)) < 1e-9
+        quarter = abs(wrapped(g.x - f.x - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, x=wrapped(f.x + math.atan2(b, a), 2 * math.pi)) if quarter else None
     if (f.function, g.function) != ("cosine", "sine") or replace(g, function="cosine") != f:
         return None
@@ -125,6 +126,12 @@ def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
 def waves(quantity: str, order: float = 1.0, scale: float = 1.0) -> tuple[Factor, Factor]:
     """Cosine and sine of a quantity."""
     return Factor(quantity, "cosine", order, scale), Factor(quantity, "sine", order, scale)
+
+
+def ways(quantity: str) -> tuple[Factor, Factor]:
+    """A velocity, an acceleration or a place along two directions."""
+    across = Factor(quantity, y=QUARTER) if QUANTITIES[quantity].own == "line" else Factor(quantity, x=QUARTER)
+    return Factor(quantity), across
 
 
 def named_numbers(law: WrittenLaw) -> dict[str, tuple[float, str]]:

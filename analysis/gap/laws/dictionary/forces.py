@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, RigScales, pair, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
@@ -25,7 +25,6 @@ RAIL_DIRECTIONS = 12
 MOST_CYCLES, FADES = 12, (0.1, 0.3)
 # Shares of the longest run at which something changes at once.
 CHANGES = (0.2, 0.4, 0.6, 0.8)
-QUARTER = 0.5 * math.pi
 
 
 def force_candidates(scales: RigScales) -> list[Candidate]:
@@ -206,7 +205,7 @@ def torque_candidates(scales: RigScales) -> list[Candidate]:
     for quantity in ("angle", "body_angle"):
         terms = (Term(target, 1.0, (spin, wave)) for wave in waves(quantity))
         out.append(plain(f"torque with spin and {quantity}", *terms))
-    axes = (Factor("along_host"), Factor("along_host", y=QUARTER))
+    axes = ways("along_host")
     out.append(plain("torque with the place in the Host", *(Term(target, 1.0, (axis,)) for axis in axes)))
     turned = (Term(target, 1.0, (axis, wave)) for axis in axes for wave in waves("angle"))
     out.append(plain("torque with the place in the Host and the angle", *turned))

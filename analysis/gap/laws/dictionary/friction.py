@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.forces import BEYOND, CHANGES, FADES, RANGES, SPEEDS, TIMES, changed_runs
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, pair, plain, scaled, spots
 from analysis.gap.laws.dictionary.places import WAVE_DIRECTIONS, WIDTHS
@@ -42,17 +42,14 @@ def _smooth() -> list[Candidate]:
     for quantity, word in (
         ("sliding_along", "the way it slides"),
         ("host_acceleration_along", "the Host's acceleration along a direction"),
-        ("host_velocity_along", "the Host's velocity along a direction"),
+        ("host_velocity_along", "the Host's velocity along a direction"), ("along_host", "the place in the Host"),
     ):  # fmt: skip
-        ways = (Term(TARGET, 1.0, (Factor(quantity, x=x),)) for x in (0.0, 0.5 * math.pi))
-        out.append(plain(f"friction with {word}", *ways))
+        out.append(plain(f"friction with {word}", *(Term(TARGET, 1.0, (way,)) for way in ways(quantity))))
     # A floor that pitches as it is accelerated presses at one side: place times acceleration.
     outwards = Factor("host_acceleration_outwards")
     out.append(plain("friction with the Host's acceleration outwards", Term(TARGET, 1.0, (outwards,))))
     pitching = Term(TARGET, 1.0, (Factor("radius"), outwards))
     out.append(plain("friction with the radius and the Host's acceleration outwards", pitching))
-    axes = (Factor("along_host"), Factor("along_host", y=0.5 * math.pi))
-    out.append(plain("friction with the place in the Host", *(Term(TARGET, 1.0, (axis,)) for axis in axes)))
     for quantity, orders in (
         ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0)), ("azimuth", (1.0, 2.0, 3.0)),
         ("body_angle", (1.0,)), ("sliding_direction", (1.0, 2.0)),

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -76,8 +76,8 @@ def law_candidates(known: Array) -> list[Candidate]:
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
         for quantity in ("host_acceleration_along", "host_velocity_along"):
-            ways = (Term(target, 1.0, (Factor(quantity, x=x),)) for x in (0.0, 0.5 * math.pi))
-            out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *ways))
+            terms = (Term(target, 1.0, (way,)) for way in ways(quantity))
+            out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *terms))
         out += _around(target)
         out += _scaled(target, known)
     out += _ringing(known)

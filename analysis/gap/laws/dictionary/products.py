@@ -5,11 +5,10 @@ better guide to what multiplies it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws.terms import Factor, Term
 from ovines.core.laws.words import MOST_FACTORS
@@ -17,7 +16,6 @@ from ovines.core.laws.words import MOST_FACTORS
 # Terms of a product at the most; range beside the wall over the contact radius and time over the usual flight of what
 # fades.
 MOST_TERMS, RANGE, TIME = 4, 0.12, 0.25
-QUARTER = 0.5 * math.pi
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ def of_flights(scales: RigScales) -> list[Multiplier]:
         _one("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         _one("the speed outwards", Factor("radial_speed")),
         _one("the speed around", Factor("circling_speed")),
-        Multiplier("the place in the Host", (Factor("along_host"), Factor("along_host", y=QUARTER))),
+        Multiplier("the place in the Host", ways("along_host")),
         *(_along(quantity) for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along")),
         *(_wave(quantity) for quantity in ("phase", "azimuth", "angle", "body_angle", "sliding_direction")),
     ]
@@ -96,7 +94,7 @@ def _one(name: str, factor: Factor) -> Multiplier:
 
 
 def _along(quantity: str) -> Multiplier:
-    return Multiplier(quantity.replace("_", " "), (Factor(quantity), Factor(quantity, x=QUARTER)))
+    return Multiplier(quantity.replace("_", " "), ways(quantity))
 
 
 def _wave(quantity: str) -> Multiplier:

@@ -3,14 +3,11 @@ Host towards and around its wall, forces and friction that go with the Host's ve
 
 from __future__ import annotations
 
-import math
-
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.forces import RANGES
 from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
-QUARTER = 0.5 * math.pi
 OUTWARDS = Factor("host_acceleration_outwards")
 # Sliding speed over the usual one below which a floor of its own motion turns friction no further.
 SLOW = 0.1
@@ -26,7 +23,7 @@ def _with_the_floor(scales: RigScales) -> list[Candidate]:
     turned aside by what of the floor's own goes across the sliding."""
     slow = Factor("sliding_speed", "rational", 2.0, SLOW * scales.speed_m_per_s)
     turning = Term("across_sliding", 1.0, (Factor("radius"), Factor("radial_speed"), slow))
-    creeping = [Term("across_sliding", 1.0, (Factor("sliding_along", x=x), slow)) for x in (0.0, QUARTER)]
+    creeping = [Term("across_sliding", 1.0, (way, slow)) for way in ways("sliding_along")]
     return [plain("floor that turns", turning), plain("floor that creeps", *creeping)]
 
 
@@ -66,8 +63,8 @@ def _with_the_ring() -> list[Candidate]:
         out.append(plain(f"force of the room with the size of the Host's {word}", *_fixed(Factor(quantity))))
         out.append(plain(f"force of the room with the square of the Host's {word}", *_fixed(square)))
     out.append(plain("force outwards with the Host's acceleration", Term("outwards", 1.0, (OUTWARDS,))))
-    ways = (Factor("host_acceleration_along", x=x) for x in (0.0, QUARTER))
-    out.append(plain("torque with the Host's acceleration", *(Term("spin", 1.0, (way,)) for way in ways)))
+    shaken = (Term("spin", 1.0, (way,)) for way in ways("host_acceleration_along"))
+    out.append(plain("torque with the Host's acceleration", *shaken))
     along = (Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave)) for wave in waves("angle"))
     out.append(plain("force along the Host's acceleration with the disk's angle", *along))
     return out
