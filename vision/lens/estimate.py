@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache, reduce
+from dataclasses import dataclass, replace
+from functools import cache, partial, reduce
 from operator import add
 
 import numpy as np
@@ -18,7 +18,8 @@ from ovines.workers.threads import in_threads
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
-from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, sightings_of
+from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
+from vision.lens.stretch import NOT_STRETCHED, SUSPECT, Stretched, most_stretched
 from vision.smooth_field import AMPLITUDES_PX, likeliest, solve_with_prior
 
 Array = NDArray[np.float64]
@@ -36,11 +37,13 @@ _NODES_PER_SITE = 2  # of the table, so that a cubic spline through its values i
 
 @dataclass(frozen=True, eq=False)
 class LensEstimate:
-    """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found."""
+    """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found; ``loose``:
+    markers that move on their bodies, of which nothing was learnt."""
 
     field: pd.DataFrame | None
     terms: pd.DataFrame
     note: str
+    loose: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,25 +87,52 @@ def learn_lens_field(
     runs = [one for one in found if one is not None and len(one.frame)]
     if len({tuple(one.body) for one in runs}) != 1:
         return _nothing(0, "Host and NES with their layouts are not in all runs" if not runs else "runs differ")
-    frames = sum(len(one.frame) for one in runs)
+    pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
+    lattices = [lattice_over(pixels[:, c]) for c in range(2)] if np.isfinite(pixels).any() else []
+    estimate = partial(_estimate_or_none, pair=pair, covariance=covariance, lattices=lattices)
+    names, loose = markers_of(recordings[0]), list[str]()
+    found, stretched = estimate(runs)
+    while stretched.over > SUSPECT:
+        fewer = [left for one in runs if len((left := one.without(stretched.marker)).frame)]
+        enough = _frames(fewer) >= FEWEST_FRAMES
+        without, then = estimate(fewer) if enough else (None, NOT_STRETCHED)
+        if stretched.over <= 1 and (without is None or without.field is not None):
+            break  # a field that other markers ask for, too
+        loose.append(names[stretched.marker])
+        if without is None:
+            why = f"{', '.join(loose)} move on their body, which has too few other markers"
+            return replace(_nothing(_frames(fewer), why), loose=tuple(loose))
+        runs, found, stretched = fewer, without, then
+    told = f"; nothing is learnt of {', '.join(loose)}, which moves on its body" if loose else ""
+    return replace(found, note=found.note + told, loose=tuple(loose))
+
+
+def _frames(runs: Sequence[Sightings]) -> int:
+    return sum(len(one.frame) for one in runs)
+
+
+def _estimate_or_none(
+    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice]
+) -> tuple[LensEstimate, Stretched]:
+    """What the runs tell, and the marker that the field stretches most."""
+    frames = _frames(runs)
     if frames < FEWEST_FRAMES:
-        return _nothing(frames, f"{frames} frames with both bodies in both views")
+        return _nothing(frames, f"{frames} frames with both bodies in both views"), NOT_STRETCHED
+    if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
+        return _nothing(frames, "all markers within one spacing of the splines"), NOT_STRETCHED
     try:
-        return _estimate(runs, pair, covariance, frames)
+        return _estimate(runs, pair, covariance, lattices)
     except np.linalg.LinAlgError:  # markers that lie on one spot, or never move
-        return _nothing(frames, "the bodies leave the equations singular")
+        return _nothing(frames, "the bodies leave the equations singular"), NOT_STRETCHED
 
 
 def _estimate(
-    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, frames: int
-) -> LensEstimate:
-    pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
-    lattices = [lattice_over(pixels[:, c]) for c in range(2)]
-    if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
-        return _nothing(frames, "all markers within one spacing of the splines")
+    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice]
+) -> tuple[LensEstimate, Stretched]:
+    frames = _frames(runs)
     halves = in_threads(_half, [(runs, pair, lattices, late) for late in (False, True)])
     if not all(np.isfinite(one.matrix).all() and np.isfinite(one.right).all() for half in halves for one in half):
-        return _nothing(frames, "pixels that no camera can see")
+        return _nothing(frames, "pixels that no camera can see"), NOT_STRETCHED
     noise = _noise_variance([one for half in halves for one in half], lattices)
     blocks = [_fields_only(reduce(add, half), noise) for half in halves]
     height_m = float(np.nanmedian(runs[0].points_m[:, runs[0].body >= 0, 2]))
@@ -111,6 +141,7 @@ def _estimate(
     posterior = _posterior(whole, lattices, calibration)
     sureness, gain = _held_out(blocks, posterior.expected)
     used = sureness > SURE_SD and gain > 0
+    worst = most_stretched(runs, lattices, posterior.mean, calibration) if used else NOT_STRETCHED
     quality = {
         "used": (float(used), np.nan),
         "frames": (float(frames), np.nan),
@@ -125,7 +156,7 @@ def _estimate(
         else "no lens field is used"
     )
     note = f"{words}: it predicts the other halves of the runs by {sureness:.1f} sd ({frames} frames)"
-    return LensEstimate(field_table(posterior, lattices, pair) if used else None, terms, note)
+    return LensEstimate(field_table(posterior, lattices, pair) if used else None, terms, note), worst
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:
