@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, CYCLE, label, legend, new_figure
 from analysis.gap.ladder import Ladder
-from analysis.gap.measurement.rigid_bodies import marker_residuals, on_body
+from analysis.gap.measurement.body_residuals import marker_residuals, on_body
 from analysis.gap.page.figures import binned, give_room
 
 Array = NDArray[np.float64]

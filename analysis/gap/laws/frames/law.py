@@ -1,5 +1,5 @@
-"""The missing law of the measurement: what a camera's picture or a clock does, found in still markers, two views and
-the Host's path, each taken out before the next is asked."""
+"""The missing law of the measurement: what a camera's picture, a marker on its body or a clock does, found in still
+markers, two views, rigid bodies and the Host's path, each taken out before the next is asked."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
-from analysis.gap.laws.frames.dictionary import frame_candidates, moved_rms
+from analysis.gap.laws.frames.dictionary import frame_candidates, marker_candidates, moved_rms
+from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.search import find_law
+from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 
@@ -22,7 +25,8 @@ SHORTEST_PERIODS = 0.5
 
 
 def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
-    """Laws of the cameras' pictures and of the second camera's delay, in this order, each where chance would not find
+    """Laws of the cameras' pictures, of the second camera's delay and of markers that are told to move on their bodies,
+    in this order, each where chance would not find
     as much and where it is larger than what is negligible; and the series without what they say."""
     laws: list[LawFound] = []
     cameras = range(0 if series.cameras is None else len(series.cameras))
@@ -37,6 +41,10 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
     found = _law_of(view_rows(series, with_picture=not seen), series, rng)
     series = without_frame_laws(series, [one.law for one in found])
     laws += found
+    for loose in loose_markers(series):
+        found = _marker_law(marker_rows(series, loose.body, loose.marker), series, rng)
+        series = without_frame_laws(series, [one.law for one in found])
+        laws += found
     return tuple(laws), series
 
 
@@ -62,9 +70,23 @@ def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) ->
     moved = moved_rms(rows, found.terms, found.coefficients)
     if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
         return []
-    law = told_law(rows, found, p, series.frame)
-    # No floor is above the best model.
-    law = replace(law, size=max(moved.values()), floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
+    return _told(told_law(rows, found, p, series.frame), max(moved.values()))
+
+
+def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
+    """The law of a marker that moves by more than markers are glued: one or none."""
+    if rows is None:
+        return []
+    found, p = find_law(rows.problem, rows.columns, marker_candidates(rows), rng)
+    if found is None:
+        return []
+    size_m = rows.moved_rms(found.terms, found.coefficients)
+    return _told(told_law(rows, found, p, series.frame), size_m) if size_m > LOOSE_M else []
+
+
+def _told(law: LawFound, size: float) -> list[LawFound]:
+    """The law of a ``size``, where it closes enough; no floor is above the best model."""
+    law = replace(law, size=size, floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
     return [law] if law.closed > LAW_LEAST_CLOSED else []
 
 
