@@ -108,9 +108,7 @@ def _both_ways(key: Key, factor: Factor) -> tuple[Term, ...]:
     return tuple(Term(key[0], 1.0, (factor,), float(key[1]), way_rad) for way_rad in (0.0, QUARTER))
 
 
-def _scaled(
-    make: Callable[[Factor], tuple[Term, ...]], quantity: str, function: str, scale: float
-) -> tuple[Term, ...]:
+def _scaled(make: Callable[[Factor], tuple[Term, ...]], quantity: str, function: str, scale: float) -> tuple[Term, ...]:
     return make(Factor(quantity, function, 1.0, scale))
 
 

@@ -27,6 +27,8 @@ TARGETS = {"host": "host_marker", "nes": "nes_marker"}
 BODIES = {target: body for body, target in TARGETS.items()}
 # Gross errors count as so many sds.
 CLIP_SD = 5.0
+# Correlation of noise from frame to frame, at the most: more is a motion.
+MOST_CORRELATED = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +78,11 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
         own, along = np.linalg.qr(one.basis[2 * marker : 2 * marker + 2].T, mode="complete")
         turned = one.values @ own
         others = turned[:, 2:] - np.median(turned[:, 2:], 0)
-        noise = float(np.median([residual_sd(column) for column in others.T]))
-        if not noise > 0:
+        sd = float(np.median([residual_sd(column) for column in others.T]))
+        if not sd > 0:
             continue
-        calm = np.all(np.abs(others) < CLIP_SD * noise, 1)
+        calm = np.all(np.abs(others) < CLIP_SD * sd, 1)
+        noise = sd * _widened(others / sd)
         value = turned[calm, :2] / noise
         middle = np.median(value, 0)
         limit = CLIP_SD * np.array([residual_sd(column) for column in value.T])
@@ -92,6 +95,13 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
     # Where the marker stands on its body is unknown.
     problem = problem_of(np.concatenate(values), unit, known, at)
     return MarkerRows(problem, known, at, (TARGETS[body], marker), unit)
+
+
+def _widened(noise: Array) -> float:
+    """What the correlation from frame to frame of ``noise`` (N, C) of sd 1 makes of the sd of a slow mean."""
+    near = np.clip(noise, -3, 3)
+    lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, MOST_CORRELATED))
+    return float(np.sqrt((1 + lag) / (1 - lag)))
 
 
 def without_markers(series: Series, terms: Sequence[Term]) -> Series:
