@@ -228,8 +228,8 @@ def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, leas
 def _measurement_laws(
     ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
 ) -> tuple[tuple[LawFound, ...], Ladder]:
-    """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, and the ladder
-    of the series without what they say, in which what is left of the measurement stays told."""
+    """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, and the
+    ladder of the series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = tuple[LawFound, ...](), ladder.measured, ladder
     if told:

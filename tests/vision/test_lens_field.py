@@ -132,7 +132,7 @@ def test_correlated_noise_is_seen_and_makes_the_field_less_sure(rig):
     assert 0.75 * expected < red.loc[noise, "value"] < 1.2 * expected
 
 
-@pytest.mark.parametrize(("loose", "size"), [(0.02, 0.0), (0.006, 0.0), (0.02, 0.25)])
+@pytest.mark.parametrize(("loose", "size"), [(0.02, 0.0), (0.006, 0.0), (0.02, 0.25), (0.006, 0.25)])
 def test_a_marker_that_moves_on_its_body_is_no_lens(rig, loose, size):
     """It is told, whatever the others need: nothing, or the field that is there."""
     found = learnt(rig, filmed(rig, size, loose=loose))

@@ -19,25 +19,30 @@ from vision.lens.residuals import Sightings
 Array = NDArray[np.float64]
 
 # Pixels per pixel.  The largest and shortest field that is believed of a lens beforehand (0.7 px over 150 px,
-# `AMPLITUDES_PX` and `LENGTHS_PX`) has slopes of sd 0.005; this is twice that.  Fields of smooth residuals of 0.2 to
-# 0.35 px reached 0.0015 (four series), a marker that gives way by 0.3 mm over 16 mm 0.016 to 0.020 (three).
+# `AMPLITUDES_PX` and `LENGTHS_PX`) has slopes of sd 0.005; this is twice that.  Fields of smooth residuals of 0.14 to
+# 0.45 px reached 0.0018 (eight series of the blind plant), a marker that gives way by 0.35 mm RMS 0.016 to 0.020
+# (three).
 MOST_STRETCH = 0.01
 # What the calibration leaves open may stretch it by so many of its sds beside.
 CALIBRATION_SD = 3.0
-# From this share of the bound on, twice what those lenses reached, a field that no other marker asks for is none of a
-# lens.
-SUSPECT = 0.3
+# From this share of the bound on, more than those lenses reached, the fields that all other markers ask for are held
+# against it: beyond so many of their sds they are not the same lens.  Lenses were within 1.8 sds (eight series),
+# markers that give way by 0.1 mm RMS beside one beyond 17 (three).
+SUSPECT, ODDS_SD = 0.3, 5.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stretched:
-    """The number of a marker, and how much a field stretches its way ``over`` what a lens may do."""
+    """The number of a marker whose way a field stretches ``over`` what a lens may do: by ``stretch`` (2,) along u and v
+    of the camera that shows more of it, which is ``along`` (2, P) times the fields."""
 
     marker: int
     over: float
+    stretch: Array
+    along: Array
 
 
-NOT_STRETCHED = Stretched(-1, 0.0)
+NOT_STRETCHED = Stretched(-1, 0.0, np.zeros(2), np.zeros((2, 0)))
 
 
 def most_stretched(
@@ -51,12 +56,15 @@ def most_stretched(
         for c, lattice in enumerate(lattices):
             pixels = np.concatenate([one.uv_px[:, m, c] for one in runs])
             slope = _slope(pixels[np.isfinite(pixels[:, 0])], lattice)
-            own = [slice(at + k * lattice.size, at + (k + 1) * lattice.size) for k in range(2)]
-            at += 2 * lattice.size
-            stretch = float(np.hypot(*(slope @ mean[part] for part in own)))
-            open_sd = float(np.sqrt(sum(slope @ calibration[part, part] @ slope for part in own)))
-            over = stretch / (MOST_STRETCH + CALIBRATION_SD * open_sd)
-            worst = max(worst, Stretched(int(m), over), key=lambda one: one.over)
+            along = np.zeros((2, len(mean)))
+            for axis in range(2):
+                along[axis, at : at + lattice.size] = slope
+                at += lattice.size
+            stretch = along @ mean
+            open_sd = float(np.sqrt(np.trace(along @ calibration @ along.T)))
+            over = float(np.linalg.norm(stretch)) / (MOST_STRETCH + CALIBRATION_SD * open_sd)
+            if over > worst.over:
+                worst = Stretched(int(m), over, stretch, along)
     return worst
 
 

@@ -1,4 +1,4 @@
-"""How far a body's markers are from where its pose puts them, and what medians and means over runs of that are worth."""
+"""How far a body's markers are from where its pose puts them, and what a median or a mean of that is worth."""
 
 from __future__ import annotations
 

@@ -122,9 +122,8 @@ class WrittenLaw:
         for term in self.terms:
             for factor in term.factors:
                 if self.stage == "measurement":
-                    follows = W.OF_FRAMES
-                    if TARGETS[term.target].own in W.MARKERS:
-                        follows = (*W.OF_FRAMES, *W.OF_MARKERS)
+                    marker = TARGETS[term.target].own in W.MARKERS
+                    follows = (*W.OF_FRAMES, *(W.OF_MARKERS if marker else ()))
                     known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
