@@ -52,9 +52,9 @@ class TermEntry(Section):
     unit: str | None = None
     """Unit of the coefficient; checked. Example: `"1/s^2"`."""
     x: float = 0.0
-    """The target's own angle (rad), or place (m). Example: `0.0`."""
+    """The target's own angle (rad), place (m), or number of a camera or a marker. Example: `0.0`."""
     y: float = 0.0
-    """Second coordinate of the place (m). Example: `0.0`."""
+    """Second coordinate of the place (m); direction of a marker (rad). Example: `0.0`."""
     factors: tuple[FactorEntry, ...] = ()
     """Tables of the keys above. Example: `[{quantity = "radius"}]`."""
 

@@ -14,7 +14,7 @@ from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contact
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
-from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
+from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.impact_law import (
     find_impact_law,
@@ -228,8 +228,8 @@ def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, leas
 def _measurement_laws(
     ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
 ) -> tuple[tuple[LawFound, ...], Ladder]:
-    """Laws of cameras and clocks where something is left in the measurement or beside the drive, and the ladder of the
-    series without what they say, in which what is left of the measurement stays told."""
+    """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, and the
+    ladder of the series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = tuple[LawFound, ...](), ladder.measured, ladder
     if told:
@@ -239,6 +239,10 @@ def _measurement_laws(
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
                 laws, series, best = found, corrected, again
+        # Markers of a body against each other: flights know nothing of them.
+        found, corrected = find_marker_laws(series, rng)
+        if found:
+            laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
     clock, corrected = find_clock_law(series, rng)

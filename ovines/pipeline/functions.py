@@ -75,7 +75,7 @@ def lens(context: StageContext) -> dict[str, Any]:
         else None
     )
     found = learn_lens_field([tracks], [context.recording], cameras, covariance)
-    if found.field is not None:  # that there is none stands in the table
+    if found.field is not None or found.loose:  # that there is none stands in the table
         context.notes.append(found.note)
     return {"lens_terms.parquet": found.terms} | ({} if found.field is None else {"lens_field.parquet": found.field})
 

@@ -59,7 +59,7 @@ def write_series_lens(out: Path, recordings: Sequence[Recording], force: bool) -
         few = len(read) < FEWEST_RUNS
         return "each by itself", [] if few else ["no joint lens field: the runs were not filmed with the same cameras"]
     written = {"lens_terms": found.terms} | ({} if found.field is None else {"lens_field": found.field})
-    notes = [] if found.field is None else [found.note]  # that there is none stands in the table
+    notes = [found.note] if found.field is not None or found.loose else []  # that there is none stands in the table
     marked = {**state, "key": key, "notes": notes, "outputs": [f"{name}.parquet" for name in written]}
     for name in reversed(written):  # the first one last: it is the one that vouches for the other
         write_table(written[name], name, out / f"{name}.parquet", marked)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache, reduce
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial, reduce
 from operator import add
 
 import numpy as np
@@ -18,7 +18,8 @@ from ovines.workers.threads import in_threads
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
-from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, sightings_of
+from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
+from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
 from vision.smooth_field import AMPLITUDES_PX, likeliest, solve_with_prior
 
 Array = NDArray[np.float64]
@@ -36,11 +37,13 @@ _NODES_PER_SITE = 2  # of the table, so that a cubic spline through its values i
 
 @dataclass(frozen=True, eq=False)
 class LensEstimate:
-    """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found."""
+    """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found; ``loose``:
+    markers that move on their bodies, of which nothing was learnt."""
 
     field: pd.DataFrame | None
     terms: pd.DataFrame
     note: str
+    loose: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,15 @@ class Posterior:
     amplitude_px: float
     length_px: float
     expected: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Learnt:
+    """An estimate, the marker that its fields stretch most, and those fields, where they are used."""
+
+    estimate: LensEstimate
+    stretched: Stretched = NOT_STRETCHED
+    posterior: Posterior | None = None
 
 
 def learn_lens_field(
@@ -80,29 +92,73 @@ def learn_lens_field(
     pair = sorted((camera for camera in cameras if camera.name in named), key=lambda camera: camera.name)
     if len(pair) != 2:
         return _nothing(0, "not two cameras")
-    found = [sightings_of(one, pair, recording) for one, recording in zip(tracks, recordings, strict=True)]
-    runs = [one for one in found if one is not None and len(one.frame)]
+    sightings = [sightings_of(one, pair, recording) for one, recording in zip(tracks, recordings, strict=True)]
+    runs = [one for one in sightings if one is not None and len(one.frame)]
     if len({tuple(one.body) for one in runs}) != 1:
         return _nothing(0, "Host and NES with their layouts are not in all runs" if not runs else "runs differ")
-    frames = sum(len(one.frame) for one in runs)
+    pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
+    lattices = [lattice_over(pixels[:, c]) for c in range(2)] if np.isfinite(pixels).any() else []
+    return _of_rigid_bodies(runs, markers_of(recordings[0]), partial(_learnt, pair, covariance, lattices))
+
+
+def _of_rigid_bodies(
+    runs: Sequence[Sightings], names: Sequence[str], learn: Callable[[Sequence[Sightings]], _Learnt]
+) -> LensEstimate:
+    """What ``learn`` makes of ``runs`` without markers that move on their bodies, the worst first left out: those that
+    alone ask for a field, or for another one than all others, or for more than a lens does."""
+    loose: list[str] = []
+    learnt = learn(runs)
+    while (stretched := learnt.stretched).over > SUSPECT:
+        fewer = [left for one in runs if len((left := one.without(stretched.marker)).frame)]
+        enough = _frames(fewer) >= FEWEST_FRAMES
+        without = learn(fewer) if enough else None
+        if stretched.over <= 1 and not (without is not None and _at_odds(stretched, without)):
+            break
+        loose.append(names[stretched.marker])
+        if without is None:
+            why = f"{', '.join(loose)} move on their body, which has too few other markers"
+            return replace(_nothing(_frames(fewer), why), loose=tuple(loose))
+        runs, learnt = fewer, without
+    found = learnt.estimate
+    told = f"; nothing is learnt of {', '.join(loose)}, which moves on its body" if loose else ""
+    return replace(found, note=found.note + told, loose=tuple(loose))
+
+
+def _at_odds(stretched: Stretched, without: _Learnt) -> bool:
+    """Whether the fields that were learnt without a marker do not stretch its way so."""
+    if without.estimate.field is None or without.posterior is None:
+        return True
+    off = stretched.stretch - stretched.along @ without.posterior.mean
+    covariance = stretched.along @ without.posterior.covariance @ stretched.along.T
+    return bool(off @ np.linalg.solve(covariance, off) > ODDS_SD**2)
+
+
+def _frames(runs: Sequence[Sightings]) -> int:
+    return sum(len(one.frame) for one in runs)
+
+
+def _learnt(
+    pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice], runs: Sequence[Sightings]
+) -> _Learnt:
+    """What the runs tell."""
+    frames = _frames(runs)
     if frames < FEWEST_FRAMES:
-        return _nothing(frames, f"{frames} frames with both bodies in both views")
+        return _Learnt(_nothing(frames, f"{frames} frames with both bodies in both views"))
+    if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
+        return _Learnt(_nothing(frames, "all markers within one spacing of the splines"))
     try:
-        return _estimate(runs, pair, covariance, frames)
+        return _estimate(runs, pair, covariance, lattices)
     except np.linalg.LinAlgError:  # markers that lie on one spot, or never move
-        return _nothing(frames, "the bodies leave the equations singular")
+        return _Learnt(_nothing(frames, "the bodies leave the equations singular"))
 
 
 def _estimate(
-    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, frames: int
-) -> LensEstimate:
-    pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
-    lattices = [lattice_over(pixels[:, c]) for c in range(2)]
-    if min(min(one.n_u, one.n_v) for one in lattices) < _FEWEST_SITES:
-        return _nothing(frames, "all markers within one spacing of the splines")
+    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice]
+) -> _Learnt:
+    frames = _frames(runs)
     halves = in_threads(_half, [(runs, pair, lattices, late) for late in (False, True)])
     if not all(np.isfinite(one.matrix).all() and np.isfinite(one.right).all() for half in halves for one in half):
-        return _nothing(frames, "pixels that no camera can see")
+        return _Learnt(_nothing(frames, "pixels that no camera can see"))
     noise = _noise_variance([one for half in halves for one in half], lattices)
     blocks = [_fields_only(reduce(add, half), noise) for half in halves]
     height_m = float(np.nanmedian(runs[0].points_m[:, runs[0].body >= 0, 2]))
@@ -125,7 +181,10 @@ def _estimate(
         else "no lens field is used"
     )
     note = f"{words}: it predicts the other halves of the runs by {sureness:.1f} sd ({frames} frames)"
-    return LensEstimate(field_table(posterior, lattices, pair) if used else None, terms, note)
+    if not used:
+        return _Learnt(LensEstimate(None, terms, note))
+    worst = most_stretched(runs, lattices, posterior.mean, calibration)
+    return _Learnt(LensEstimate(field_table(posterior, lattices, pair), terms, note), worst, posterior)
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:

@@ -66,6 +66,21 @@ class Sightings:
             points_m=self.points_m[part],
         )
 
+    def without(self, marker: int) -> Sightings:
+        """The same where ``marker`` was never seen, in the frames that still show enough of its body."""
+        uv_px, points_m = self.uv_px.copy(), self.points_m.copy()
+        uv_px[:, marker], points_m[:, marker] = np.nan, np.nan
+        own = self.body == self.body[marker]
+        keep = np.isfinite(points_m[:, own, 0]).sum(1) >= FEWEST_MARKERS
+        return replace(
+            self,
+            frame=self.frame[keep],
+            time_s=self.time_s[keep],
+            uv_px=uv_px[keep],
+            sd_px=self.sd_px[keep],
+            points_m=points_m[keep],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Linear:
@@ -98,6 +113,13 @@ class NormalEquations:
         return NormalEquations(self.matrix + other.matrix, self.right + other.right, self.n_field, self.prior)
 
 
+def markers_of(recording: Recording) -> list[str]:
+    """Names of the markers of a run in their order: what stands still, Host, NES."""
+    bodies = recording.bodies
+    still = list(bodies["ground"].markers) if "ground" in bodies else []
+    return [*still, *(marker for name in MOVING for marker in bodies[name].markers)]
+
+
 def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> Sightings | None:
     """Arrays of one run's tracks; None where Host and NES with three markers each and their layouts are not given."""
     bodies = recording.bodies
@@ -105,8 +127,7 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
         return None
     if any(len(bodies[name].markers) < FEWEST_MARKERS for name in MOVING):
         return None
-    still = list(bodies["ground"].markers) if "ground" in bodies else []
-    markers = [*still, *(marker for name in MOVING for marker in bodies[name].markers)]
+    markers = markers_of(recording)
     known = tracks["marker"].isin(markers).to_numpy() & tracks["camera"].isin([one.name for one in cameras]).to_numpy()
     if not known.any():
         return None
@@ -126,9 +147,10 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     uv[np.isnan(xyz[..., 0])] = np.nan
     sd = np.where(np.isfinite(sd), sd, np.nanmedian(sd) if np.isfinite(sd).any() else FIRST_GUESS_SD_PX)
     sd = np.maximum(sd, 0.5 * np.nanmedian(sd))  # no marker outweighs the others
-    body = np.array([-1] * len(still) + [k for k, name in enumerate(MOVING) for _ in bodies[name].markers])
-    places = np.zeros((len(still), 3))  # of a marker that both cameras never saw at once: used nowhere
-    told = np.isfinite(xyz[:, : len(still), 0]).any(0)
+    still = len(markers) - sum(len(bodies[name].markers) for name in MOVING)
+    body = np.array([-1] * still + [k for k, name in enumerate(MOVING) for _ in bodies[name].markers])
+    places = np.zeros((still, 3))  # of a marker that both cameras never saw at once: used nowhere
+    told = np.isfinite(xyz[:, :still, 0]).any(0)
     places[told] = np.nanmedian(xyz[:, np.flatnonzero(told)], 0)
     layout = np.concatenate([places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]

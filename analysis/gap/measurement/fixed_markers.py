@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.gap.cause import SMALLEST_P, Structure, two_sided
-from analysis.gap.measurement.rigid_bodies import SURE_SD, middle_of, over_runs
+from analysis.gap.measurement.body_residuals import SURE_SD, middle_of, over_runs
 from analysis.gap.series import Series
 from ovines.robust import spread
 

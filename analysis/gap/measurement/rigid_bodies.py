@@ -1,7 +1,8 @@
 """Bodies are rigid: what their markers do against each other is the measurement's doing.
 
 A lens residual goes with a marker's place, a wrong layout is the same in every frame; neither makes a marker's residual
-differ between the halves of a run, from run to run, or with the body's velocity.
+differ between the halves of a run, from run to run, or with the body's velocity; nor does a lens move one marker alone,
+or by more than the picture's stretch (:mod:`analysis.gap.measurement.loose_markers`).
 """
 
 from __future__ import annotations
@@ -12,19 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.cause import Structure, two_sided
+from analysis.gap.measurement.body_residuals import (
+    FEWEST_FRAMES,
+    LOOSE_M,
+    SHARE_OF_CLOCK,
+    SURE_SD,
+    marker_residuals,
+    middle_of,
+    on_body,
+    over_runs,
+)
+from analysis.gap.measurement.loose_markers import VELOCITY, Loose, told, with_its_body
 from analysis.gap.series import Series
-from analysis.motion.bodies import bodies_clouds
-from analysis.statistics.robust import MEDIAN_SD
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-# Markers are glued within 0.05 mm; one that moves by more has come loose.  A marker seen this much later than the rest
-# is no noise.
-LOOSE_M, LATE_S = 5e-5, 2e-5
-SURE_SD = 6.0
-# Two views of a marker share a delay of one of them by where it stands: this share of it may differ between markers.
-SHARE_OF_CLOCK = 0.2
-FEWEST_FRAMES = 40
+# A marker seen this much later than the rest is no noise.
+LATE_S = 2e-5
 
 
 def rigid_structure(series: Series, clock_s: float = 0.0) -> list[Structure]:
@@ -33,60 +38,28 @@ def rigid_structure(series: Series, clock_s: float = 0.0) -> list[Structure]:
 
     ``clock_s``: by how much one camera is known to be late.  Markers share it, each with another part of it.
     """
+    loose = loose_markers(series, clock_s)
+    out = [one.structure for one in loose]
+    if series.points is not None and series.layouts is not None and not any(one.with_what == VELOCITY for one in loose):
+        out += _late(list(marker_residuals(series, "host")), series, clock_s)
+    return out
+
+
+def loose_markers(series: Series, clock_s: float = 0.0) -> list[Loose]:
+    """The marker of each body that moves most on it from part to part of the series, and the one that moves as its body
+    does; nothing without marker points."""
     if series.points is None or series.layouts is None:
         return []
     out = []
     for body in ("host", "nes"):
-        residuals = list(marker_residuals(series, body))
-        if residuals:
-            out += _moved(residuals, series, body)
-            out += _late(residuals, series, clock_s) if body == "host" else []
+        moved = _moved(list(marker_residuals(series, body)), series, body)
+        # What slips once goes with a spin that changes, too.
+        slipped = {one.marker for one in moved}
+        out += [*moved, *(one for one in with_its_body(series, body, clock_s) if one.marker not in slipped)]
     return out
 
 
-def marker_residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
-    """Per run: its number, the body's angle (N,) and its markers against its pose (N, M, 2) in the room (m, NaN where
-    unseen).
-    """
-    assert series.points is not None and series.layouts is not None
-    layout = series.layouts[body][:, :2]
-    for number, (points, motion, recording) in enumerate(
-        zip(series.points, series.motions, series.recordings, strict=True)
-    ):
-        cloud = bodies_clouds(points, recording)[body]
-        table = motion.set_index("frame").reindex(cloud.frame)
-        angle = table[f"{body}_angle_rad"].to_numpy(float)
-        turned = np.stack(
-            [
-                np.cos(angle)[:, None] * layout[:, 0] - np.sin(angle)[:, None] * layout[:, 1],
-                np.sin(angle)[:, None] * layout[:, 0] + np.cos(angle)[:, None] * layout[:, 1],
-            ],
-            -1,
-        )
-        place = table[[f"{body}_x_m", f"{body}_y_m"]].to_numpy(float)
-        yield number, angle, cloud.position_m[..., :2] - place[:, None, :] - turned
-
-
-def on_body(angle: Array, world: Array) -> Array:
-    """Residuals (N, M, 2) in the body's frame, ``angle`` (N,) being the body's."""
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    return np.stack([c * world[..., 0] + s * world[..., 1], -s * world[..., 0] + c * world[..., 1]], -1)
-
-
-def middle_of(values: Array) -> tuple[float, float]:
-    """Median and its standard error, neighbouring frames' errors being correlated."""
-    seen = values[np.isfinite(values)]
-    if len(seen) < FEWEST_FRAMES:
-        return np.nan, np.inf
-    middle = float(np.median(seen))
-    off = seen - middle
-    sd = residual_sd(off)
-    near = np.clip(off, -3 * sd, 3 * sd)
-    lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, 0.9))
-    return middle, MEDIAN_SD * sd * float(np.sqrt((1 + lag) / (1 - lag) / len(seen)))
-
-
-def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Structure]:
+def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Loose]:
     """The marker whose place on the body differs most between the halves of the runs, or in one run from the others."""
     changes, change_sds, places, place_sds = [], [], [], []
     for _, angle, world in residuals:
@@ -105,20 +78,7 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
     if not found:
         return []
     size, sd, marker, when = max(found)
-    name = series.recordings[0].bodies[body].markers[marker]
-    return [
-        Structure(
-            "measurement",
-            "all",
-            "x",
-            f"marker {name}, which moves on its body {when}",
-            size / LOOSE_M,
-            (size / sd) ** 2,
-            size,
-            "m",
-            two_sided(size / sd),
-        )
-    ]
+    return [told(series, body, marker, when, (size, sd))]
 
 
 def _surely_moved(size: Array, sd: Array, when: str) -> Iterator[tuple[float, float, int, str]]:
@@ -133,17 +93,6 @@ def _centres(own: Array) -> tuple[Array, Array]:
     """Medians and standard errors (M, 2) of residuals (N, M, 2)."""
     pairs = np.array([[middle_of(own[:, m, a]) for a in range(2)] for m in range(own.shape[1])])
     return pairs[..., 0], pairs[..., 1]
-
-
-def over_runs(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
-    """Weighted mean over runs and its sd, whichever is larger of the one told and the one seen between the runs."""
-    value, sd = np.array(values), np.array(sds)
-    weight = np.where(np.isfinite(value), 1 / sd**2, 0.0)
-    total = np.maximum(weight.sum(0), 1e-300)
-    mean = np.sum(weight * np.nan_to_num(value), 0) / total
-    count = np.maximum((weight > 0).sum(0), 1)
-    spread = np.sqrt(np.sum(weight * (np.nan_to_num(value) - mean) ** 2, 0) / total / np.maximum(count - 1, 1))
-    return np.where(weight.sum(0) > 0, mean, np.nan), np.maximum(1 / np.sqrt(total), spread)
 
 
 def _late(residuals: list[tuple[int, Array, Array]], series: Series, clock_s: float) -> list[Structure]:

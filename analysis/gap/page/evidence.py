@@ -183,10 +183,10 @@ def _rigid(section: Section, diagnosis: Diagnosis) -> None:
         section,
         "gap-rigid",
         rigid_figure(diagnosis.ladder),
-        "Each marker's place on its body over the run, and the Host's markers along its velocity (first run): bodies "
-        "are rigid, so all "
+        "Each marker's place on its body over the run, and the Host's markers along its velocity or "
+        "acceleration (first run): bodies are rigid, so all "
         "curves should be flat. A step is a marker that came loose, a slope with the velocity one that is read out at "
-        "another time.",
+        "another time, a slope with the acceleration one that bends.",
         "Markers against their bodies",
         missing="markers against their bodies",
         because="this entry has no points.",

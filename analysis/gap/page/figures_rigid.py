@@ -1,4 +1,5 @@
-"""Bodies against themselves: each marker's place on its body over the run, and against the Host's velocity."""
+"""Bodies against themselves: each marker's place on its body over the run, and against the Host's velocity or
+acceleration."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, CYCLE, label, legend, new_figure
 from analysis.gap.ladder import Ladder
-from analysis.gap.measurement.rigid_bodies import marker_residuals, on_body
+from analysis.gap.measurement.body_residuals import marker_residuals, on_body
+from analysis.gap.measurement.loose_markers import ACCELERATION
 from analysis.gap.page.figures import binned, give_room
 
 Array = NDArray[np.float64]
@@ -17,7 +19,8 @@ Array = NDArray[np.float64]
 
 def rigid_figure(ladder: Ladder) -> Figure | None:
     """Host's and NES' markers over the share of a run (µm, the axis of the body that moves more), and the Host's
-    against its velocity; one curve a marker, medians over bins with standard errors.  None without marker points."""
+    against its velocity, or its acceleration where a marker goes with that; one curve a marker, medians over bins with
+    standard errors.  None without marker points."""
     series = ladder.measured
     if series.points is None or series.layouts is None:
         return None
@@ -36,16 +39,18 @@ def rigid_figure(ladder: Ladder) -> Figure | None:
             "place on the body (µm)" if body == "host" else "",
             "Host" if body == "host" else "NES",
         )
+    pulled = any(one.goes_with.endswith(ACCELERATION) for one in ladder.structure)
     for number, _, world in marker_residuals(series, "host"):
         run = series.runs[number]
         if run.data.host.omega_rad_per_s == 0 or len(world) != len(run.data.time_s):
             continue
-        velocity = run.data.host.at(run.data.time_s, 1)[:, :2]
-        along = velocity / max(float(np.sqrt(np.mean(np.sum(velocity**2, 1)))), 1e-9)
+        moves = run.data.host.at(run.data.time_s, 2 if pulled else 1)[:, :2]
+        along = moves / max(float(np.sqrt(np.mean(np.sum(moves**2, 1)))), 1e-9)
         for m, marker in enumerate(series.recordings[0].bodies["host"].markers):
-            _curve(axes[0, 2], np.sum(velocity * along, 1), 1e6 * np.sum(world[:, m] * along, 1), m, marker)
+            _curve(axes[0, 2], np.sum(moves * along, 1), 1e6 * np.sum(world[:, m] * along, 1), m, marker)
         break
-    label(axes[0, 2], "Host's speed squared over its rms (m/s)", "along its velocity (µm)", "Host")
+    what, unit = ("acceleration", "m/s²") if pulled else ("speed", "m/s")
+    label(axes[0, 2], f"Host's {what} squared over its rms ({unit})", f"along its {what} (µm)", "Host")
     for ax in axes[0]:
         ax.axhline(0, color=BLACK, lw=0.7)
         give_room(ax)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, MARKERS, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -16,13 +16,15 @@ CHANGES = {
     "spin": (r"\Delta\dot\omega", "spin' +="),
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
 }
-#: the same of targets that a camera's number stands with
-OF_CAMERA = {
+#: the same of targets that the number of a camera or a marker stands with
+NUMBERED = {
     "picture_u": (r"\Delta u_{{{}}}", "picture u of camera {} +="),
     "picture_v": (r"\Delta v_{{{}}}", "picture v of camera {} +="),
     "picture_zoom": (r"\Delta z_{{{}}}", "zoom of camera {} +="),
     "picture_turn": (r"\Delta\rho_{{{}}}", "turn of camera {} +="),
     "camera_delay": (r"\Delta\tau_{{{}}}", "delay of camera {} +="),
+    "host_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the Host +="),
+    "nes_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the NES +="),
 }
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
@@ -53,9 +55,9 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 
 def _changed(term: Term) -> tuple[str, str]:
-    """What a term changes, in LaTeX and in text; cameras count from 1 for people."""
-    if term.target in OF_CAMERA:
-        latex, text = OF_CAMERA[term.target]
+    """What a term changes, in LaTeX and in text; cameras and markers count from 1 for people."""
+    if term.target in NUMBERED:
+        latex, text = NUMBERED[term.target]
         return latex.format(int(term.x) + 1), text.format(int(term.x) + 1)
     return CHANGES.get(term.target, FLIGHT)
 
@@ -79,6 +81,8 @@ def _text_term(term: Term, first: bool) -> str:
             "body": f"({term.x:.3g} rad)",
         }.get(own, f"({_place(term)})")
         parts.append(f"{term.target}{at}")
+    elif TARGETS[term.target].own in MARKERS:
+        parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)
 
 
@@ -149,7 +153,7 @@ def _latex_unit(unit: str) -> str:
 def _latex_term(term: Term, first: bool) -> str:
     parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
     parts += [_latex_factor(one) for one in term.factors]
-    if _changed(term) == FLIGHT:
+    if _changed(term) == FLIGHT or TARGETS[term.target].own in MARKERS:
         parts.append(TARGETS[term.target].symbol)
     return r"\,".join(parts)
 
@@ -209,6 +213,9 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 "body": f", at {term.x:.3g} rad from its own axis",
             }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
             out[entry.symbol] = entry.meaning + own
+        elif TARGETS[term.target].own in MARKERS:
+            entry = TARGETS[term.target]
+            out[entry.symbol] = f"{entry.meaning}, at {term.y:.3g} rad"
         for one in term.factors:
             quantity = QUANTITIES[one.quantity]
             own = ""

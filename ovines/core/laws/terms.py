@@ -63,7 +63,8 @@ class Factor:
 @dataclass(frozen=True)
 class Term:
     """``coefficient`` (of what makes the product the target's unit) times ``factors``, in direction of ``target``;
-    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m).  ``sd``: of the coefficient."""
+    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m), or a camera's number in ``x``, or a marker's and
+    its direction in ``y`` (rad).  ``sd``: of the coefficient."""
 
     target: str
     coefficient: float
@@ -79,8 +80,11 @@ class Term:
         require(fine, f"a term of {self.target} with {self.coefficient}", "finite numbers", "correct the term")
         few = len(self.factors) <= W.MOST_FACTORS
         require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
-        counted = TARGETS[self.target].own != "camera" or (self.x >= 0 and self.x == int(self.x))
-        require(counted, f"camera {self.x:g} of {self.target}", "a number of a camera, from 0", "correct x")
+        own = TARGETS[self.target].own
+        if own in ("camera", *W.MARKERS):
+            what = own.removeprefix("body_")
+            counted = self.x >= 0 and self.x == int(self.x)
+            require(counted, f"{what} {self.x:g} of {self.target}", f"a number of a {what}, from 0", "correct x")
 
     @property
     def powers(self) -> dict[str, float]:
@@ -118,7 +122,9 @@ class WrittenLaw:
         for term in self.terms:
             for factor in term.factors:
                 if self.stage == "measurement":
-                    known, expected = factor.quantity in W.OF_FRAMES, "one of " + ", ".join(W.OF_FRAMES)
+                    marker = TARGETS[term.target].own in W.MARKERS
+                    follows = (*W.OF_FRAMES, *(W.OF_MARKERS if marker else ()))
+                    known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
                 if factor.quantity == "spin_left":
@@ -208,7 +214,7 @@ def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, f
         return wrapped(x + turn, W.TURN), y
     if own == "axis":
         return wrapped(x + turn, math.pi), y
-    if own == "line":
+    if own in ("line", "marker"):
         return x, wrapped(y + turn, W.TURN)
     if own in ("room", "host"):
         shift = origin if own == "room" else (0.0, 0.0)
@@ -221,7 +227,7 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
         return math.prod(units[base] ** power for base, power in powers.items())
 
     def place(own: str, unit: str, x: float, y: float) -> tuple[float, float]:
-        if own in ("angle", "axis"):
+        if own in ("angle", "axis", "camera", *W.MARKERS):
             return x, y
         if own in ("room", "host"):
             return x / units["m"], y / units["m"]

@@ -40,7 +40,8 @@ LONG_AGO_S = 1e6
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
     its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
-    number of a "camera"), and the stage."""
+    number of a "camera", number of a "marker" and its direction in the room, or seen from the disk: "body_marker"), and
+    the stage."""
 
     code: int
     unit: str
@@ -100,6 +101,14 @@ TARGETS: dict[str, Target] = {
                 "how much later than the other a camera sees what it says it sees",
             ),
             ("clock_delay", "s", r"\tau", "", "measurement", "how much later than they say all cameras see"),
+            (
+                "host_marker", "m", r"\vec e_{\varphi}", "marker", "measurement",
+                "the place of a marker on the Host, along a direction in the room",
+            ),
+            (
+                "nes_marker", "m", r"\vec e_{\psi}", "body_marker", "measurement",
+                "the place of a marker on the NES, along a direction that turns with it",
+            ),
         )
     )
 }  # fmt: skip
@@ -231,4 +240,8 @@ ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_vel
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock")
+#: what one of a marker may follow beside: what its body is known to do
+OF_MARKERS = ("spin", "host_acceleration_along", "host_velocity_along")
+#: what a target's own number and direction are, of those of markers
+MARKERS = ("marker", "body_marker")
 TURN = 2 * math.pi

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import ALONG, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, MARKERS, QUANTITIES, TARGETS, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
@@ -96,6 +96,8 @@ def _merged(first: Term, second: Term, covariance: Array) -> Term | None:
             return None
         angle = wrapped(first.x + math.atan2(b, a) / times, 2 * math.pi / times)
         return replace(first, coefficient=size, sd=sd, x=angle)
+    if own in MARKERS and first.factors == second.factors and first.x == second.x and first.y != second.y:
+        return _along_line(first, a, b, sd) if abs(wrapped(second.y - first.y - QUARTER, math.pi)) < 1e-9 else None
     if (first.x, first.y) != (second.x, second.y) or len(first.factors) != len(second.factors):
         return None
     differ = [i for i, (f, g) in enumerate(zip(first.factors, second.factors, strict=True)) if f != g]
@@ -106,6 +108,16 @@ def _merged(first: Term, second: Term, covariance: Array) -> Term | None:
         return None
     factors = tuple(merged_factor if i == differ[0] else one for i, one in enumerate(first.factors))
     return replace(first, coefficient=size, sd=sd, factors=factors)
+
+
+def _along_line(first: Term, a: float, b: float, sd: float) -> Term:
+    """``a`` of a marker's term and ``b`` of that across it: one along the line of both, in the direction within an
+    eighth of a turn of its factor's or ahead of it by less than three, so that what stays back is negative."""
+    angle = first.y + math.atan2(b, a)
+    line = first.factors[0].x if first.factors[0].quantity in ALONG else 0.0
+    near = line + 0.5 * QUARTER + wrapped(angle - line - 0.5 * QUARTER, math.pi)
+    size = math.hypot(a, b) * (1.0 if abs(wrapped(angle - near, 2 * math.pi)) < QUARTER else -1.0)
+    return replace(first, coefficient=size, sd=sd, y=wrapped(near, 2 * math.pi))
 
 
 def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
@@ -153,14 +165,19 @@ def named_numbers(law: WrittenLaw) -> dict[str, tuple[float, str]]:
 
 def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
     kind = TARGETS[term.target].own
-    if kind == "angle":
-        out["direction_rad"] = (term.x, "rad")
-    elif kind == "body":
-        out["body_direction_rad"] = (term.x, "rad")
+    if kind in ("angle", "marker"):
+        out["direction_rad"] = (_angle_of(term), "rad")
+    elif kind in ("body", "body_marker"):
+        out["body_direction_rad"] = (_angle_of(term), "rad")
     elif kind == "axis":
         out["axis_rad"] = (term.x, "rad")
-    elif kind:
+    elif kind in ("room", "host"):
         out["place_x_m"], out["place_y_m"] = (term.x, "m"), (term.y, "m")
+
+
+def _angle_of(term: Term) -> float:
+    """A term's own angle (rad)."""
+    return term.y if TARGETS[term.target].own in MARKERS else term.x
 
 
 def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> None:
@@ -173,7 +190,7 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
         if one.y != term.x:
             out["line_rad"] = (one.y, "rad")
     elif one.quantity in ALONG:
-        if one.x != term.x:
+        if one.x != _angle_of(term):
             out["line_rad"] = (one.x, "rad")
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)

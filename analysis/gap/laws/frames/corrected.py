@@ -1,4 +1,5 @@
-"""Tracks without what laws of cameras and clocks say: pictures moved back, delays taken out, times corrected."""
+"""Series without what laws of cameras, markers and clocks say: pictures and markers moved back, delays taken out, times
+corrected."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.fit import RunData
-from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion
+from analysis.gap.laws.frames.markers import BODIES, without_markers
+from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion, size_of
 from analysis.gap.series import Series, with_points, with_times
-from ovines.core.laws.kernel import sizes
-from ovines.core.laws.terms import Term, WrittenLaw, rows_of
+from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
@@ -23,14 +24,17 @@ LONGEST_GAP, FEWEST = 2.5, 5
 
 
 def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
-    """``series`` measured again without what ``laws`` of the measurement do to its frames; `InputError` where a camera
-    is named that the series does not bring."""
-    terms = [term for law in laws for term in law.terms]
+    """``series`` measured again without what ``laws`` of the measurement, in the world, do to its frames; `InputError`
+    where a camera or a marker is named that the series does not bring."""
+    terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    of_cameras = [term for term in terms if term.target != "clock_delay"]
+    of_cameras = [term for term in terms if term.target != "clock_delay" and term.target not in BODIES]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
+    of_markers = [term for term in terms if term.target in BODIES]
+    if of_markers:
+        series = without_markers(series, of_markers)
     late = [term for term in terms if term.target == "clock_delay"]
     if not late:
         return series
@@ -49,9 +53,7 @@ def _true_times(late: Sequence[Term], time_s: Array, data: RunData) -> Array:
 
 def given(terms: Sequence[Term], known: Array) -> Array:
     """Sum (N,) of the terms in each frame."""
-    out = np.empty((len(known), len(terms)))
-    sizes(rows_of(terms), known, out)
-    return np.asarray(out.sum(1), float)
+    return np.asarray(size_of(terms, known).sum(1), float)
 
 
 def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:

@@ -1,5 +1,5 @@
 """What a camera or a clock may do: shift, zoom, turn or delay times functions of time, of the share of a run, of the
-run and of the drive's phase.
+run and of the drive's phase; and where a marker may go on its body: besides, with what its body does.
 
 What is constant is not here: a window's place and a camera's delay are effects of the library, a zoom or a turn that
 stays is the calibration's.  No list holds every frequency: of each target all are held against the frames at once, and
@@ -8,23 +8,24 @@ the best becomes a candidate that pays what the best gains where the signs of pa
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.frames.rows import FrameRows, Key
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
+from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
+from analysis.gap.laws.frames.rows import FrameRows, Key, size_of
 from analysis.gap.laws.regression import Profile
 from ovines.core.laws import words as W
-from ovines.core.laws.kernel import sizes
-from ovines.core.laws.terms import Factor, Term, rows_of
+from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
 WORDS = {
     "picture_u": "picture along u", "picture_v": "picture along v", "picture_zoom": "zoom", "picture_turn": "turn",
     "camera_delay": "delay of a camera", "clock_delay": "delay of all cameras",
+    "host_marker": "marker on the Host", "nes_marker": "marker on the NES",
 }  # fmt: skip
 # Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
 STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
@@ -39,19 +40,38 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     """Every candidate for the targets that the rows answer."""
     known = rows.known
     run_s = float(known[:, W.TIME].max())
-    runs = int(known[:, W.RUN].max()) + 1
-    driven = bool(np.any(known[:, W.CLOCK] > 0))
     out: list[Candidate] = []
     for key in rows.units:
-        out += _of(key, run_s, runs, driven, _period_s(rows))
+        out += _of(WORDS[key[0]], partial(_term, key), rows.known)
     return [*out, *_lines(rows, run_s, rng)]
 
 
-def _of(key: Key, run_s: float, runs: int, driven: bool, period_s: float) -> Iterator[Candidate]:
-    word = WORDS[key[0]]
+def marker_candidates(rows: MarkerRows) -> list[Candidate]:
+    """Every candidate for a marker that moves on its body: what a camera may follow, and what its body does."""
+    make = partial(_both_ways, rows.key)
+    word = WORDS[rows.key[0]]
+
+    def follows(name: str, *factors: Factor) -> Candidate:
+        terms = tuple(term for factor in factors for term in make(factor))
+        return Candidate(f"{word}, {name}", lambda: terms)
+
+    out = list(_of(word, make, rows.known))
+    if rows.key[0] == TARGETS["nes"]:
+        spin, square, size = Factor("spin"), Factor("spin", "power", 2.0), Factor("spin", "absolute_power")
+        return [*out, follows("with the spin", spin), follows("with its square", square), follows("its size", size)]
+    for quantity, of in (("host_acceleration_along", "acceleration"), ("host_velocity_along", "velocity")):
+        out.append(follows(f"with the Host's {of} along the drive", Factor(quantity)))
+        out.append(follows(f"with the Host's {of}", *ways(quantity)))
+    return out
+
+
+def _of(word: str, make: Callable[[Factor], tuple[Term, ...]], known: Array) -> Iterator[Candidate]:
+    """Candidates of a target whose terms ``make`` makes of a factor."""
+    run_s, period_s = float(known[:, W.TIME].max()), _period_s(known)
+    runs, driven = int(known[:, W.RUN].max()) + 1, bool(np.any(known[:, W.CLOCK] > 0))
 
     def plain(name: str, *factors: Factor) -> Candidate:
-        terms = tuple(_term(key, factor) for factor in factors)
+        terms = tuple(term for factor in factors for term in make(factor))
         return Candidate(f"{word}, {name}", lambda: terms)
 
     for quantity, span in (("time", run_s), ("share", 1.0)):
@@ -59,10 +79,10 @@ def _of(key: Key, run_s: float, runs: int, driven: bool, period_s: float) -> Ite
         yield plain(f"linear in {quantity}", line)
         yield plain(f"linear and square in {quantity}", line, Factor(quantity, "power", 2.0))
         for share in STEPS:
-            step = partial(_scaled, key, quantity, "below")
+            step = partial(_scaled, make, quantity, "below")
             yield Candidate(f"{word}, a step in {quantity}", step, (share * span,), (0.05,), (True,))
     for share in SETTLES:
-        settling = partial(_scaled, key, "time", "exponential")
+        settling = partial(_scaled, make, "time", "exponential")
         yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
     yield plain("alternating from frame to frame", Factor("time", "cosine", 1.0, period_s / math.pi))
     if runs > 2:
@@ -75,26 +95,31 @@ def _of(key: Key, run_s: float, runs: int, driven: bool, period_s: float) -> Ite
             yield plain(f"with the drive's phase, order {order:g}", *waves("phase", order))
 
 
-def _period_s(rows: FrameRows) -> float:
-    return float(np.median(np.diff(rows.known[:, W.TIME])))
+def _period_s(known: Array) -> float:
+    return float(np.median(np.diff(known[:, W.TIME])))
 
 
-def _term(key: Key, factor: Factor) -> Term:
-    return Term(key[0], 1.0, (factor,), x=float(key[1]))
+def _term(key: Key, factor: Factor) -> tuple[Term, ...]:
+    return (Term(key[0], 1.0, (factor,), x=float(key[1])),)
 
 
-def _scaled(key: Key, quantity: str, function: str, scale: float) -> tuple[Term, ...]:
-    return (_term(key, Factor(quantity, function, 1.0, scale)),)
+def _both_ways(key: Key, factor: Factor) -> tuple[Term, ...]:
+    """Of a marker along two directions."""
+    return tuple(Term(key[0], 1.0, (factor,), float(key[1]), way_rad) for way_rad in (0.0, QUARTER))
+
+
+def _scaled(make: Callable[[Factor], tuple[Term, ...]], quantity: str, function: str, scale: float) -> tuple[Term, ...]:
+    return make(Factor(quantity, function, 1.0, scale))
 
 
 def _swinging(key: Key, rate: float) -> tuple[Term, ...]:
-    return tuple(_term(key, wave) for wave in waves("time", 1.0, 1.0 / rate))
+    return tuple(term for wave in waves("time", 1.0, 1.0 / rate) for term in _term(key, wave))
 
 
 def _lines(rows: FrameRows, run_s: float, rng: np.random.Generator) -> list[Candidate]:
     """The best frequency of each target, at the price of having looked for it."""
     problem = rows.problem
-    period_s = _period_s(rows)
+    period_s = _period_s(rows.known)
     rates: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * run_s, APART) / run_s, float)
     left = Profile.of(problem).residual[: len(problem.residual)]
     blocks, block = np.unique(problem.block, return_inverse=True)
@@ -127,8 +152,7 @@ def _gains(time_s: Array, weight: Array, score: Array, rates: Array) -> Array:
 
 def moved_rms(rows: FrameRows, terms: Sequence[Term], coefficients: Array) -> dict[Key, float]:
     """RMS over all frames of what the terms do to each target of a camera."""
-    size = np.empty((len(rows.known), len(terms)))
-    sizes(rows_of(terms), rows.known, size)
+    size = size_of(terms, rows.known)
     out: dict[Key, float] = {}
     for key in rows.units:
         own = [j for j, term in enumerate(terms) if (term.target, int(term.x)) == key]

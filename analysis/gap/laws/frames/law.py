@@ -1,5 +1,5 @@
-"""The missing law of the measurement: what a camera's picture or a clock does, found in still markers, two views and
-the Host's path, each taken out before the next is asked."""
+"""The missing law of the measurement: what a camera's picture, a marker on its body or a clock does, found in still
+markers, two views, rigid bodies and the Host's path, each taken out before the next is asked."""
 
 from __future__ import annotations
 
@@ -9,16 +9,23 @@ import numpy as np
 
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
-from analysis.gap.laws.frames.dictionary import frame_candidates, moved_rms
+from analysis.gap.laws.frames.dictionary import frame_candidates, marker_candidates, moved_rms
+from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.search import find_law
+from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
+from ovines.core.laws.terms import Term, WrittenLaw
 
 # A camera that is asked for frames twice as fast as it films leaves every other one out.
 SHORTEST_PERIODS = 0.5
+# Sd of what a lens residual stretches a marker's way by: RMS over the markers of eight series with smooth residuals of
+# 0.14 to 0.45 px.
+LENS_SHEAR_SD = 0.001
 
 
 def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
@@ -37,6 +44,17 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
     found = _law_of(view_rows(series, with_picture=not seen), series, rng)
     series = without_frame_laws(series, [one.law for one in found])
     laws += found
+    return tuple(laws), series
+
+
+def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
+    """Laws of the markers that are told to move on their bodies, each where chance would not find as much and where it
+    is larger than how well markers are glued; and the series without what they say."""
+    laws: list[LawFound] = []
+    for loose in loose_markers(series):
+        found = _marker_law(marker_rows(series, loose.body, loose.marker), series, rng)
+        series = without_frame_laws(series, [one.law for one in found])
+        laws += found
     return tuple(laws), series
 
 
@@ -62,9 +80,46 @@ def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) ->
     moved = moved_rms(rows, found.terms, found.coefficients)
     if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
         return []
+    return _told(told_law(rows, found, p, series.frame), max(moved.values()))
+
+
+def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
+    """The law that rows of a marker ask for: one or none."""
+    if rows is None:
+        return []
+    found, p = find_law(rows.problem, rows.columns, marker_candidates(rows), rng)
+    if found is None:
+        return []
+    size_m = rows.moved_rms(found.terms, found.coefficients)
     law = told_law(rows, found, p, series.frame)
-    # No floor is above the best model.
-    law = replace(law, size=max(moved.values()), floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
+    return _told(_open_to_lens(law, series), size_m) if size_m > LOOSE_M else []
+
+
+def _open_to_lens(law: LawFound, series: Series) -> LawFound:
+    """Where a lens leaves something over, what it may do to a marker of which no field was learnt: that goes with the
+    marker's way, and under a sine with the Host's acceleration."""
+    if series.cameras is None or series.cameras[0].field is None:
+        return law
+    hosts = [(run.data.host, run.data.time_s) for run in series.runs]
+    way, push = (np.concatenate([host.at(time_s, order)[:, :2] for host, time_s in hosts]) for order in (0, 2))
+    open_s2 = LENS_SHEAR_SD * float(np.std(way) / max(np.std(push), 1e-300))
+
+    def wider(term: Term) -> Term:
+        bends = any(factor.quantity == "host_acceleration_along" for factor in term.factors)
+        return replace(term, sd=float(np.hypot(term.sd, open_s2))) if bends else term
+
+    told = WrittenLaw(tuple(wider(term) for term in law.law.terms))
+    many = len(told.terms) > 1
+    numbers = dict(law.numbers)
+    for i, term in enumerate(told.terms):
+        numbers[f"coefficient_{i + 1}" if many else "coefficient"] = (term.coefficient, term.sd, term.unit)
+    rig_law = WrittenLaw(tuple(wider(term) for term in law.rig_law.terms))
+    return replace(law, law=told, rig_law=rig_law, numbers=numbers)
+
+
+def _told(law: LawFound, size: float) -> list[LawFound]:
+    """The law of a ``size``, where it closes enough; no floor is above the best model."""
+    law = replace(law, size=size, floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
     return [law] if law.closed > LAW_LEAST_CLOSED else []
 
 

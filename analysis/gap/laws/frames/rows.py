@@ -20,6 +20,7 @@ from analysis.flights.fit import RunData
 from analysis.flights.runs import Run
 from analysis.gap.laws.regression import Regression
 from analysis.gap.measurement.body_rows import body_rows
+from analysis.gap.measurement.loose_markers import spin_at
 from analysis.gap.series import Series
 from analysis.motion.host_path import HostMotion
 from analysis.statistics.robust import least_squares
@@ -64,8 +65,7 @@ class FrameRows:
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
-        size = np.empty((len(self.known), len(terms)))
-        sizes(rows_of(terms), self.known, size)
+        size = size_of(terms, self.known)
         out = np.zeros((len(self.at), len(terms)))
         for j, term in enumerate(terms):
             if (unit := self.units.get(key_of(term))) is not None:
@@ -74,8 +74,7 @@ class FrameRows:
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
-        size = np.empty((len(self.known), 1))
-        sizes(rows_of([term]), self.known, size)
+        size = size_of([term], self.known)
         unit = self.units.get(key_of(term), np.zeros(len(self.at)))
         return self._projected(unit[:, None] * (cut(self.known) * size)[self.at])
 
@@ -86,8 +85,15 @@ class FrameRows:
 
 
 def key_of(term: Term) -> Key:
-    """Target and camera of a term; all cameras are number 0."""
+    """Target and camera (or marker) of a term; all cameras are number 0."""
     return term.target, int(term.x)
+
+
+def size_of(terms: Sequence[Term], known: Array) -> Array:
+    """Coefficient times factors (N, T) of each term in each frame."""
+    out = np.empty((len(known), len(terms)))
+    sizes(rows_of(terms), known, out)
+    return out
 
 
 def known_frames(time_s: Array, data: RunData) -> Array:
@@ -98,6 +104,10 @@ def known_frames(time_s: Array, data: RunData) -> Array:
     known[:, W.CLOCK] = rig.omega_rad_per_s * gone_s
     known[:, W.PHASE] = rig.omega_rad_per_s * time_s + rig.phase_rad
     known[:, W.SHARE] = gone_s / (float(data.time_s[-1]) - rig.start_s + data.period_s)
+    # The floor's velocity is what the disk's in the room and against the floor differ by.
+    known[:, [W.VX, W.VY]] = data.host.at(time_s, 1)[:, :2]
+    known[:, [W.HOST_AX, W.HOST_AY]] = data.host.at(time_s, 2)[:, :2]
+    known[:, W.SPIN] = np.interp(time_s, data.time_s, spin_at(data))
     return known
 
 
@@ -113,7 +123,8 @@ def _blocks(known: Array, at: NDArray[np.int64]) -> NDArray[np.int64]:
     return (known[:, W.RUN].astype(np.int64) * BLOCKS_OF_RUN + part)[at]
 
 
-def _problem(residual: Array, nuisances: Array, known: Array, at: NDArray[np.int64]) -> Regression:
+def problem_of(residual: Array, nuisances: Array, known: Array, at: NDArray[np.int64]) -> Regression:
+    """Rows over their noise, each of a frame ``at`` (M,), that share it with those of the same part of a run."""
     run = known[:, W.RUN].astype(np.int64)[at]
     return Regression(residual, nuisances, np.zeros(nuisances.shape[1]), _blocks(known, at), run)
 
@@ -144,7 +155,7 @@ def picture_rows(series: Series, camera: int) -> FrameRows | None:
     at, column = np.nonzero(np.isfinite(flat))
     units = {(name, camera): motion[column, j] / noise for j, name in enumerate(PICTURE)}
     nuisances = (column[:, None] == np.arange(2 * markers)) / noise
-    return FrameRows(_problem(flat[at, column] / noise, nuisances, known, at), known, at, units)
+    return FrameRows(problem_of(flat[at, column] / noise, nuisances, known, at), known, at, units)
 
 
 def _noise_apart(moved: Array, motion: Array) -> float:
@@ -229,7 +240,7 @@ def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
     # A constant delay and window are effects of the library, whether or not they were found.
     used = np.any(own != 0, 0)
     nuisances = np.column_stack([unit[:, :3], own[:, used]])
-    return FrameRows(_problem(value, nuisances, known, at), known, at, units)
+    return FrameRows(problem_of(value, nuisances, known, at), known, at, units)
 
 
 def _over_places(x: Array, y: Array, radius_m: float) -> Array:
@@ -289,7 +300,7 @@ def clock_rows(series: Series) -> FrameRows | None:
     if not values:
         return None
     at = np.concatenate(ats).astype(np.int64)
-    problem = _problem(np.concatenate(values), np.zeros((row, 0)), known, at)
+    problem = problem_of(np.concatenate(values), np.zeros((row, 0)), known, at)
     return FrameRows(problem, known, at, {("clock_delay", 0): np.concatenate(units)}, tuple(bases))
 
 

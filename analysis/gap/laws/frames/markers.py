@@ -1,0 +1,164 @@
+"""A marker that moves on its body as a regression: what all markers of the body do beyond any rigid motion, along what
+this one may do of it, and the points without it.
+
+What the marker cannot do is the noise, however much it does itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.flights.fit import RunData
+from analysis.gap.laws.frames.rows import Key, every_frame, key_of, known_frames, problem_of, size_of
+from analysis.gap.laws.regression import Regression
+from analysis.gap.measurement.loose_markers import apart
+from analysis.gap.series import Series, with_points
+from ovines.core.laws.terms import Term
+from ovines.errors import InputError
+from ovines.robust import residual_sd
+
+Array = NDArray[np.float64]
+#: target of a marker on each body
+TARGETS = {"host": "host_marker", "nes": "nes_marker"}
+BODIES = {target: body for body, target in TARGETS.items()}
+# Gross errors count as so many sds.
+CLIP_SD = 5.0
+# Correlation of noise from frame to frame, at the most: more is a motion.
+MOST_CORRELATED = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerRows:
+    """The ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE), the frame ``at`` (M,) of each
+    row, and what the marker of ``key`` adds to it by a unit along x and y (M, 2)."""
+
+    problem: Regression
+    known: Array
+    at: NDArray[np.int64]
+    key: Key
+    unit: Array
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds to the residuals' model."""
+        size = size_of(terms, self.known)
+        out = np.zeros((len(self.at), len(terms)))
+        for j, term in enumerate(terms):
+            if key_of(term) == self.key:
+                out[:, j] = (self.unit @ _direction(term)) * size[self.at, j]
+        return out
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
+        size = size_of([term], self.known)
+        return (self.unit @ _direction(term))[:, None] * (cut(self.known) * size)[self.at]
+
+    def moved_rms(self, terms: Sequence[Term], coefficients: Array) -> float:
+        """RMS over all frames of how far the terms move the marker off its mean place (m)."""
+        size = size_of(terms, self.known)
+        way = (size * coefficients) @ np.array([_direction(term) for term in terms])
+        return float(np.sqrt(np.sum(np.var(way, axis=0))))
+
+
+def _direction(term: Term) -> Array:
+    return np.array([np.cos(term.y), np.sin(term.y)])
+
+
+def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
+    """What the markers of a body say of one of them; None where too few frames show all of them."""
+    known, begins = every_frame(series)
+    values: list[Array] = []
+    units: list[Array] = []
+    ats: list[NDArray[np.int64]] = []
+    for one in apart(series, body):
+        # Along the first two columns of `own` lies all that the marker may do; the others tell the noise.
+        own, along = np.linalg.qr(one.basis[2 * marker : 2 * marker + 2].T, mode="complete")
+        turned = one.values @ own
+        others = turned[:, 2:] - np.median(turned[:, 2:], 0)
+        sd = float(np.median([residual_sd(column) for column in others.T]))
+        if not sd > 0:
+            continue
+        calm = np.all(np.abs(others) < CLIP_SD * sd, 1)
+        noise = sd * _widened(others / sd)
+        value = turned[calm, :2] / noise
+        middle = np.median(value, 0)
+        limit = CLIP_SD * np.array([residual_sd(column) for column in value.T])
+        values.append(np.clip(value, middle - limit, middle + limit).reshape(-1))
+        units.append(np.tile(along[:2] / noise, (len(value), 1)))
+        ats.append(np.repeat(begins[one.run] + one.frames[calm], 2))
+    if not values:
+        return None
+    at, unit = np.concatenate(ats).astype(np.int64), np.vstack(units)
+    # Where the marker stands on its body is unknown.
+    problem = problem_of(np.concatenate(values), unit, known, at)
+    return MarkerRows(problem, known, at, (TARGETS[body], marker), unit)
+
+
+def _widened(noise: Array) -> float:
+    """What the correlation from frame to frame of ``noise`` (N, C) of sd 1 makes of the sd of a slow mean."""
+    near = np.clip(noise, -3, 3)
+    lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, MOST_CORRELATED))
+    return float(np.sqrt((1 + lag) / (1 - lag)))
+
+
+def without_markers(series: Series, terms: Sequence[Term]) -> Series:
+    """``series`` with the points of markers moved back by what ``terms`` say, and their pixels alike; `InputError`
+    where there is no such marker."""
+    if series.points is None:
+        raise InputError(
+            "a law of a marker, and a series without markers",
+            "points.parquet, tracks.parquet or frames in every recording",
+            "leave the law away, or bring the markers",
+        )
+    keys = sorted({key_of(term) for term in terms})
+    for target, number in keys:
+        markers = series.recordings[0].bodies[BODIES[target]].markers
+        if number >= len(markers):
+            raise InputError(
+                f"a law of marker {number + 1} of the {BODIES[target]}",
+                f"one of its {len(markers)} markers",
+                "correct x of its terms",
+            )
+    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
+    for key in keys:
+        own = [term for term in terms if key_of(term) == key]
+        marker = series.recordings[0].bodies[BODIES[key[0]]].markers[key[1]]
+        for k, run in enumerate(series.runs):
+            here = (points[k]["marker"] == marker).to_numpy()
+            seen = points[k][here]
+            way = _way(own, key[0], seen["time_s"].to_numpy(float), run.data)
+            if tracks is not None and series.cameras is not None:
+                tracks[k] = _tracks_moved(tracks[k], series, seen, way)
+            moved = points[k].copy()
+            moved.loc[here, ["x_m", "y_m"]] -= way
+            points[k] = moved
+    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def _way(terms: Sequence[Term], target: str, time_s: Array, data: RunData) -> Array:
+    """How far terms move a marker in the room (N, 2; m) at the times of a run; not at all where the disk's angle is not
+    known."""
+    way = size_of(terms, known_frames(time_s, data)) @ np.array([_direction(term) for term in terms])
+    if target == TARGETS["host"]:
+        return way
+    angle = data.angle_rad[np.clip(np.searchsorted(data.time_s, time_s), 0, len(data.time_s) - 1)]
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y = way[:, :1], way[:, 1:]
+    return np.nan_to_num(np.hstack([c * x - s * y, s * x + c * y]))
+
+
+def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
+    """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2; m)."""
+    assert series.cameras is not None
+    place = seen[["x_m", "y_m", "z_m"]].to_numpy(float)
+    still = place - np.column_stack([way, np.zeros(len(way))])
+    moved = tracks.copy()
+    for camera in series.cameras:
+        by_frame = pd.DataFrame(camera.project(place) - camera.project(still), index=seen["frame"].to_numpy())
+        here = ((tracks["camera"] == camera.name) & (tracks["marker"] == seen["marker"].iloc[0])).to_numpy()
+        shift = by_frame.reindex(tracks["frame"].to_numpy()[here]).fillna(0.0).to_numpy()
+        moved.loc[here, ["u_px", "v_px"]] -= shift
+    return moved
