@@ -267,7 +267,7 @@ class PlantParameters(NamedTuple):
     shim_rad: float = 0.0
     shim_rad_per_s: float = 0.0
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
-    wiped: float = 0.0  # wall friction more by this share just after the blow before
+    creeping: float = 0.0  # share of the wall friction lost long after the blow before
     o_ring_s_per_m: float = 0.0  # share of the spin lost in a blow, for its approach
     split_m: float = 0.0  # the wall's two halves are this far from each other along their joint
     split_rad: float = 0.0

@@ -14,8 +14,8 @@ CORE_S = 0.03  # in which a loose core takes up the disk's spin: half of a fligh
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 SHIM_RAD = 0.7  # of the wall's azimuth: a shim as wide as the disk and a half
 FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
-WIPED_S = 0.05  # in which oil creeps back onto a rim that a blow has wiped
-LEAST_FRICTION = 0.02  # share of the wall's friction that no heat takes
+WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
+LEAST_FRICTION = 0.02  # share of the wall's friction that neither heat nor oil takes
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 
 
@@ -123,13 +123,16 @@ def unsuspected_slide(time: float, approach: float, slip: float, state: Floats, 
 
     A fast slip in a hard blow melts the plastic's surface: of the friction is lost `flash` (1 - exp(-approach |slip| /
     `FLASH_M2_PER_S2`)).  A blow wipes the oil off the rim, and it creeps back: at a blow `since` seconds after the one
-    before it is more by `wiped` exp(-since / `WIPED_S`).
+    before is lost `creeping` (1 - exp(-since / `WIPED_S`)).
     """
     share = 1.0
     if p.flash != 0.0:
         share = max(1.0 - p.flash * (1.0 - np.exp(-approach * abs(slip) / FLASH_M2_PER_S2)), LEAST_FRICTION)
-    if p.wiped != 0.0 and state[13] > 0.5:  # there was an impact before
-        share *= 1.0 + p.wiped * np.exp(-max(time - state[6], 0.0) / WIPED_S)
+    if p.creeping != 0.0:
+        oiled = (
+            1.0 if state[13] < 0.5 else 1.0 - np.exp(-max(time - state[6], 0.0) / WIPED_S)
+        )  # none before: oil all over
+        share *= max(1.0 - p.creeping * oiled, LEAST_FRICTION)
     return share
 
 
