@@ -18,6 +18,7 @@ from analysis.blind.recording.place import HOME, Place, draw_place
 from analysis.blind.recording.undreamt import bent_m, free_running_s, risen_m
 from analysis.blind.recording.unforeseen import shake_px
 from analysis.blind.recording.unimagined import grounded_s
+from analysis.blind.recording.unsuspected import twist_rad
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -203,7 +204,8 @@ def _one_run(
         for p, t in zip(poses, times, strict=True)
     ]
     shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
-    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken)
+    turned = twist_rad(first, motion.lines, errors) if errors.twisted_rad else None
+    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken, turned)
     tracks["time_s"] *= place.slower
     if place.start_s:
         tracks = tracks.assign(

@@ -16,7 +16,7 @@ HOST = np.array([[0.0, 0.0164, DRIVE, 2.0, 0.0, 0.0, 0.0]])  # 8 g along x, as h
 STILL = np.zeros((1, 7))
 PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
-    *("normal", "approach", "tired", "sleeve", "print_x", "print_y"),
+    *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -70,6 +70,8 @@ def random_states(at_wall=False):
         inwards = np.minimum(np.sum(out[:, :2] * out[:, 2:4], axis=1) / 0.04**2, 0.0)
         out[:, 2:4] -= 2.0 * inwards[:, None] * out[:, :2]
         out[:, 12] += rng.normal(0.0, 0.5, 60)
+    later = np.random.default_rng(8)
+    out[:, 20], out[:, 21] = -0.06 * later.random(60), out[:, 5] + later.normal(0.0, 25.0, 60)
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out

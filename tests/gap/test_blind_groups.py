@@ -12,6 +12,7 @@ from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
+from analysis.blind.causes.unsuspected import UNSUSPECTED
 from analysis.blind.draw import draw_cases
 from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.contact import impact, wall_gap
@@ -20,7 +21,13 @@ from analysis.blind.plant.state import STATES
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind_rig import DRIVE, HOST, PLACE, TIMES, random_states
 
-GROUPS = {"newest": NEWEST, "unforeseen": UNFORESEEN, "unimagined": UNIMAGINED, "undreamt": UNDREAMT}
+GROUPS = {
+    "newest": NEWEST,
+    "unforeseen": UNFORESEEN,
+    "unimagined": UNIMAGINED,
+    "undreamt": UNDREAMT,
+    "unsuspected": UNSUSPECTED,
+}
 EVERY = [cause for group in GROUPS.values() for cause in group]
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
 ORDERS = {
@@ -88,6 +95,22 @@ ORDERS = {
     "unknown_eccentric_tyre": ("gap", 2.5e-4),
     "unknown_free_running_camera": ("pixels", 0.7),
     "unknown_bent_tab": ("pixels", 0.9),
+    "unknown_concentric_marks": ("friction", 0.5),
+    "unknown_polished_track": ("friction", 0.77),
+    "unknown_dust_bow": ("force", 0.55),
+    "unknown_weathervane": ("torque", 19.0),
+    "unknown_loose_core": ("torque", 38.0),
+    "unknown_guide_play": ("force", 0.38),
+    "unknown_rolled_sheet": ("kick", 0.055),
+    "unknown_wandering_shim": ("kick", 0.052),
+    "unknown_flash_heat": ("kick", 0.07),
+    "unknown_rewetted_rim": ("kick", 0.07),
+    "unknown_flattened_o_ring": ("twist", 1.7),
+    "unknown_split_ring": ("gap", 1.9e-4),
+    "unknown_trailing_ring": ("gap", 1.7e-4),
+    "unknown_comet_tails": ("pixels", 0.8),
+    "unknown_glinting_stickers": ("pixels", 0.7),
+    "unknown_twisted_camera": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -97,6 +120,7 @@ OWN = {
     "unknown_soft_mat": ("print_x", "print_y"),
     "unknown_sawtooth_wall": ("hard", "azimuth", "normal", "approach", "tired"),  # where it is struck, how hard
     "unknown_turning_sleeve": ("sleeve",),
+    "unknown_loose_core": ("core",),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -104,8 +128,9 @@ CAMERA = {
     "unknown_shaken_camera": "VW1",
     "unknown_grounded_trigger": "VW2",
     "unknown_free_running_camera": "VW2",
+    "unknown_twisted_camera": "VW1",
 }
-OF_THE_DISK = ("unknown_glare", "unknown_half_lid")
+OF_THE_DISK = ("unknown_glare", "unknown_half_lid", "unknown_comet_tails", "unknown_glinting_stickers")
 
 
 def _physics(name):
@@ -181,7 +206,7 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
     both = seen.recordings[0][1].merge(plain.recordings[0][1], on=keys, suffixes=("", "_plain"))
     assert len(both) > 0.97 * len(plain.recordings[0][1])
     off = np.hypot(both.u_px - both.u_px_plain, both.v_px - both.v_px_plain)
-    one = view.get("glare_camera", view.get("lid_camera"))
+    one = view.get("glare_camera", view.get("lid_camera", view.get("glint_camera")))
     camera = CAMERA.get(name) if one is None else f"VW{one + 1}"
     if camera is not None:
         assert off[both.camera != camera].max() == 0.0 and off[both.camera == camera].max() > 0.0
@@ -212,8 +237,8 @@ def test_they_are_drawn_only_where_they_are_asked_for(group):
     kinds = ("none", "listed", "pair", "triple", group, "beside")
     drawn = [cause for case in draw_cases(60, rng(3), kinds) for cause in case.causes if cause in ours]
     assert len(drawn) == 20 and len(set(drawn)) >= min(17, len(ours))
-    for kinds, count in (((group, "beside"), 20), ((*earlier, group, "beside"), 40 // (len(earlier) + 2))):
-        beside = [case.causes for case in draw_cases(40, rng(3), kinds) if len(case.causes) == 2]
+    for kinds, count in (((group, "beside"), 60), ((*earlier, group, "beside"), 120 // (len(earlier) + 2))):
+        beside = [case.causes for case in draw_cases(120, rng(3), kinds) if len(case.causes) == 2]
         assert len(beside) == count and all(listed not in ours and other in ours for listed, other in beside)
     for others in ((), ("unknown", "later", "latest", "beside"), (*earlier, "beside")):
         assert not any(ours & set(case.causes) for case in draw_cases(200, rng(3), others))

@@ -16,15 +16,14 @@ from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
+from analysis.blind.causes.unsuspected import UNSUSPECTED
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-CAUSES: dict[str, Cause] = {
-    cause.name: cause
-    for cause in LISTED + FURTHER + UNLISTED + LATER + LATEST + NEWEST + UNFORESEEN + UNIMAGINED + UNDREAMT
-}
+GROUPS = (LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED)
+CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in group}
 
 
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
@@ -46,7 +45,7 @@ ROUND_ONLY = (
     *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
     *("unknown_chipped_disk", "unknown_creeping_liner"),
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
-    *("unknown_squashed_ring", "unknown_turning_sleeve"),
+    *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_split_ring"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

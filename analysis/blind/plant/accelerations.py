@@ -8,6 +8,7 @@ from analysis.blind.plant.state import STATES, PlantParameters
 from analysis.blind.plant.undreamt import add_undreamt_forces, rim_traction, undreamt_friction, undreamt_load
 from analysis.blind.plant.unforeseen import add_coil, add_unforeseen_forces, friction_of_flight, grain_traction
 from analysis.blind.plant.unimagined import add_unimagined_forces, unimagined_friction
+from analysis.blind.plant.unsuspected import add_unsuspected_forces, concentric_traction, unsuspected_friction
 
 
 @compiled
@@ -157,8 +158,8 @@ def _add_strange_forces(time: float, x: float, y: float, state: Floats, p: Plant
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
     impact so far, lagging friction (x, y), azimuth of last impact, number of impacts, direction of the last one's
-    normal, its approach speed, a liner's tiredness and a sleeve's speed after it, a mat's print (x, y in the Host));
-    x, y: centre of mass."""
+    normal, its approach speed, a liner's tiredness and a sleeve's speed after it, a mat's print (x, y in the Host), way
+    slid before the last impact, a loose core's spin); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -180,6 +181,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
         along, across = along * (1.0 + p.anisotropy), across * (1.0 - p.anisotropy)
         force_x, force_y = along * a - across * b, along * b + across * a
     force_x, force_y = newest_traction(force_x, force_y, slip_x, slip_y, turning, state[4], p)
+    force_x, force_y = concentric_traction(force_x, force_y, x, y, p)
     load = undreamt_load(time, state, position, velocity, acceleration, p)
     if p.hop_s > 0.0 and 0.0 <= time - state[6] < p.hop_s:
         load = 0.0
@@ -190,7 +192,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     if p.patch_amplitude != 0.0:
         far = ((x - p.patch_x_m) ** 2 + (y - p.patch_y_m) ** 2) / p.patch_width_m**2
         mu *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
-    mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p)
+    mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p) * unsuspected_friction(x, y, p)
     mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p) * undreamt_friction(state[4], p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
@@ -218,4 +220,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_coil(acceleration, p, out)
     add_unimagined_forces(x, y, state[4], velocity, p, out)
     add_undreamt_forces(x, y, from_host, state, acceleration, p, out)
+    add_unsuspected_forces((slip_x, slip_y), state, velocity, p, out)
     return out

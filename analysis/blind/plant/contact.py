@@ -17,6 +17,7 @@ from analysis.blind.plant.undreamt import (
 )
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
 from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
+from analysis.blind.plant.unsuspected import flattened, split_reach, trailing, unsuspected_rebound, unsuspected_slide
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -39,7 +40,8 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     slope = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
     more, steeper = newest_reach(time, azimuth, disk_angle, p)
     joint, along = joint_reach(azimuth, p)
-    back, slope = back + more + joint, slope + steeper + along
+    split, askew = split_reach(azimuth, p)
+    back, slope = back + more + joint + split, slope + steeper + along + askew
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -58,7 +60,7 @@ def _flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tupl
 @compiled
 def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
-    position, _, acceleration = host_pose(time, host)
+    position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[0] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
@@ -74,6 +76,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         x, y = x - p.loose_ring_m * np.cos(state[14]), y - p.loose_ring_m * np.sin(state[14])
     if p.slipping_m != 0.0:
         off_x, off_y = slipped(time, p)
+        x, y = x - off_x, y - off_y
+    if p.trailing_m != 0.0:
+        off_x, off_y = trailing(velocity, p)
         x, y = x - off_x, y - off_y
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
@@ -103,7 +108,7 @@ def _contact_velocity(
 ) -> tuple[float, float, float, float]:
     """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
     centre of mass."""
-    position, velocity, _ = host_pose(time, host)
+    position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m)
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m)
@@ -127,6 +132,9 @@ def _contact_velocity(
         ux, uy = ux - moves * nx, uy - moves * ny
     if p.slipping_m != 0.0:
         moves_x, moves_y = slipping(p)
+        ux, uy = ux - moves_x, uy - moves_y
+    if p.trailing_m != 0.0:
+        moves_x, moves_y = trailing(acceleration, p)
         ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
@@ -222,6 +230,7 @@ def impact(
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
     rebound += edge_gain(state[13], p)
+    rebound = unsuspected_rebound(rebound, time, azimuth, state[4], p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
@@ -232,7 +241,7 @@ def impact(
     new[9], new[12], new[14] = max(state[9], approach), azimuth, np.arctan2(ny, nx)
     grip, slide = newest_grip(approach, slip, p)
     elastic, pressed = unimagined_grip(approach, slip, p)
-    mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed)
+    mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed) * unsuspected_slide(time, approach, slip, state, p)
     back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
@@ -250,7 +259,7 @@ def impact(
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
     new[5] += p.offset_blow_m * push_n / inertia * bounce
-    new[5] *= 1.0 - p.rolling_loss * bounce
+    new[5] = flattened(new[5], approach * bounce, p) * (1.0 - p.rolling_loss * bounce)
     if p.rolling_arm_m != 0.0:
         new[5] = rolled(new[5], push_n * bounce, velocity[2], p)
     if p.leaning != 0.0:

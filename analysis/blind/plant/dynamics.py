@@ -126,7 +126,7 @@ def _run(
         n_impact += 1
         if not soft:
             state = new
-        state[6], state[13] = time, n_impact
+        state[6], state[13], state[20] = time, n_impact, state[8]
         if soft or speed < HOLD_SPEED_M_PER_S:
             touching, since = True, time
     if touching and time - since > sustained:
@@ -164,7 +164,7 @@ def run_plant(
     state[0] += position[0]
     state[1] += position[1]
     state[6], state[7] = -1.0, 0.0
-    state[18:] = initial[:2]
+    state[18:20], state[21] = initial[:2], initial[5]
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
     return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), chances))

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-STATES = 20  # numbers of a state: `accelerations.derivative` names them
+STATES = 22  # numbers of a state: `accelerations.derivative` names them
 
 
 class PlantParameters(NamedTuple):
@@ -251,3 +251,24 @@ class PlantParameters(NamedTuple):
     refit_y_m: float = 0.0
     tyre_m: float = 0.0  # from the disk's middle to that of its rim
     tyre_rad: float = 0.0
+    # causes in nobody's list that came after those (`causes.unsuspected`)
+    rings: float = 0.0  # floor friction more by this share along the radius, less across it
+    track: float = 0.0  # floor friction less by this share at track_m from the Host's centre
+    track_m: float = 0.023
+    bow_m_per_s2: float = 0.0  # the dust that a disk pushes along holds it back by at most this
+    vane_rad_per_s2: float = 0.0  # a fin turns the disk towards where it goes, at 1 m/s
+    vane_rad: float = 0.0
+    core_per_s: float = 0.0  # a loose core holds the spin back by this times what it lacks of it
+    lean_m_per_s2: float = 0.0  # the floor leans one way or the other, by the sense of the Host's velocity
+    lean_rad: float = 0.0
+    sheet: float = 0.0  # restitution more and less twice around the disk's rim
+    sheet_rad: float = 0.0
+    shim: float = 0.0  # restitution lost where a shim behind the wall just is
+    shim_rad: float = 0.0
+    shim_rad_per_s: float = 0.0
+    flash: float = 0.0  # share of the wall friction lost where approach times slip is large
+    creeping: float = 0.0  # share of the wall friction lost long after the blow before
+    o_ring_s_per_m: float = 0.0  # share of the spin lost in a blow, for its approach
+    split_m: float = 0.0  # the wall's two halves are this far from each other along their joint
+    split_rad: float = 0.0
+    trailing_m: float = 0.0  # the wall trails behind the Host's velocity by this much

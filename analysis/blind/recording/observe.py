@@ -8,6 +8,7 @@ import pandas as pd
 from analysis.blind.recording.noise import Noise, draw_errors
 from analysis.blind.recording.unforeseen import glared
 from analysis.blind.recording.unimagined import through_lid
+from analysis.blind.recording.unsuspected import glinted, trailed, twisted
 from analysis.blind.recording.views import GROUND_M, HOST_M, MARKERS, NES_M, WINDOW_PX, View, ViewErrors
 
 
@@ -80,18 +81,22 @@ def tracks_of(
     noise: Noise,
     rng: np.random.Generator,
     shake_px: np.ndarray | float = 0.0,
+    twist_rad: np.ndarray | None = None,
 ) -> pd.DataFrame:
     """`tracks` of one run. `points_m` and `true_time_s`: per camera (frames, 12, 3) and (frames,); `shake_px` (frames,)
-    of the first camera along u."""
+    of the first camera along u, `twist_rad` (frames,) about its axis."""
     parts = []
     for index, view in enumerate(views):
         pixels = glared(view.pixels(points_m[index]), index, view, errors)
         pixels = through_lid(pixels, index, view, errors)
+        pixels = glinted(trailed(pixels, frame_rate_hz, errors), points_m[index], index, errors)
         frames = len(pixels)
         if noise.kind == "warp":
             u, v = pixels[..., 0] / noise.warp_length_px[0], pixels[..., 1] / noise.warp_length_px[1]
             phase = noise.warp_phase_rad[index]
             pixels = pixels + noise.warp_px * np.stack([np.sin(u + q[0]) * np.sin(v + q[1]) for q in phase], axis=-1)
+        if index == 0 and twist_rad is not None:
+            pixels = twisted(pixels, twist_rad, view)
         if index == 0:
             pixels[..., 0] += np.reshape(shake_px, (-1, 1))
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]
