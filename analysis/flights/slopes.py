@@ -33,6 +33,7 @@ from ovines.core.laws.kernel import (
     FLOOR_TORQUE,
     FRICTION,
     MIRRORED_FRICTION,
+    POLAR_FRICTION,
     Q_CLOCK,
     Q_PHASE,
     Q_RUN,
@@ -305,14 +306,14 @@ def law_work() -> LawWork:
 @compiled
 def _follows_friction(target: int) -> bool:
     """Whether what a term acts on is friction, or a part of it."""
-    return target == FRICTION or target == MIRRORED_FRICTION or target == FLOOR_TORQUE
+    return target == FRICTION or target == MIRRORED_FRICTION or target == POLAR_FRICTION or target == FLOOR_TORQUE
 
 
 @compiled
 def _varies(row: Array) -> bool:
     """Whether a term of a written law may follow the disk's state other than through friction."""
     target = int(row[W.TARGET])
-    if target != FIXED and target != SPIN and not _follows_friction(target):
+    if target == POLAR_FRICTION or (target != FIXED and target != SPIN and not _follows_friction(target)):
         return True
     for i in range(int(row[W.FACTORS])):
         code = int(row[W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY])

@@ -22,6 +22,7 @@ from analysis.gap.measurement.corrections import beyond_stated, correct, without
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
+from analysis.gap.measurement.turning_picture import turning_picture
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.flight_steps import (
@@ -100,6 +101,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *ground,
         *([tests.clock_change] if tests.clock_change is not None else []),
         *rigid,
+        *turning_picture(series),
         *drive.structure,
         *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
         *_withheld_measurement(tests, withheld),

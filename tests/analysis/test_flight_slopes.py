@@ -28,6 +28,8 @@ LAW = rows_of(
         Term("mirrored_floor_friction", 0.2, (), x=0.4),
         Term("along_body", 0.4, (Factor("phase", "sine"),), x=0.1),
         Term("spin", 5.0, (Factor("speed"),)),
+        Term("polar_floor_friction", 0.2, (Factor("radius"),)),
+        Term("spin", 7.0, (Factor("speed"), Factor("heading", "cosine", x=0.4))),
     ]
 )
 #: everything but the instant of the impact before, which is no unknown

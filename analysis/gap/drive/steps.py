@@ -130,7 +130,8 @@ def _found(
     for _ in range(MOST_TERMS):
         left = _left(terms, paths, pushes)
         kinds = [effect for effect in SWINGS if effect not in {t.effect for t in terms if isinstance(t, Swing)}]
-        tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in kinds]
+        swings = [best_swing(effect, paths, pushes, left) for effect in kinds]
+        tried: list[Swing | Line] = [one for one in swings if one.dies_out]
         if asks_for_lines:
             tried.append(best_line(paths, left, below))
         tried = [one for one in tried if chance(one, paths) < LEVEL]

@@ -18,6 +18,9 @@ SWINGS = ("host_recoil", "host_ringing")
 # Frequencies tried: from a fraction of a period in the longest run to a share of the frame rate, so many.
 LOWEST_PERIODS, HIGHEST_SHARE, FREQUENCIES = 0.5, 0.35, 48
 DAMPINGS = (0.01, 0.03, 0.08, 0.2, 0.45, 0.8)
+# What rings on for a hundred and fifty periods is no answer to a blow: a drive that swings as it likes was told as a
+# ringing without damping (a mass centre off the middle, random drive).
+LEAST_DAMPING = 1e-3
 # A line needs a spacing of this share of its width.
 LINE_SPACING, LINES_TO = 0.25, 0.25
 #: cells tried; neighbours are alike, so that the best gains less by chance than so many independent ones
@@ -38,6 +41,11 @@ class Swing:
     covariance: Array
     gain: float
     held_out: Array
+
+    @property
+    def dies_out(self) -> bool:
+        """Whether it ends before long, as what a blow has set going does."""
+        return self.damping > LEAST_DAMPING
 
     def pushes(self, run: RunPushes) -> Pushes:
         """The pushes that it answers."""

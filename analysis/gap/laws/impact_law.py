@@ -30,6 +30,8 @@ from ovines.core.laws.terms import Term
 FEWEST_IMPACTS = 20
 #: named shapes of the wall that one formula may replace
 SHAPES = ("wall_ellipticity", "wall_lobes")
+# A formula of fewer unknowns replaces them where it explains this share of what they do: a ring of two halves 0.995.
+AS_WELL = 0.95
 
 
 def find_impact_law(
@@ -91,10 +93,11 @@ def _told_wall_law(
 def wall_law_instead(
     steps: ImpactSteps, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
 ) -> tuple[LawFound, ImpactSteps] | None:
-    """One formula that explains the contact distances clearly better than the named shapes of the wall do, and the
-    steps without these; None where there is none.
+    """One formula that explains the contact distances clearly better than the named shapes of the wall do, or as well
+    by fewer unknowns, and the steps without these; None where there is none.
 
-    A step in the wall is a series of lobes: by an ellipse and one of them little is left of it."""
+    A step in the wall is a series of lobes: by an ellipse and one of them little is left of it.  An ellipse and lobes
+    that are really there have no reason to stand to each other as the waves of one step do."""
     names = {c.effect for c in steps.causes} & set(SHAPES)
     if steps.fitted is None or not names or len(steps.fitted.data) < FEWEST_IMPACTS:
         return None
@@ -113,7 +116,8 @@ def wall_law_instead(
     forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
     named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
     unknowns = sum(part.unknowns for part in found.parts) - len(shapes)
-    if found.gain - named <= AS_GOOD + PER_UNKNOWN * max(unknowns, 0):
+    better = found.gain - named > AS_GOOD + PER_UNKNOWN * max(unknowns, 0)
+    if not better and (unknowns >= 0 or found.gain < AS_WELL * named):
         return None
     law = _told_wall_law(problem, found, p, base, fits, frame, least_m)
     if law is None:

@@ -130,13 +130,11 @@ def two_views(series: Series, notes: list[str]) -> TwoViews:
     if series.cameras[0].field is not None:  # taught by recordings, it says itself what it leaves open
         window_lens_px = max(lens_px, series.cameras[0].field.open_sd["window_v_px"])
     u, v = ((float(w), float(np.hypot(sd, window_lens_px))) for w, sd in zip(window, window_sd, strict=True))
+    # A field that recordings have taught leaves a window open: one that is no larger is none.
+    moved_px, learnt = float(np.hypot(*window)), series.cameras[0].field is not None
+    by_lens = moved_px / max(window_lens_px, 1e-9) / LENS_TILTS * SIGNIFICANCE if learnt else np.inf
     found = [
-        judge(
-            "sensor_window_offset",
-            {"u_px": u, "v_px": v},
-            float(np.hypot(*window)),
-            float(np.hypot(*window) / max(window_sd)),
-        ),
+        judge("sensor_window_offset", {"u_px": u, "v_px": v}, moved_px, min(moved_px / max(window_sd), float(by_lens))),
         # The lens residual, over the pixels per second that the bodies move: a tenth of it survives the average over
         # places.
         judge(

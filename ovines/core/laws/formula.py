@@ -128,7 +128,7 @@ def _text_factor(one: Factor, term: Term) -> str:
     if one.function == "within":
         return f"[|{name}| < {one.scale:.4g} {unit}]"
     if one.function == "sawtooth":
-        return f"sawtooth({name})"
+        return f"sawtooth({name})" if one.order == 1 else f"sawtooth({one.order:g} {name})"
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
@@ -184,7 +184,8 @@ def _latex_factor(one: Factor) -> str:
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
     if one.function == "gates":
         return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
-    return rf"\mathrm{{{'saw' if one.function == 'sawtooth' else 'sgn'}}}({symbol})"
+    times = f"{one.order:g}" if one.function == "sawtooth" and one.order != 1 else ""
+    return rf"\mathrm{{{'saw' if one.function == 'sawtooth' else 'sgn'}}}({times}{symbol})"
 
 
 def _latex_bent(one: Factor, symbol: str, scale: str) -> str:

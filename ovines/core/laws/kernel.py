@@ -10,15 +10,16 @@ from ovines.core.laws import words as W
 # As the targets and quantities are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
-    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, FLOOR_TORQUE,
-) = range(19)  # fmt: skip
+    FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, POLAR_FRICTION,
+    FLOOR_TORQUE,
+) = range(20)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
-    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW,
-) = range(37)  # fmt: skip
+    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING,
+) = range(39)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -78,6 +79,10 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return known[W.SPIN_LEFT]
     if code == Q_SLIDING_DIRECTION:
         return math.atan2(known[W.UY], known[W.UX])
+    if code == Q_HEADING:
+        return math.atan2(known[W.VY], known[W.VX]) - known[W.ANGLE]
+    if code == Q_SLIDING_HEADING:
+        return math.atan2(known[W.UY], known[W.UX]) - known[W.ANGLE]
     if code == Q_SINCE_BY_BLOW:
         return known[W.SINCE] / max(known[W.LAST_APPROACH], SHORT)
     if code == Q_ACCELERATION_OUTWARDS:
@@ -155,7 +160,7 @@ def circular(code: int) -> bool:
     """Whether the quantity's ends meet."""
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
-        or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION
+        or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
     )  # fmt: skip
 
 
@@ -179,8 +184,9 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.exp(-q / scale)
     if function == GAUSSIAN or function == WITHIN or function == SAWTOOTH:
         if circular(code):
-            q = math.atan2(math.sin(q), math.cos(q))
-        if function == SAWTOOTH:  # jumps up by 1 at 0, and falls in between: mean 0
+            turns = order if function == SAWTOOTH else 1.0
+            q = math.atan2(math.sin(turns * q), math.cos(turns * q))
+        if function == SAWTOOTH:  # jumps up by 1 at 0 (as often as its order says), and falls in between: mean 0
             return (0.5 if q > 0.0 else -0.5) - 0.5 * q / (math.pi * scale)
         if function == WITHIN:
             return 1.0 if abs(q) < scale else 0.0
@@ -236,6 +242,14 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         return
     if target == FLOOR_TORQUE:
         out[2] += value * known[W.FT]
+        return
+    if target == POLAR_FRICTION:
+        length = math.hypot(known[W.HX], known[W.HY])
+        if length > SHORT:
+            c, s = known[W.HX] / length, known[W.HY] / length
+            c, s = c * c - s * s, 2.0 * c * s
+            out[0] += value * (c * known[W.FX] + s * known[W.FY])
+            out[1] += value * (s * known[W.FX] - c * known[W.FY])
         return
     if target == MIRRORED_FRICTION:
         c, s = math.cos(2.0 * row[W.TARGET_X]), math.sin(2.0 * row[W.TARGET_X])

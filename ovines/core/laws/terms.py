@@ -30,7 +30,8 @@ class Factor:
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
     Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there, ``above``
     max(q - s, 0)^n, ``tanh`` tanh(q / s), ``decay`` exp(-|q| / s), ``rational`` 1 / (1 + |q / s|^n), ``within``
-    (1 where |q| < s), ``sawtooth``: of an angle, 1/2 sign(q) - q / (2 pi s), a step up at 0 and even slope elsewhere.
+    (1 where |q| < s), ``sawtooth``: of an angle q taken n times, 1/2 sign(q) - q / (2 pi s), a step up at 0 and even
+    slope elsewhere.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
@@ -50,7 +51,9 @@ class Factor:
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and (self.scale > 0 or self.function in THRESHOLDS)
         fine = fine and (self.function not in (*W.TRAINS, "above", "rational") or self.order > 0)
-        fine = fine and (self.function != "sawtooth" or (QUANTITIES[self.quantity].circular and self.scale == 1.0))
+        if self.function == "sawtooth":  # as often around a whole turn as its order says
+            whole = self.order >= 1.0 and float(self.order).is_integer()
+            fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -201,7 +204,7 @@ def _moved_term(term: Term, turn: float, origin: tuple[float, float]) -> Term:
     factors = []
     for one in term.factors:
         own = QUANTITIES[one.quantity].own
-        if one.quantity in ("phase", "clock", "body_angle", "contact_turn"):  # no directions in the room
+        if one.quantity in W.BETWEEN_THINGS:  # no directions in the room
             own = ""
         fx, fy = _moved_own(own, one.x, one.y, turn, origin)
         factors.append(replace(one, x=fx, y=fy))

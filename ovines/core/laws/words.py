@@ -79,6 +79,10 @@ TARGETS: dict[str, Target] = {
             ),
             ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
             ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
+            (
+                "polar_floor_friction", "1", r"M_{\hat r}\vec a_\mu", "", "flight",
+                "the floor's friction, mirrored at the radius' direction, as a share of it",
+            ),
             ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
@@ -209,6 +213,15 @@ QUANTITIES: dict[str, Quantity] = {
                 "",
                 "time since the impact before over the normal speed before that",
             ),
+            ("heading", "rad", r"\chi", True, "angle", "direction of the velocity in the room, seen from the disk"),
+            (
+                "sliding_heading",
+                "rad",
+                r"\chi_u",
+                True,
+                "angle",
+                "direction of the velocity against the floor, seen from the disk",
+            ),
         )
     )
 }
@@ -236,12 +249,14 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 TRAINS = ("pulses", "gates")
 #: velocities along a direction of their own
 ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along")
+#: angles between things, which no turn of the world changes
+BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading")
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
-OF_FRAMES = ("time", "share", "run", "phase", "clock")
+OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
 #: what one of a marker may follow beside: what its body is known to do
-OF_MARKERS = ("spin", "host_acceleration_along", "host_velocity_along")
+OF_MARKERS = ("spin", "host_velocity_along")
 #: what a target's own number and direction are, of those of markers
 MARKERS = ("marker", "body_marker")
 TURN = 2 * math.pi

@@ -52,7 +52,7 @@ def _smooth() -> list[Candidate]:
     out.append(plain("friction with the radius and the Host's acceleration outwards", pitching))
     for quantity, orders in (
         ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0)), ("azimuth", (1.0, 2.0, 3.0)),
-        ("body_angle", (1.0,)), ("sliding_direction", (1.0, 2.0)),
+        ("body_angle", (1.0,)), ("sliding_direction", (1.0, 2.0)), ("sliding_heading", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:
             terms = (Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, order))
@@ -63,6 +63,9 @@ def _smooth() -> list[Candidate]:
     ):  # fmt: skip
         out.append(plain(f"torque of the floor's friction{word}", Term("floor_torque", 1.0, factors)))
     mirrored = pair("mirrored_floor_friction", 0.25 * math.pi)
+    # Marks around the Host's centre hold what slides across them.
+    for word, factors in (("", ()), (" with the radius", (Factor("radius"),))):
+        out.append(plain(f"friction along the radius and across it{word}", Term("polar_floor_friction", 1.0, factors)))
     return [*out, plain("friction that differs by direction", *mirrored)]
 
 

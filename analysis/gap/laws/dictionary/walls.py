@@ -32,6 +32,11 @@ def _step(azimuth: float) -> tuple[Term, ...]:
     return (Term(TARGET, 1.0, (Factor("azimuth", "sawtooth", x=azimuth),)),)
 
 
+def _two_steps(azimuth: float) -> tuple[Term, ...]:
+    """Two halves put together askew along their joint."""
+    return (Term(TARGET, 1.0, (Factor("azimuth", "sawtooth", 2.0, x=azimuth),)),)
+
+
 def _squashed() -> list[Candidate]:
     """A ring that the Host's acceleration squashes: clamped at one side, or held all around."""
 
@@ -71,6 +76,10 @@ def wall_candidates(known: Array) -> list[Candidate]:
     out += _squashed()
     out += [
         Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))
+        for i in range(PLACES)
+    ]
+    out += [
+        Candidate(f"{WORD} of two halves", _two_steps, (0.5 * TURN * i / PLACES,), (STEP_RAD,), (False,))
         for i in range(PLACES)
     ]
     for name, shape, widths in (

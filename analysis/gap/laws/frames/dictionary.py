@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
+from analysis.gap.laws.dictionary.parts import plain
 from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
-from analysis.gap.laws.frames.rows import FrameRows, Key, size_of
+from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, size_of
 from analysis.gap.laws.regression import Profile
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -43,6 +44,9 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     out: list[Candidate] = []
     for key in rows.units:
         out += _of(WORDS[key[0]], partial(_term, key), rows.known)
+        if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
+            shaken = tuple(term for way in ways("host_acceleration_along") for term in _term(key, way))
+            out.append(plain(f"{WORDS[key[0]]}, with the Host's acceleration", *shaken))
     return [*out, *_lines(rows, run_s, rng)]
 
 

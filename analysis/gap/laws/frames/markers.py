@@ -85,7 +85,7 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
         noise = sd * _widened(others / sd)
         value = turned[calm, :2] / noise
         middle = np.median(value, 0)
-        limit = CLIP_SD * np.array([residual_sd(column) for column in value.T])
+        limit = CLIP_SD * np.std(value, 0)  # a marker that a spin throws outwards is far off in few frames
         values.append(np.clip(value, middle - limit, middle + limit).reshape(-1))
         units.append(np.tile(along[:2] / noise, (len(value), 1)))
         ats.append(np.repeat(begins[one.run] + one.frames[calm], 2))

@@ -1,0 +1,60 @@
+"""What the seventh sealed trial's causes asked for: the disk against its own way, marks around the floor's middle, a
+ring of two halves, markers that glint.  In view, therefore no blind result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.impact_law import find_wall_law
+from analysis.gap.measurement.turning_picture import GOES_WITH, turning_picture
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
+from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.laws.formula import as_text
+from tests.gap.test_marker_laws import loaded
+from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
+
+
+def flight_law(series):
+    """The law of a series' flights, beside nothing that was named."""
+    rng = np.random.default_rng(0)
+    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    return find_flight_law(series.runs, steps, series.frame, rng)[0]
+
+
+def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
+    """A torque by the angle between the disk and its way, and its speed's square."""
+    series, true = made_series(tmp_path, "unknown_weathervane", 1.0, 61)
+    law = flight_law(series)
+    assert quantities(law) == [("spin", ["heading", "speed"])], as_text(law.law)
+    (term,) = law.law.terms
+    assert term.factors[0].order == 2.0
+    assert abs(term.coefficient) == pytest.approx(true["vane_rad_per_s2"], rel=0.15)
+    assert law.closed > 0.9
+
+
+def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
+    series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 62)
+    law = flight_law(series)
+    assert law.law.terms[0].target == "polar_floor_friction", as_text(law.law)
+    assert law.law.terms[0].coefficient == pytest.approx(true["rings"], rel=0.25)
+    assert law.closed > 0.9
+
+
+def test_a_ring_of_two_halves_has_two_steps(tmp_path):
+    series, _ = made_series(tmp_path, "unknown_split_ring", 1.0, 63, runs=6)
+    fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
+    assert law is not None
+    (factor,) = law.law.terms[0].factors
+    assert (factor.quantity, factor.function, factor.order) == ("azimuth", "sawtooth", 2.0), as_text(law.law)
+    assert law.closed > 0.8
+
+
+@pytest.mark.parametrize(("kind", "severity", "told"), [("unknown_glinting_stickers", 0.4, True), ("none", 1.0, False)])
+def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity, told):
+    """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
+    _, series = loaded(tmp_path / "s", kind, severity, 64)
+    assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
