@@ -30,6 +30,7 @@ from analysis.motion.host_table import HostState, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import (
     FIXED,
+    FLOOR_LEVER,
     FLOOR_TORQUE,
     FRICTION,
     MIRRORED_FRICTION,
@@ -48,9 +49,9 @@ Array = NDArray[np.float64]
 
 # Sliding and rim speeds below this (m/s) count as this: what is divided by them then has its limit.
 TINY_M_PER_S = 1e-12
-# Steps of the differences that a written law is asked by, the only ones: micrometres, milliradians, 10 um/s and mrad/s,
-# each far above rounding and far below what bends a flight.
-PLACE_STEP_M, ANGLE_STEP_RAD, VELOCITY_STEP_M_PER_S, SPIN_STEP_RAD_PER_S = 1e-6, 1e-3, 1e-5, 1e-3
+# Steps of the differences that a written law is asked by, the only ones: micrometres, tenths of milliradians, 10 um/s
+# and mrad/s, each far above rounding and far below what bends a flight.
+PLACE_STEP_M, ANGLE_STEP_RAD, VELOCITY_STEP_M_PER_S, SPIN_STEP_RAD_PER_S = 1e-6, 1e-4, 1e-5, 1e-3
 LAW_STEPS = (PLACE_STEP_M, PLACE_STEP_M, ANGLE_STEP_RAD, VELOCITY_STEP_M_PER_S, VELOCITY_STEP_M_PER_S,
              SPIN_STEP_RAD_PER_S)  # fmt: skip
 
@@ -306,14 +307,16 @@ def law_work() -> LawWork:
 @compiled
 def _follows_friction(target: int) -> bool:
     """Whether what a term acts on is friction, or a part of it."""
-    return target == FRICTION or target == MIRRORED_FRICTION or target == POLAR_FRICTION or target == FLOOR_TORQUE
+    of_friction = target == FRICTION or target == MIRRORED_FRICTION or target == POLAR_FRICTION
+    return of_friction or target == FLOOR_LEVER or target == FLOOR_TORQUE
 
 
 @compiled
 def _varies(row: Array) -> bool:
     """Whether a term of a written law may follow the disk's state other than through friction."""
     target = int(row[W.TARGET])
-    if target == POLAR_FRICTION or (target != FIXED and target != SPIN and not _follows_friction(target)):
+    of_friction_alone = _follows_friction(target) and target != POLAR_FRICTION and target != FLOOR_LEVER
+    if target != FIXED and target != SPIN and not of_friction_alone:
         return True
     for i in range(int(row[W.FACTORS])):
         code = int(row[W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY])

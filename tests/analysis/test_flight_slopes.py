@@ -29,7 +29,7 @@ LAW = rows_of(
         Term("along_body", 0.4, (Factor("phase", "sine"),), x=0.1),
         Term("spin", 5.0, (Factor("speed"),)),
         Term("polar_floor_friction", 0.2, (Factor("radius"),)),
-        Term("spin", 7.0, (Factor("speed"), Factor("heading", "cosine", x=0.4))),
+        Term("floor_lever", 9.0, (Factor("heading", "cosine", x=0.4),), x=0.3),
     ]
 )
 #: everything but the instant of the impact before, which is no unknown

@@ -21,7 +21,7 @@ RIG = Scenario(
 )  # fmt: skip
 TARGET_CODES = (
     "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
-    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A POLAR_FRICTION FLOOR_TORQUE"
+    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A POLAR_FRICTION FLOOR_LEVER FLOOR_TORQUE"
 )
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
@@ -84,8 +84,8 @@ BENT_LAWS = (
             Term("spin", 200.0, (Factor("angle", "cosine", 2.0, x=0.3),)),
             Term("outwards", -0.6, (Factor("azimuth", "within", 1.0, 1.2, 0.5),)),
             Term("floor_friction", -0.4, (Factor("speed", "rational", 2.0, 0.2, 0.05),)),
-            Term("polar_floor_friction", 0.3),
-            Term("spin", 50.0, (Factor("heading", "cosine", x=0.4), Factor("sliding_heading", "cosine", x=0.2))),
+            Term("polar_floor_friction", 0.3, (Factor("spin", "decay", 1.0, 30.0),)),
+            Term("floor_lever", 9.0, (Factor("heading", "cosine", x=0.4), Factor("sliding_heading", "cosine", x=0.2))),
         )
     ),
     WrittenLaw(

@@ -3,12 +3,18 @@ ring of two halves, markers that glint.  In view, therefore no blind result."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 
+from analysis.gap.drive import steps
 from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.measurement.turning_picture import GOES_WITH, turning_picture
+from analysis.gap.measurement.two_views import two_views
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
@@ -20,8 +26,8 @@ from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
 def flight_law(series):
     """The law of a series' flights, beside nothing that was named."""
     rng = np.random.default_rng(0)
-    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
-    return find_flight_law(series.runs, steps, series.frame, rng)[0]
+    named = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    return find_flight_law(series.runs, named, series.frame, rng)[0]
 
 
 def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
@@ -39,7 +45,8 @@ def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
     series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 62)
     law = flight_law(series)
     assert law.law.terms[0].target == "polar_floor_friction", as_text(law.law)
-    assert law.law.terms[0].coefficient == pytest.approx(true["rings"], rel=0.25)
+    # In the middle they have no direction, and hold less.
+    assert 0.6 * true["rings"] < law.law.terms[0].coefficient < 1.1 * true["rings"]
     assert law.closed > 0.9
 
 
@@ -58,3 +65,31 @@ def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity,
     """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
     _, series = loaded(tmp_path / "s", kind, severity, 64)
     assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
+
+
+def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
+    """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
+    _, series = loaded(tmp_path / "s", "unknown_twisted_camera", 1.0, 65)
+    assert series.cameras[0].field is not None
+    (window,) = (one for one in two_views(series, []).findings if one.effect == "sensor_window_offset")
+    size_px = np.hypot(window.parameters["u_px"][0], window.parameters["v_px"][0])
+    assert size_px > 0.05 and not window.found
+    laws, _ = find_frame_laws(series, np.random.default_rng(0))
+    assert [(law.law.terms[0].target, law.law.terms[0].factors[0].quantity) for law in laws] == [
+        ("picture_turn", "host_acceleration_along")
+    ]
+
+
+def test_what_rings_on_for_ever_is_no_answer_to_a_blow(tmp_path, monkeypatch):
+    """However much of the Host's path it explains: the drive swings as it likes."""
+    _, series = loaded(tmp_path / "s", "none", 1.0, 66)
+    fits, best = first_flights(series, EFFECTS).fits, steps.best_swing
+
+    def ringing(effect, *arguments, damping):
+        held_out = np.full(len(series.runs), 1e5)
+        return replace(best(effect, *arguments), share=0.1, damping=damping, gain=1e6, held_out=held_out)
+
+    for damping, told in ((1e-8, 0), (0.05, 2)):
+        monkeypatch.setattr(steps, "best_swing", partial(ringing, damping=damping))
+        found, _ = steps.drive_steps(series, fits, frozenset(), False)
+        assert len(found.swings) == told

@@ -33,7 +33,7 @@ from ovines.core.laws.terms import MOST_TERMS, rows_of
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
 # Targets and quantities of the disk's own angle.
-OF_ANGLE = ("spin", "along_body", "floor_torque", "angle", "body_angle", "heading", "sliding_heading")
+OF_ANGLE = ("spin", "along_body", "floor_lever", "floor_torque", "angle", "body_angle", "heading", "sliding_heading")
 # Angles that miss by more than so many medians are wrong tracks.
 CLIP_SD = 8.0
 # A law that no probe asked for, and whose linear form promises less than this share of what is left, is not fitted: it

@@ -11,8 +11,8 @@ from ovines.core.laws import words as W
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
     FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, POLAR_FRICTION,
-    FLOOR_TORQUE,
-) = range(20)  # fmt: skip
+    FLOOR_LEVER, FLOOR_TORQUE,
+) = range(21)  # fmt: skip
 (
     Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
@@ -219,6 +219,36 @@ def size(row: Floats, known: Floats) -> float:
 
 
 @compiled
+def of_friction(target: int, angle: float, value: float, known: Floats, out: Floats) -> None:
+    """Add to ``out`` (3,) ``value`` times a part of the floor's friction; ``angle`` of its mirror or its lever."""
+    if target == FRICTION:
+        out[0] += value * known[W.FX]
+        out[1] += value * known[W.FY]
+        out[2] += value * known[W.FT]
+        return
+    if target == FLOOR_LEVER:
+        c, s = math.cos(known[W.ANGLE] + angle), math.sin(known[W.ANGLE] + angle)
+        out[2] += value * (c * known[W.FY] - s * known[W.FX])
+        return
+    if target == FLOOR_TORQUE:
+        out[2] += value * known[W.FT]
+        return
+    if target == POLAR_FRICTION:
+        length = math.hypot(known[W.HX], known[W.HY])
+        if length > SHORT:
+            c, s = known[W.HX] / length, known[W.HY] / length
+            c, s = c * c - s * s, 2.0 * c * s
+            out[0] += value * (c * known[W.FX] + s * known[W.FY])
+            out[1] += value * (s * known[W.FX] - c * known[W.FY])
+        return
+    if target == MIRRORED_FRICTION:
+        c, s = math.cos(2.0 * angle), math.sin(2.0 * angle)
+        out[0] += value * (c * known[W.FX] + s * known[W.FY])
+        out[1] += value * (s * known[W.FX] - c * known[W.FY])
+        return
+
+
+@compiled
 def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
     """Add ``times`` what a term of the flight gives to ``out`` (3,): acceleration along x and y, and of the spin."""
     value = times * size(row, known)
@@ -235,26 +265,8 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         out[0] += value * math.cos(known[W.ANGLE] + row[W.TARGET_X])
         out[1] += value * math.sin(known[W.ANGLE] + row[W.TARGET_X])
         return
-    if target == FRICTION:
-        out[0] += value * known[W.FX]
-        out[1] += value * known[W.FY]
-        out[2] += value * known[W.FT]
-        return
-    if target == FLOOR_TORQUE:
-        out[2] += value * known[W.FT]
-        return
-    if target == POLAR_FRICTION:
-        length = math.hypot(known[W.HX], known[W.HY])
-        if length > SHORT:
-            c, s = known[W.HX] / length, known[W.HY] / length
-            c, s = c * c - s * s, 2.0 * c * s
-            out[0] += value * (c * known[W.FX] + s * known[W.FY])
-            out[1] += value * (s * known[W.FX] - c * known[W.FY])
-        return
-    if target == MIRRORED_FRICTION:
-        c, s = math.cos(2.0 * row[W.TARGET_X]), math.sin(2.0 * row[W.TARGET_X])
-        out[0] += value * (c * known[W.FX] + s * known[W.FY])
-        out[1] += value * (s * known[W.FX] - c * known[W.FY])
+    if FRICTION <= target <= MIRRORED_FRICTION or POLAR_FRICTION <= target <= FLOOR_TORQUE:
+        of_friction(target, row[W.TARGET_X], value, known, out)
         return
     if target == OUTWARDS or target == SWIRL or target == MIRRORED_R:
         x, y = known[W.HX], known[W.HY]

@@ -83,6 +83,10 @@ TARGETS: dict[str, Target] = {
                 "polar_floor_friction", "1", r"M_{\hat r}\vec a_\mu", "", "flight",
                 "the floor's friction, mirrored at the radius' direction, as a share of it",
             ),
+            (
+                "floor_lever", "1/m", r"\hat z\,(\vec e_{\psi}\times\vec a_\mu)_z", "body", "flight",
+                "the spin by the floor's friction, acting on the disk along a direction of it from the mass centre",
+            ),
             ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.forces import BEYOND, CHANGES, FADES, RANGES, SPEEDS, TIMES, changed_runs
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, pair, plain, scaled, spots
 from analysis.gap.laws.dictionary.places import WAVE_DIRECTIONS, WIDTHS
@@ -63,6 +63,7 @@ def _smooth() -> list[Candidate]:
     ):  # fmt: skip
         out.append(plain(f"torque of the floor's friction{word}", Term("floor_torque", 1.0, factors)))
     mirrored = pair("mirrored_floor_friction", 0.25 * math.pi)
+    out.append(plain("friction that acts off the mass centre", *pair("floor_lever", QUARTER)))
     # Marks around the Host's centre hold what slides across them.
     for word, factors in (("", ()), (" with the radius", (Factor("radius"),))):
         out.append(plain(f"friction along the radius and across it{word}", Term("polar_floor_friction", 1.0, factors)))
