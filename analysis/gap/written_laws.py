@@ -119,7 +119,8 @@ def _flight_law(
 def _with_lever(ladder: Ladder) -> tuple[Sequence[Run], FlightSteps]:
     """The runs and the flights' steps, whose disk the floor's friction turns where a mass centre off the middle is
     named: friction acts at the disk's geometric centre (FORMATS.md), and its torque would be found as a law."""
-    runs, steps = ladder.series.runs, ladder.flights
+    runs: Sequence[Run] = ladder.series.runs
+    steps = ladder.flights
     named = next((cause for cause in ladder.causes if cause.effect == "mass_centre_offset"), None)
     held = len(runs[0].data.law)
     if named is None or steps.named.model.parameters[INDEX["friction"]] == 0.0 or held == MOST_TERMS:

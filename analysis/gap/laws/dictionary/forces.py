@@ -206,11 +206,11 @@ def torque_candidates(scales: RigScales) -> list[Candidate]:
         terms = (Term(target, 1.0, (spin, wave)) for wave in waves(quantity))
         out.append(plain(f"torque with spin and {quantity}", *terms))
     # What stands up on the disk trails in the air, or in what it slides over.
-    for quantity, fast, orders in (("heading", "speed", (0, 1, 2)), ("sliding_heading", "sliding_speed", (0, 1))):
-        for order in orders:
-            factors = (Factor(fast, "power", float(order)),) if order else ()
+    for quantity, fast in (("heading", "speed"), ("sliding_heading", "sliding_speed")):
+        for power in range(3):
+            factors = (Factor(fast, "power", float(power)),) if power else ()
             terms = (Term(target, 1.0, (*factors, wave)) for wave in waves(quantity))
-            out.append(plain(f"torque with the {quantity} and the {fast} to the {order}", *terms))
+            out.append(plain(f"torque with the {quantity} and the {fast} to the {power}", *terms))
     axes = ways("along_host")
     out.append(plain("torque with the place in the Host", *(Term(target, 1.0, (axis,)) for axis in axes)))
     turned = (Term(target, 1.0, (axis, wave)) for axis in axes for wave in waves("angle"))
