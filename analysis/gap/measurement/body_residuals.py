@@ -19,6 +19,8 @@ SURE_SD = 6.0
 # Two views of a marker share a delay of one of them by where it stands: this share of it may differ between markers.
 SHARE_OF_CLOCK = 0.2
 FEWEST_FRAMES = 40
+# An sd of nil (a marker that the fit of three passes through) is no infinite weight.
+FINEST_M = 1e-12
 
 
 def marker_residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
@@ -65,7 +67,7 @@ def middle_of(values: Array) -> tuple[float, float]:
 
 def over_runs(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
     """Weighted mean over runs and its sd, whichever is larger of the one told and the one seen between the runs."""
-    value, sd = np.array(values), np.array(sds)
+    value, sd = np.array(values), np.maximum(np.array(sds), FINEST_M)
     weight = np.where(np.isfinite(value), 1 / sd**2, 0.0)
     total = np.maximum(weight.sum(0), 1e-300)
     mean = np.sum(weight * np.nan_to_num(value), 0) / total

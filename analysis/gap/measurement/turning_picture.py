@@ -74,6 +74,8 @@ def _wave(
     unit = float(np.median(np.hypot(*per_px.T)))
     design = np.column_stack([unit * np.cos(angle), unit * np.sin(angle), *shapes, *swing, late])
     fine = np.isfinite(design).all(1) & np.isfinite(value) & np.isfinite(value_sd)
+    if fine.sum() < FEWEST_FRAMES:
+        return np.full(2, np.nan), np.full(2, np.inf)
     fit = least_squares(design[fine], value[fine], value_sd[fine], rounds=ROUNDS, ridge=RIDGE)
     left = np.clip(fit.residual, -3.0, 3.0)
     lag = float(np.clip(np.sum(left[1:] * left[:-1]) / max(np.sum(left**2), 1e-300), 0.0, 0.9))
