@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from analysis.flights.fit import RunData
 from analysis.gap.laws.frames.rows import Key, every_frame, key_of, known_frames, problem_of, size_of
@@ -25,8 +26,8 @@ Array = NDArray[np.float64]
 #: target of a marker on each body
 TARGETS = {"host": "host_marker", "nes": "nes_marker"}
 BODIES = {target: body for body, target in TARGETS.items()}
-# Gross errors count as so many sds.
-CLIP_SD = 5.0
+# Gross errors count as so many sds, off the median of so many frames.
+CLIP_SD, NEIGHBOURS = 5.0, 5
 # Correlation of noise from frame to frame, at the most: more is a motion.
 MOST_CORRELATED = 0.9
 
@@ -84,9 +85,7 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
         calm = np.all(np.abs(others) < CLIP_SD * sd, 1)
         noise = sd * _widened(others / sd)
         value = turned[calm, :2] / noise
-        middle = np.median(value, 0)
-        limit = CLIP_SD * np.std(value, 0)  # a marker that a spin throws outwards is far off in few frames
-        values.append(np.clip(value, middle - limit, middle + limit).reshape(-1))
+        values.append(_without_gross(value).reshape(-1))
         units.append(np.tile(along[:2] / noise, (len(value), 1)))
         ats.append(np.repeat(begins[one.run] + one.frames[calm], 2))
     if not values:
@@ -95,6 +94,13 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
     # Where the marker stands on its body is unknown.
     problem = problem_of(np.concatenate(values), unit, known, at)
     return MarkerRows(problem, known, at, (TARGETS[body], marker), unit)
+
+
+def _without_gross(values: Array) -> Array:
+    """``values`` (N, 2) with frames that stand out of their neighbours cut: a motion, however uneven, does not."""
+    middle = median_filter(values, (NEIGHBOURS, 1), mode="nearest")
+    limit = CLIP_SD * np.array([residual_sd(column) for column in (values - middle).T])
+    return np.clip(values, middle - limit, middle + limit)
 
 
 def _widened(noise: Array) -> float:
