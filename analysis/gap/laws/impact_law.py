@@ -18,7 +18,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.regression import forms_of, held_out_gains
-from analysis.gap.laws.search import AS_GOOD, LEVEL, PER_UNKNOWN, Found, find_law
+from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, kept_gain
 from analysis.gap.selection.impact_fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
@@ -110,20 +110,27 @@ def wall_law_instead(
     problem = distance_regression(base, fits)
     orders = [2] * (SHAPES[0] in names) + [steps.shape.order] * (SHAPES[1] in names)
     shapes = [Term("contact_radius", 1.0, (wave,)) for order in orders for wave in waves("azimuth", float(order))]
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, multipliers=of_impacts())
-    if found is None:
-        return None
     forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
     named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
-    unknowns = sum(part.unknowns for part in found.parts) - len(shapes)
-    better = found.gain - named > AS_GOOD + PER_UNKNOWN * max(unknowns, 0)
-    if not better and (unknowns >= 0 or found.gain < AS_WELL * named):
+    candidates = wall_candidates(problem.known)
+    for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
+        found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(), most)
+        if found is not None and _instead(found, named, len(shapes)):
+            break
+    else:
         return None
     law = _told_wall_law(problem, found, p, base, fits, frame, least_m)
     if law is None:
         return None
     kept = tuple(c for c in steps.causes if c.effect not in names)
     return law, replace(steps, fitted=base, shape=shape, causes=kept)
+
+
+def _instead(found: Found, named: float, unknowns: int) -> bool:
+    """Whether a formula says clearly more than shapes of so many ``unknowns`` that gain ``named``, or as much by
+    fewer."""
+    more = sum(part.unknowns for part in found.parts) - unknowns
+    return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:

@@ -87,6 +87,7 @@ def find_law(
     rng: np.random.Generator,
     level: float = LEVEL,
     multipliers: Sequence[Multiplier] = (),
+    most_parts: int = MOST_PARTS,
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
     of further ones :data:`LEVEL`); and how often chance does.  A part may be a candidate times one of ``multipliers``
@@ -96,7 +97,7 @@ def find_law(
     rivals: tuple[Rival, ...] = ()
     table, groups = columns_of(candidates, columns, problem.block)
     scale, looked = problem.excess, np.array([one.looked for one in candidates])
-    while len(parts) < MOST_PARTS:
+    while len(parts) < most_parts:
         held = with_parts(problem, columns, parts)
         forms = forms_of(held, table, groups)
         gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale

@@ -84,7 +84,7 @@ TARGETS: dict[str, Target] = {
                 "the floor's friction, mirrored at the radius' direction, as a share of it",
             ),
             (
-                "floor_lever", "1/m", r"\hat z\,(\vec e_{\psi}\times\vec a_\mu)_z", "body", "flight",
+                "floor_lever", "1/m", r"\hat z\dot\omega_\ell", "body", "flight",
                 "the spin by the floor's friction, acting on the disk along a direction of it from the mass centre",
             ),
             ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
