@@ -130,11 +130,10 @@ def _found(
     for _ in range(MOST_TERMS):
         left = _left(terms, paths, pushes)
         kinds = [effect for effect in SWINGS if effect not in {t.effect for t in terms if isinstance(t, Swing)}]
-        swings = [best_swing(effect, paths, pushes, left) for effect in kinds]
-        tried: list[Swing | Line] = [one for one in swings if one.dies_out]
+        tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in kinds]
         if asks_for_lines:
             tried.append(best_line(paths, left, below))
-        tried = [one for one in tried if chance(one, paths) < LEVEL]
+        tried = [one for one in tried if _there(one, paths)]
         if not tried:
             break
         terms.append(max(tried, key=lambda one: _beyond_chance(one, paths)))
@@ -193,7 +192,12 @@ def _again(
         terms[number] = (
             best_line(paths, left, below_hz) if isinstance(term, Line) else best_swing(term.effect, paths, pushes, left)
         )
-    return [one for one in terms if chance(one, paths) < LEVEL]
+    return [one for one in terms if _there(one, paths)]
+
+
+def _there(one: Swing | Line, paths: Sequence[MeasuredPath]) -> bool:
+    """Whether it is more than chance, and a swing one that a blow may have set going."""
+    return chance(one, paths) < LEVEL and (isinstance(one, Line) or one.dies_out)
 
 
 def chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:

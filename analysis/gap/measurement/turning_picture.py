@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 # Frames and turns of a run that tell a cosine of the angle from a place; rounds of its robust fit, and what keeps that
 # solvable.
 FEWEST_FRAMES, FEWEST_TURNS, ROUNDS, RIDGE = 60, 1.5, 6, 1e-12
-# Degree of the polynomials over the disk's places that a lens residual may be.  Waves of 24 series without a cause that
-# goes with the disk's angle were at most 0.012 px, and within twice their sds.
+# Degree of the polynomials over the disk's places that a lens residual may be.  Waves of 53 series without a cause that
+# goes with the disk's angle were at most 0.045 px, and within three of their sds.
 LENS_DEGREE = 3
 GOES_WITH = "the disk's angle: its markers are seen off their places in one view"
 

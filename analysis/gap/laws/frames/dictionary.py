@@ -23,6 +23,8 @@ from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
+#: the terms of a target that a factor makes
+Make = Callable[[Factor], tuple[Term, ...]]
 WORDS = {
     "picture_u": "picture along u", "picture_v": "picture along v", "picture_zoom": "zoom", "picture_turn": "turn",
     "camera_delay": "delay of a camera", "clock_delay": "delay of all cameras",
@@ -45,20 +47,15 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     for key in rows.units:
         out += _of(WORDS[key[0]], partial(_term, key), rows.known)
         if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
-            shaken = tuple(term for way in ways("host_acceleration_along") for term in _term(key, way))
-            out.append(plain(f"{WORDS[key[0]]}, with the Host's acceleration", *shaken))
+            ways_along = ways("host_acceleration_along")
+            out.append(_followed(WORDS[key[0]], partial(_term, key), "with the Host's acceleration", *ways_along))
     return [*out, *_lines(rows, run_s, rng)]
 
 
 def marker_candidates(rows: MarkerRows) -> list[Candidate]:
     """Every candidate for a marker that moves on its body: what a camera may follow, and what its body does."""
-    make = partial(_both_ways, rows.key)
-    word = WORDS[rows.key[0]]
-
-    def follows(name: str, *factors: Factor) -> Candidate:
-        terms = tuple(term for factor in factors for term in make(factor))
-        return Candidate(f"{word}, {name}", lambda: terms)
-
+    make, word = partial(_both_ways, rows.key), WORDS[rows.key[0]]
+    follows = partial(_followed, word, make)
     out = list(_of(word, make, rows.known))
     if rows.key[0] == TARGETS["nes"]:
         spin, square, size = Factor("spin"), Factor("spin", "power", 2.0), Factor("spin", "absolute_power")
@@ -69,34 +66,35 @@ def marker_candidates(rows: MarkerRows) -> list[Candidate]:
     return out
 
 
-def _of(word: str, make: Callable[[Factor], tuple[Term, ...]], known: Array) -> Iterator[Candidate]:
+def _of(word: str, make: Make, known: Array) -> Iterator[Candidate]:
     """Candidates of a target whose terms ``make`` makes of a factor."""
     run_s, period_s = float(known[:, W.TIME].max()), _period_s(known)
     runs, driven = int(known[:, W.RUN].max()) + 1, bool(np.any(known[:, W.CLOCK] > 0))
-
-    def plain(name: str, *factors: Factor) -> Candidate:
-        terms = tuple(term for factor in factors for term in make(factor))
-        return Candidate(f"{word}, {name}", lambda: terms)
-
+    follows = partial(_followed, word, make)
     for quantity, span in (("time", run_s), ("share", 1.0)):
         line = Factor(quantity)
-        yield plain(f"linear in {quantity}", line)
-        yield plain(f"linear and square in {quantity}", line, Factor(quantity, "power", 2.0))
+        yield follows(f"linear in {quantity}", line)
+        yield follows(f"linear and square in {quantity}", line, Factor(quantity, "power", 2.0))
         for share in STEPS:
             step = partial(_scaled, make, quantity, "below")
             yield Candidate(f"{word}, a step in {quantity}", step, (share * span,), (0.05,), (True,))
     for share in SETTLES:
         settling = partial(_scaled, make, "time", "exponential")
         yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
-    yield plain("alternating from frame to frame", Factor("time", "cosine", 1.0, period_s / math.pi))
+    yield follows("alternating from frame to frame", Factor("time", "cosine", 1.0, period_s / math.pi))
     if runs > 2:
-        yield plain("linear in the run", Factor("run"))
+        yield follows("linear in the run", Factor("run"))
     # A step between runs has two on either side at the least: each predicts the other.
     for first in range(2, runs - 1):
-        yield plain(f"a step before run {first}", Factor("run", "below", 1.0, first - 0.5))
+        yield follows(f"a step before run {first}", Factor("run", "below", 1.0, first - 0.5))
     if driven:
         for order in (1.0, 2.0):
-            yield plain(f"with the drive's phase, order {order:g}", *waves("phase", order))
+            yield follows(f"with the drive's phase, order {order:g}", *waves("phase", order))
+
+
+def _followed(word: str, make: Make, name: str, *factors: Factor) -> Candidate:
+    """The target with the factors, each with a coefficient of its own."""
+    return plain(f"{word}, {name}", *(term for factor in factors for term in make(factor)))
 
 
 def _period_s(known: Array) -> float:
@@ -112,7 +110,7 @@ def _both_ways(key: Key, factor: Factor) -> tuple[Term, ...]:
     return tuple(Term(key[0], 1.0, (factor,), float(key[1]), way_rad) for way_rad in (0.0, QUARTER))
 
 
-def _scaled(make: Callable[[Factor], tuple[Term, ...]], quantity: str, function: str, scale: float) -> tuple[Term, ...]:
+def _scaled(make: Make, quantity: str, function: str, scale: float) -> tuple[Term, ...]:
     return make(Factor(quantity, function, 1.0, scale))
 
 
