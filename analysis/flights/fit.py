@@ -65,7 +65,8 @@ class RunData:
     """What the fit needs of one run: N frames; NaN where the NES was not seen; ``stated``: the wall as designed (None:
     round); ``law``: packed terms of a written law; ``number`` of the run in its series, from 0; ``friction_share``: its
     floor friction over the one that the series shares; ``later_s``: from its start to its middle, less the runs'
-    mean of that, for a friction that drifts from the start on.
+    mean of that, for a friction that drifts from the start on; ``middle_m``: the disk's geometric centre, where the
+    floor's friction acts, from its centre of mass, in the disk's frame.
     """
 
     name: str
@@ -83,6 +84,7 @@ class RunData:
     number: int = 0
     friction_share: float = 1.0
     later_s: float = 0.0
+    middle_m: tuple[float, float] = (0.0, 0.0)
 
     @property
     def wall(self) -> Wall:
@@ -137,6 +139,7 @@ class RunData:
             self.law,
             self.start_s,
             float(self.number),
+            *self.middle_m,
         )
 
 

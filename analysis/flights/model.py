@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, inlined
 from analysis.flights import parameters as P
 from analysis.motion.host_table import HostTable, host_acceleration_at, host_at
 from ovines.core.laws import words as W
@@ -51,7 +51,8 @@ class FlightRig(NamedTuple):
 
     ``host``: the Host's path (:meth:`analysis.motion.host_path.HostMotion.table`); ``inertia_factor`` q of
     I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line; ``law``: terms of a written
-    law, which counts time from ``start_s`` on and runs from 0 (``number``).
+    law, which counts time from ``start_s`` on and runs from 0 (``number``); ``middle_x_m``, ``middle_y_m``: the disk's
+    geometric centre from its centre of mass, in the disk's frame: there the floor's friction acts.
     """
 
     host: HostTable
@@ -63,6 +64,8 @@ class FlightRig(NamedTuple):
     law: Array = NO_LAW
     start_s: float = 0.0
     number: float = 0.0
+    middle_x_m: float = 0.0
+    middle_y_m: float = 0.0
 
 
 class Acceleration(NamedTuple):
@@ -81,14 +84,27 @@ class Workspace(NamedTuple):
     trial: Array
 
 
+@inlined
+def middle_of(angle: float, rig: FlightRig) -> tuple[float, float]:
+    """Geometric centre of a disk turned by ``angle`` (rad) from its centre of mass, in the room (m)."""
+    if rig.middle_x_m == 0.0 and rig.middle_y_m == 0.0:
+        return 0.0, 0.0
+    c, s = np.cos(angle), np.sin(angle)
+    return c * rig.middle_x_m - s * rig.middle_y_m, s * rig.middle_x_m + c * rig.middle_y_m
+
+
 @compiled
 def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None:
-    """Fill ``known`` (:mod:`ovines.core.laws.words`) with what a written law may ask of a flight, without friction."""
+    """Fill ``known`` (:mod:`ovines.core.laws.words`) with what a written law may ask of a flight, without friction.
+
+    Places and velocities are those of the disk's geometric centre, as the simulator has them."""
     host = host_at(t, rig.host)
-    rx, ry = y[0] - host.x, y[1] - host.y
-    known[W.VX], known[W.VY] = y[3], y[4]
-    known[W.UX], known[W.UY] = y[3] - host.vx + host.spin * ry, y[4] - host.vy - host.spin * rx
-    known[W.X], known[W.Y], known[W.HX], known[W.HY] = y[0], y[1], rx, ry
+    cx, cy = middle_of(y[2], rig)
+    x, y_m, vx, vy = y[0] + cx, y[1] + cy, y[3] - y[5] * cy, y[4] + y[5] * cx
+    rx, ry = x - host.x, y_m - host.y
+    known[W.VX], known[W.VY] = vx, vy
+    known[W.UX], known[W.UY] = vx - host.vx + host.spin * ry, vy - host.vy - host.spin * rx
+    known[W.X], known[W.Y], known[W.HX], known[W.HY] = x, y_m, rx, ry
     known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = rig.contact_radius_m, y[2], y[5]
     known[W.TIME], known[W.RUN] = t - rig.start_s, rig.number
     known[W.PHASE] = rig.omega_rad_per_s * t + rig.phase_rad
@@ -119,9 +135,10 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
     host = host_at(t, rig.host)
     rx, ry = y[0] - host.x, y[1] - host.y
-    ux = y[3] - host.vx + host.spin * ry
-    uy = y[4] - host.vy - host.spin * rx
     spin = y[5] - host.spin
+    cx, cy = middle_of(y[2], rig)
+    ux = y[3] - host.vx + host.spin * ry - spin * cy
+    uy = y[4] - host.vy - host.spin * rx + spin * cx
     slide = np.sqrt(ux * ux + uy * uy)
     rim = rig.radius_m * abs(spin)
     total = np.sqrt(slide * slide + rim * rim)
@@ -159,6 +176,7 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
             friction_y = -strength * f * ((1 - p[P.FRICTION_AXIS]) * uy + p[P.FRICTION_SKEW] * ux) / slide
         if rim > 1e-12:
             friction_spin = -strength * tau / (rig.inertia_factor * rig.radius_m) * np.sign(spin)
+        friction_spin += (cx * friction_y - cy * friction_x) / (rig.inertia_factor * rig.radius_m**2)
         ax, ay, torque = ax + friction_x, ay + friction_y, torque + friction_spin
     vx, vy = y[3], y[4]
     speed = np.sqrt(vx * vx + vy * vy)

@@ -25,6 +25,7 @@ from analysis.flights.model import (
     FlightRig,
     follows_drive,
     known_of,
+    middle_of,
 )
 from analysis.motion.host_table import HostState, host_at
 from ovines.core.laws import words as W
@@ -58,7 +59,8 @@ LAW_STEPS = (PLACE_STEP_M, PLACE_STEP_M, ANGLE_STEP_RAD, VELOCITY_STEP_M_PER_S, 
 
 class Moment(NamedTuple):
     """Where the disk is at one instant: time (s), the Host, cosine and sine of the drive's phase, place from the Host's
-    centre (m), velocity in the room and against the floor (m/s), spin in the room (rad/s)."""
+    centre (m), velocity in the room (m/s), that of the disk's geometric centre against the floor, spin in the room
+    (rad/s), the geometric centre from the centre of mass (m)."""
 
     t: float
     host: HostState
@@ -71,6 +73,8 @@ class Moment(NamedTuple):
     ux: float
     uy: float
     spin: float
+    cx: float
+    cy: float
 
 
 @inlined
@@ -82,8 +86,10 @@ def moment_of(t: float, y: Array, rig: FlightRig, driven: bool) -> Moment:
     if driven:
         drive = rig.omega_rad_per_s * t + rig.phase_rad
         cosine, sine = np.cos(drive), np.sin(drive)
-    ux, uy = y[3] - host.vx + host.spin * ry, y[4] - host.vy - host.spin * rx
-    return Moment(t, host, cosine, sine, rx, ry, y[3], y[4], ux, uy, y[5])
+    cx, cy = middle_of(y[ANGLE], rig)
+    spin = y[5] - host.spin
+    ux, uy = y[3] - host.vx + host.spin * ry - spin * cy, y[4] - host.vy - host.spin * rx + spin * cx
+    return Moment(t, host, cosine, sine, rx, ry, y[3], y[4], ux, uy, y[5], cx, cy)
 
 
 class Rubbing(NamedTuple):
@@ -197,6 +203,23 @@ def _friction_by_state(at: Moment, p: Array, rig: FlightRig, rub: Rubbing, state
         state[m, 5] = -rim * spun
         state[m, 0] = -at.host.spin * state[m, 4] - along_x * given
         state[m, 1] = at.host.spin * state[m, 3] - along_y * given
+        # A disk that turns moves its geometric centre about the centre of mass.
+        turning = at.spin - at.host.spin
+        state[m, ANGLE] = -turning * (at.cx * state[m, 3] + at.cy * state[m, 4])
+        state[m, 5] += at.cx * state[m, 4] - at.cy * state[m, 3]
+
+
+@inlined
+def _lever(at: Moment, rig: FlightRig, push_x: float, push_y: float, state: Array, every: Array) -> float:
+    """Spin (rad/s^2) that friction (m/s^2) gives a disk by acting at its geometric centre; its derivatives are added
+    to those of friction."""
+    square_m2 = rig.inertia_factor * rig.radius_m**2
+    arm_x, arm_y = at.cx / square_m2, at.cy / square_m2
+    for derivative in (state, every):
+        for k in range(derivative.shape[1] if len(derivative) > 0 else 0):
+            derivative[2, k] += arm_x * derivative[1, k] - arm_y * derivative[0, k]
+    state[2, ANGLE] -= arm_x * push_x + arm_y * push_y
+    return arm_x * push_y - arm_y * push_x
 
 
 @inlined
@@ -343,8 +366,9 @@ def _through(friction: Array, derivative: Array) -> None:
 
 
 @compiled
-def _move(known: Array, j: int, step: float, host_spin: float) -> None:
+def _move(known: Array, j: int, step: float, at: Moment) -> None:
     """What is ``known`` of the flight (:func:`analysis.flights.model.known_of`) with entry ``j`` of the state moved."""
+    host_spin, turning = at.host.spin, known[W.SPIN] - at.host.spin
     if j == 0:
         known[W.X] += step
         known[W.HX] += step
@@ -355,8 +379,18 @@ def _move(known: Array, j: int, step: float, host_spin: float) -> None:
         known[W.UX] += host_spin * step
     elif j == ANGLE:
         known[W.ANGLE] += step
+        for k in (W.X, W.HX):
+            known[k] -= step * at.cy
+            known[k + 1] += step * at.cx
+        known[W.VX] -= step * known[W.SPIN] * at.cx
+        known[W.VY] -= step * known[W.SPIN] * at.cy
+        known[W.UX] -= step * turning * at.cx
+        known[W.UY] -= step * turning * at.cy
     elif j == STATES - 1:
         known[W.SPIN] += step
+        for k in (W.VX, W.UX):
+            known[k] -= step * at.cy
+            known[k + 1] += step * at.cx
     else:
         known[W.VX + j - 3] += step
         known[W.UX + j - 3] += step
@@ -405,10 +439,10 @@ def _law(
         work.given[:] = 0.0
         push(rig.law[k], p[P.LAW + k], known, work.given)
         for j in range(STATES):
-            _move(known, j, LAW_STEPS[j], at.host.spin)
+            _move(known, j, LAW_STEPS[j], at)
             work.moved[:] = 0.0
             push(rig.law[k], p[P.LAW + k], known, work.moved)
-            _move(known, j, -LAW_STEPS[j], at.host.spin)
+            _move(known, j, -LAW_STEPS[j], at)
             for m in range(3):
                 state[m, j] += (work.moved[m] - work.given[m]) / LAW_STEPS[j]
     return pushed
@@ -427,11 +461,14 @@ def acceleration_slopes(
     rubbed = Acceleration(0.0, 0.0, 0.0, speed)
     if p[P.FRICTION] != 0.0 or len(every) > 0:
         rub = _rubbing(at, y, p, rig)
-        push_by, turn_by = -rub.strength * rub.g, -rub.strength * rub.h * rub.arm
-        rubbed = Acceleration(push_by * rub.wx, push_by * rub.wy, turn_by, speed)
+        push_x, push_y = -rub.strength * rub.g * rub.wx, -rub.strength * rub.g * rub.wy
+        turn_by = -rub.strength * rub.h * rub.arm
         _friction_by_state(at, p, rig, rub, state)
         if len(every) > 0:
             _friction_columns(at, y, p, rig, rub, every)
+        if at.cx != 0.0 or at.cy != 0.0:
+            turn_by += _lever(at, rig, push_x, push_y, state, every)
+        rubbed = Acceleration(push_x, push_y, turn_by, speed)
     given = _law(at, y, p, rig, rubbed, work, state, every) if rig.law.shape[0] > 0 else rubbed
     fields = _fields(at, y, p, rig, state)
     if len(every) > 0:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.middle import middle_of_disk, same_middle, with_middle
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_steps
@@ -32,7 +33,14 @@ from analysis.gap.selection.flight_steps import (
 )
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
-from analysis.gap.selection.inertia import NEGLIGIBLE, InertiaStep, inertia_step, stated_ratio, with_inertia
+from analysis.gap.selection.inertia import (
+    NEGLIGIBLE,
+    InertiaStep,
+    inertia_step,
+    stated_ratio,
+    wall_between,
+    with_inertia,
+)
 from analysis.gap.selection.unfitted_flights import unexplained_misfit
 from analysis.gap.series import Series
 
@@ -91,7 +99,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     corrected = with_inertia(corrected, stated_ratio(corrected))
     first = first_flights(corrected, effects)
     drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
-    inertia, flights, corrected = _flights_and_inertia(corrected, first, effects, withheld, tests, rng)
+    inertia, flights, corrected = _flights_and_disk(corrected, first, effects, withheld, tests, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
@@ -187,7 +195,7 @@ def _withheld_centres(centres: Sequence[Cause], withheld: frozenset[str]) -> lis
     ]
 
 
-def _flights_and_inertia(
+def _flights_and_disk(
     series: Series,
     first: FlightFit,
     effects: Sequence[str],
@@ -195,17 +203,26 @@ def _flights_and_inertia(
     tests: MeasurementTests,
     rng: np.random.Generator,
 ) -> tuple[InertiaStep, FlightSteps, Series]:
-    """The disk's inertia and what acts on its flights, which each need the other: an inertia that the ``first`` flights
-    show counts once those show it that hold what acts on them, and these are fitted again where that changes it."""
+    """The disk - its inertia, its geometric centre - and what acts on its flights, which each need the other: what the
+    ``first`` flights show of the disk counts once those show it that hold what acts on them, and these are fitted again
+    where that changes it."""
     factor, stated = series.runs[0].data.inertia_factor, stated_ratio(series)
-    told = inertia_step(first, factor, stated)
+
+    def disk(flights: FlightFit) -> tuple[InertiaStep, float, tuple[float, float]]:
+        wall = wall_between(flights)
+        told = inertia_step(wall, flights, factor, stated)
+        ratio = told.ratio if told.found and "inertia_error" not in withheld else 1.0
+        known = wall is not None and "mass_centre_offset" not in withheld
+        return told, ratio, middle_of_disk(wall) if wall is not None and known else (0.0, 0.0)
+
+    told, ratio, middle_m = disk(first)
     for _ in range(2):
-        in_use = told.ratio if told.found and "inertia_error" not in withheld else 1.0
+        in_use, centre_m = ratio, middle_m
         series = with_inertia(series, in_use * factor / series.runs[0].data.inertia_factor)
+        series = replace(series, runs=tuple(with_middle(series.runs, centre_m)))
         flights = select_flight_effects(series, effects, withheld, tests.lens_residual_found, rng)
-        told = inertia_step(flights.fitted, factor, stated)
-        wanted = told.ratio if told.found and "inertia_error" not in withheld else 1.0
-        if abs(wanted - in_use) < NEGLIGIBLE:
+        told, ratio, middle_m = disk(flights.fitted)
+        if abs(ratio - in_use) < NEGLIGIBLE and same_middle(middle_m, centre_m, series.contact_radius_m):
             break
     return told, flights, series
 

@@ -11,9 +11,9 @@ OVERRIDES = 10.0
 LEFT_OVER = 0.25
 # Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
 EQUIVALENT = 10.0
-# Of the contact radius: what turning, gluing and a lens residual leave of centres (0.1 and 0.05 mm of 40 mm), of the
+# Of the contact radius: what turning, gluing and a lens residual leave of centres (0.1 mm of 40 mm), of the
 # distance at which the disk meets the wall, and of the way that it goes at its median approach during a contact.
-CENTRE_NEGLIGIBLE, MASS_CENTRE_NEGLIGIBLE = 2.5e-3, 1.25e-3
+CENTRE_NEGLIGIBLE = 2.5e-3
 DISTANCE_NEGLIGIBLE, USUAL_DISTANCE = 6.25e-4, 1e-3
 CONTACT_NEGLIGIBLE = 1.6e-3
 # A wall's centre or a marker off by less than so many times layout_sd_m is its placement.

@@ -9,8 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.flights.fit import FlightFits
-from analysis.flights.parameters import INDEX, LAW
-from analysis.flights.runs import Run
 from analysis.gap.cause import Structure
 from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law
@@ -27,8 +25,7 @@ from analysis.gap.laws.impact_law import (
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
-from analysis.gap.selection.flight_candidates import fit
-from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
+from analysis.gap.selection.flight_steps import first_flights, sized_beside
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
@@ -36,7 +33,7 @@ from analysis.gap.thresholds import (
     LAW_LEAST_CLOSED,
     NEGLIGIBLE_FRAMES,
 )
-from ovines.core.laws.terms import MOST_TERMS, Term, WrittenLaw, rows_of
+from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import QUANTITIES
 
 # A law that no probe asked for closes at least this share of what is left: what a smeared disk feigned closed 0.26, a
@@ -98,7 +95,7 @@ def _flight_law(
     if "flight" not in left and left & {"measurement", "drive"}:
         return None, ladder
     least = 0.0 if "flight" in left else ladder.flights.units.negligible_m_per_s2
-    law, steps = find_flight_law(*_with_lever(ladder), ladder.series.frame, rng, least)
+    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least)
     if law is None or law.closed <= LAW_LEAST_CLOSED:
         return None, ladder  # nor does it change the names beside it, or their sizes
     if "flight" not in left:
@@ -114,25 +111,6 @@ def _flight_law(
     ladder = replace(ladder, flights=steps, causes=causes)
     named = None if withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
     return (law, ladder) if named is None else (None, named)
-
-
-def _with_lever(ladder: Ladder) -> tuple[Sequence[Run], FlightSteps]:
-    """The runs and the flights' steps, whose disk the floor's friction turns where a mass centre off the middle is
-    named: friction acts at the disk's geometric centre (FORMATS.md), and its torque would be found as a law."""
-    runs: Sequence[Run] = ladder.series.runs
-    steps = ladder.flights
-    named = next((cause for cause in ladder.causes if cause.effect == "mass_centre_offset"), None)
-    held = len(runs[0].data.law)
-    if named is None or steps.named.model.parameters[INDEX["friction"]] == 0.0 or held == MOST_TERMS:
-        return runs, steps
-    disk, (x_m, y_m) = runs[0].data, (named.parameters[name][0] for name in ("x_m", "y_m"))
-    arm_per_m2 = float(np.hypot(x_m, y_m)) / (disk.inertia_factor * disk.radius_m**2)
-    lever = Term("floor_lever", arm_per_m2, x=float(np.arctan2(-y_m, -x_m)))
-    rows = rows_of([lever])
-    runs = [replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs]
-    parameters = steps.named.model.parameters.copy()
-    parameters[LAW + held] = 1.0
-    return runs, replace(steps, named=fit(runs, replace(steps.named.model, parameters=parameters)))
 
 
 def _contact_laws(

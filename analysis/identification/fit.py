@@ -29,6 +29,7 @@ from analysis.contact.law import (
     law_data,
     spin_balance,
 )
+from analysis.contact.middle import middle_of_disk, with_middle
 from analysis.contact.restitution import EffectsFit, Sizes, conditions
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, usable
 from analysis.contact.wall_force import WallForce, wall_force
@@ -159,6 +160,11 @@ def fit_rig(
         runs = cut_again(runs, chosen[1].fits[0].shared[:2])
         chosen = choose_floor(runs, named, angle, held, search)
     rig = replace(_rig(*chosen, named, angle), held=held_sizes or {})
+    middle_m = middle_of_disk(rig.wall)
+    if any(middle_m):
+        # The floor's friction acts there: it turns the disk, which flights about the centre of mass alone lack.
+        runs = with_middle(runs, middle_m)
+        rig = replace(_fit(runs, named, held, search), held=rig.held)
     if "inertia_error" in named and "inertia_error" not in rig.held:
         return _with_inertia(rig, named, held, search)
     off = rig.balance.ratio - 1

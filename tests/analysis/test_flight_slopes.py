@@ -77,13 +77,14 @@ def by_difference(at, place, h, in_state):
     return (ends[0] - ends[1]) / (2 * h)
 
 
+@pytest.mark.parametrize("middle", [(0.0, 0.0), (7e-4, -4e-4)], ids=["middle", "off the middle"])
 @pytest.mark.parametrize("law", [NO_LAW, LAW], ids=["no law", "law"])
 @pytest.mark.parametrize("slow", [0.0, 3e-3, 1e-4])
-def test_every_term_has_its_derivatives(slow, law):
+def test_every_term_has_its_derivatives(slow, law, middle):
     """Central differences: of a state within a hundredth of the smoothed speed, of parameters whatever step, for the
     acceleration is linear in each (but for a product of two that it holds)."""
     rng = np.random.default_rng(3)
-    rig = RIG._replace(law=law)
+    rig = RIG._replace(law=law, middle_x_m=middle[0], middle_y_m=middle[1])
     for _ in range(20):
         (t, y), p = state_at(rng, slow), everything(rng)
         state, every = np.empty((3, STATES)), np.empty((3, len(p)))
@@ -110,6 +111,7 @@ FLIGHTS = {
     "friction turns": ((0.0, 0.0, 0.0, 0.4, 0.02, 1.0), 0.15, plain(), RIG),
     "comes to rest": ((0.01, 0.0, 0.1, 0.15, -0.05, 10.0), 0.1, plain(tilt_x=0.05), QUIET),
     "before the table": ((0.01, 0.0, 0.1, 0.6, -0.4, 40.0), -0.2, plain(friction_cos=0.1), RIG),
+    "off the middle": ((0.01, 0.0, 0.1, 0.6, -0.4, 40.0), 0.05, plain(), RIG._replace(middle_x_m=7e-4)),
     "under a law": (
         (0.01, 0.0, 0.1, 0.6, -0.4, 40.0),
         0.05,

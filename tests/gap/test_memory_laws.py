@@ -13,7 +13,7 @@ from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_la
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.selection.impact_steps import select_impact_effects
-from analysis.gap.selection.inertia import inertia_step
+from analysis.gap.selection.inertia import inertia_step, wall_between
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.pipeline.diagnosis import load_series
@@ -108,7 +108,7 @@ def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
     series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=6)
     rng = np.random.default_rng(0)
     flights = first_flights(series, EFFECTS)
-    assert not inertia_step(flights, series.runs[0].data.inertia_factor, 1.0).found
+    assert not inertia_step(wall_between(flights), flights, series.runs[0].data.inertia_factor, 1.0).found
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
     law = find_impact_law(steps.fitted, flights.fits, steps.restitution_terms, series.frame, rng)
     assert law is not None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.contact.impacts import intersect
 from analysis.contact.inertia import FEWEST_IMPACTS, fit_inertia
 from analysis.contact.law import law_data
-from analysis.contact.wall_fit import fit_wall
+from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.selection.flight_candidates import FlightFit
@@ -66,18 +66,24 @@ def stated_ratio(series: Series) -> float:
     return stated_sizes(series.recordings[0].model).get("inertia_error", {}).get("ratio", 1.0)
 
 
-def inertia_step(flights: FlightFit, inertia_factor: float, stated: float) -> InertiaStep:
-    """The inertia that the impacts between ``flights`` show, against ``inertia_factor``.
+def wall_between(flights: FlightFit) -> WallFit | None:
+    """The plain wall on which ``flights`` meet; None where too few do."""
+    run, junctions = flights.fits[0].run, intersect(flights.fits)
+    if len(junctions) < FEWEST_IMPACTS:
+        return None
+    return fit_wall(junctions, run.wall, run.wall.nominal_terms, wall_prior(run.wall))
+
+
+def inertia_step(wall: WallFit | None, flights: FlightFit, inertia_factor: float, stated: float) -> InertiaStep:
+    """The inertia that the impacts between ``flights``, on their ``wall``, show, against ``inertia_factor``.
 
     A force that the flights lack bends their ends, and with them the impulses: only flights that hold what acts on them
     tell an inertia.  A blow that brings a torque of its own is none."""
-    run = flights.fits[0].run
-    junctions = intersect(flights.fits)
-    if len(junctions) < FEWEST_IMPACTS:
+    if wall is None:
         return InertiaStep(stated=stated)
-    wall = fit_wall(junctions, run.wall, run.wall.nominal_terms, wall_prior(run.wall))
-    data = law_data(wall.impacts, wall.used, run.radius_m, inertia_factor)
-    told = fit_inertia(data, len(flights.fits), run.radius_m)
+    radius_m = flights.fits[0].run.radius_m
+    data = law_data(wall.impacts, wall.used, radius_m, inertia_factor)
+    told = fit_inertia(data, len(flights.fits), radius_m)
     if told is None:
         return InertiaStep(stated=stated)
     hit = np.unique(data.run)
