@@ -14,7 +14,7 @@ from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contact
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
-from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws, find_marker_laws
+from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.impact_law import (
     find_impact_law,
@@ -239,6 +239,11 @@ def _measurement_laws(
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
                 laws, series, best = found, corrected, again
+        # The disk alone in one view: the two say how they miss each other, flights which of them is off.
+        seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
+        law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
+        if law is not None and _misfit(again) <= WORSE * _misfit(best):
+            laws, series, best = (*laws, law), again.measured, again
         # Markers of a body against each other: flights know nothing of them.
         found, corrected = find_marker_laws(series, rng)
         if found:

@@ -282,6 +282,9 @@ def test_formulas_name_units_and_meanings():
     assert as_text(law) == "acceleration += -13.3 1/s^2 * radius * outwards"
     assert as_latex(law) == r"\Delta\vec a = -13.3\,\mathrm{1/s^{2}}\,r\,\hat r"
     assert ("r", "distance from the Host's centre") in legend(law)
+    glint = WrittenLaw((Term("nes_picture_u", 0.25, (Factor("angle", "cosine", x=-0.2),), 1.0),))
+    assert as_text(glint) == "picture u of the NES in camera 2 += 0.25 px * cos(angle + 0.2 rad)"
+    assert as_latex(glint) == r"\Delta u^{\mathrm{NES}}_{2} = 0.25\,\mathrm{px}\,\cos(\psi+ 0.2)"
 
 
 @pytest.mark.parametrize(
@@ -292,6 +295,7 @@ def test_formulas_name_units_and_meanings():
         (lambda: Factor("speed", "cube"), "function 'cube'"),
         (lambda: Factor("gap", "exponential", 1.0, 0.0), "scale"),
         (lambda: WrittenLaw(()), "0 terms"),
+        (lambda: WrittenLaw((Term("picture_u", 1.0, (Factor("angle"),)),)), "angle in a law of the measurement"),
         (lambda: WrittenLaw((Term("outwards", 1.0), Term("restitution", 0.1))), "several stages"),
     ],
 )

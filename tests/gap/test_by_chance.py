@@ -12,6 +12,7 @@ from analysis.blind.series import make_series, write_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED
+from analysis.gap.prediction.held_out_errors import STEPS, held_out_errors
 from analysis.gap.prediction.power import flights_seen, share_seen
 from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
@@ -34,6 +35,19 @@ def dragged(tmp_path_factory):
     write_series(make_series("air_drag", 0.35, np.random.default_rng(31), runs=6, noise="white"), folder)
     series, _ = load_series(read_series(folder), folder / "results")
     return run_ladder(series, np.random.default_rng(0))
+
+
+def test_no_floor_is_above_the_best_model(dragged):
+    """Free cubics spend more unknowns than the model, and miss more where it is right."""
+    errors, _ = held_out_errors(dragged, dragged.causes)
+    rms = {step: errors[step].rms() for step in STEPS if errors[step] is not None}
+    floor = rms.pop("noise_floor")
+    for quantity, value in floor.items():
+        assert value <= min(one[quantity] for one in rms.values()) * (1 + 1e-12)
+    twice = replace(errors["noise_floor"], flight=4 * errors["noise_floor"].flight)
+    best = min(one["flight_m"] for one in rms.values())
+    others = [errors[step] for step in rms]
+    assert twice.never_above(others).rms()["flight_m"] == pytest.approx(min(best, 2 * floor["flight_m"]), rel=1e-9)
 
 
 def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):

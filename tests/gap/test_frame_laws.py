@@ -173,6 +173,7 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, st
     )  # fmt: skip
     monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((law,), "corrected"))
     monkeypatch.setattr(written_laws, "find_marker_laws", lambda series, rng: ((), series))
+    monkeypatch.setattr(written_laws, "find_disk_picture_laws", lambda series, rng: [])
     monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (law, "in other times"))
     monkeypatch.setattr(written_laws, "run_ladder", lambda series, rng, withheld: ladder_of(2.04))
     assert written_laws._measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)

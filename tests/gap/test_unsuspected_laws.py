@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from analysis.gap.drive import steps
+from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.measurement.turning_picture import GOES_WITH, turning_picture
@@ -18,6 +20,7 @@ from analysis.gap.measurement.two_views import two_views
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from analysis.gap.written_laws import write_laws
 from ovines.core.laws.formula import as_text
 from tests.gap.test_marker_laws import loaded
 from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
@@ -65,6 +68,26 @@ def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity,
     """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
     _, series = loaded(tmp_path / "s", kind, severity, 64)
     assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
+
+
+def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
+    """In the camera whose picture of the disk goes with its angle: the other's would lead its path astray."""
+    true, series = loaded(tmp_path / "s", "unknown_glinting_stickers", 0.4, 64)
+    rng = np.random.default_rng(0)
+    (law,), ladder = write_laws(run_ladder(series, rng), rng)
+    assert [(one.target, one.x) for one in law.law.terms] == [("nes_picture_u", 1.0), ("nes_picture_v", 1.0)]
+    assert {factor.quantity for one in law.law.terms for factor in one.factors} == {"angle"}
+    size_px = np.hypot(*(one.coefficient for one in law.law.terms))
+    assert abs(size_px - true["glint_px"]) < 0.02 * true["glint_px"]
+    assert law.closed > 0.95 and law.halves.agree
+    assert ladder.causes == () and [one.stage for one in ladder.structure] == ["measurement"]
+    again = turning_picture(without_frame_laws(series, [law.law]))
+    assert again == []
+    # A constant of the view is the window's: what bins share is not shown, how they differ lies on the law.
+    shown = law.evidence
+    assert shown.before_sd.max() < 0.02
+    assert np.all(np.abs(shown.before - shown.law) < 4 * shown.before_sd)
+    assert np.all(np.abs(shown.after) < 4 * shown.after_sd)
 
 
 def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 BINS = 14
 # Functions that fade, shown to so many of their scales: beyond, a figure shows nothing but its axis.
 FADING, FADED = ("exponential", "decay", "gaussian"), 8.0
+# What all bins share is shown only where it is not this much less known than how they differ: a constant may be an
+# effect of the library, or an unknown of each flight.
+OPEN = 2.0
 Cut = Callable[[Array], Array]
 
 
@@ -88,10 +91,15 @@ def evidence_of(before: HasRows, after: HasRows, law: WrittenLaw) -> Evidence | 
     given = np.empty((len(before.known), 1))
     # What is left of the term once the factors that do not follow the quantity are taken out.
     sizes(rows_of([replace(term, factors=_own(term, factor))]), before.known, given)
-    sides = [_profile(one, bare, cut) for one in (before, after)]
+    expected = weight.T @ given[:, 0] / count
+    share = weight.sum(0) / weight.sum()
+    sides = [
+        _profile(one, bare, cut, share, float(share @ told))
+        for one, told in ((before, expected), (after, 0 * expected))
+    ]
     return Evidence(
         factor.quantity, QUANTITIES[factor.quantity].unit, term.target, bare.unit,
-        weight.T @ np.where(fine, values, 0.0) / count, *sides[0], *sides[1], weight.T @ given[:, 0] / count,
+        weight.T @ np.where(fine, values, 0.0) / count, *sides[0], *sides[1], expected,
     )  # fmt: skip
 
 
@@ -103,9 +111,15 @@ def _others(term: Term, factor: Factor) -> tuple[Factor, ...]:
     return tuple(one for one in term.factors if one.quantity != factor.quantity)
 
 
-def _profile(one: HasRows, term: Term, cut: Cut) -> tuple[Array, Array]:
+def _profile(one: HasRows, term: Term, cut: Cut, share: Array, mean: float) -> tuple[Array, Array]:
+    """What a term is in each bin, and its sd; about ``mean`` where the rows hardly tell what all bins share, weighted
+    by the ``share`` of each."""
     problem = one.problem
     _, step, covariance = Profile.of(problem).gain(one.cut_columns(term, cut))
+    about = np.eye(len(share)) - share
+    apart = about @ covariance @ about.T
+    if share @ covariance @ share > OPEN**2 * float(np.median(np.diag(apart))):
+        step, covariance = about @ step + mean, apart
     return step, np.sqrt(np.maximum(np.diag(covariance), 0.0) * problem.excess)
 
 

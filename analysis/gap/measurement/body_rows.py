@@ -24,7 +24,7 @@ FEWEST_FRAMES = 20
 @dataclass(frozen=True, eq=False)
 class BodyRows:
     """Frames (N,) in which two views saw a body: what its epipolar ``line_px`` and its ``height_m`` are off with their
-    sds, its place, velocities (N, 2) in the second picture (px/s), what a pixel of its window (u, v) makes of line and
+    sds, its place, velocities (N, 2) in one view's picture (px/s), what a pixel of its window (u, v) makes of line and
     height (N, 2), phase of the drive, and ``share`` of the run at which each was taken, 0 to 1.
 
     ``rising``: the velocity with which a late camera changes heights, for a drive of other than its harmonics that
@@ -48,8 +48,11 @@ class BodyRows:
         return np.sum(self.line_per_px * self.moving, 1), np.sum(self.height_per_px * self.rising, 1)
 
 
-def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str) -> BodyRows | None:
-    """Lines and heights of one body in one run; None where too few frames saw it."""
+def body_rows(
+    series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: Run, body: str, view: int = 1
+) -> BodyRows | None:
+    """Lines and heights of one body in one run, and what they owe to one ``view``, by its number; None where too few
+    frames saw it."""
     recording = series.recordings[0]
     markers = recording.bodies[body].markers
     if series.layouts is None or series.cameras is None:
@@ -79,7 +82,7 @@ def body_rows(series: Series, points: pd.DataFrame, motion: pd.DataFrame, run: R
         return None
     at = np.flatnonzero(use)
     place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
-    per_line, per_height, jacobian = _derivatives(series.cameras, place)
+    per_line, per_height, jacobian = _derivatives(series.cameras, place, view)
     times, against = run.data.time_s[at], np.zeros((len(at), 3))
     if not host.harmonic:
         against = host.at(times, 1)[:, :3] * np.array([1, 1, 0])
@@ -110,17 +113,17 @@ def _against_host(z: Array, z_sd: Array, motion: pd.DataFrame, run: Run, body: s
     return z - (seen - level), np.hypot(z_sd, seen_sd)
 
 
-def _derivatives(cameras: tuple[Camera, ...], place: Array) -> tuple[Array, Array, Array]:
-    """d(epipolar)/d(u, v of the second view), d(z)/d(the same) (N, 2), and d(its pixel)/d(place) (N, 2, 3)."""
+def _derivatives(cameras: tuple[Camera, ...], place: Array, view: int) -> tuple[Array, Array, Array]:
+    """d(epipolar)/d(u, v of a view), d(z)/d(the same) (N, 2), and d(its pixel)/d(place) (N, 2, 3)."""
     uv = [camera.project(place) for camera in cameras]
     one = np.ones(len(place))
     base = triangulate_points(cameras, uv, [one, one])
     step = 0.5
     epipolar, height = np.empty((len(place), 2)), np.empty((len(place), 2))
     for axis in range(2):
-        moved = uv[1].copy()
-        moved[:, axis] += step
-        shifted = triangulate_points(cameras, [uv[0], moved], [one, one])
+        moved = [each.copy() for each in uv]
+        moved[view][:, axis] += step
+        shifted = triangulate_points(cameras, moved, [one, one])
         epipolar[:, axis] = (shifted.epipolar_px - base.epipolar_px) / step
         height[:, axis] = (shifted.points_m[:, 2] - base.points_m[:, 2]) / step
-    return epipolar, height, cameras[1].project_with_jacobian(place)[1]
+    return epipolar, height, cameras[view].project_with_jacobian(place)[1]

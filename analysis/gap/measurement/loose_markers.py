@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from analysis.flights.fit import RunData
+from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import (
     FEWEST_FRAMES,
@@ -111,6 +111,14 @@ def spin_at(data: RunData) -> Array:
         return np.zeros(len(data.time_s))
     rate = np.gradient(np.unwrap(data.angle_rad[seen]), data.time_s[seen])
     return np.interp(data.time_s, data.time_s[seen], rate)
+
+
+def angle_at(data: RunData) -> Array:
+    """Angle of the disk (N,; rad, going on) in the frames of a run; zero where it was hardly seen."""
+    seen = np.flatnonzero(np.isfinite(data.angle_rad) & (data.angle_sd_rad < NO_ANGLE_SD_RAD))
+    if len(seen) < FEWEST_FRAMES:
+        return np.zeros(len(data.time_s))
+    return np.interp(data.time_s, data.time_s[seen], np.unwrap(data.angle_rad[seen]))
 
 
 def _followed(data: RunData, with_what: str) -> Array:

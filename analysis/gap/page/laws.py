@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from textwrap import fill
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -36,6 +37,8 @@ PLAIN = {
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
 ACCENTS = {"hat": "\u0302", "vec": "\u20d7", "dot": "\u0307"}
 FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
+# Letters of a line beside an axis, and the room that one takes (in).
+MEANING_LETTERS, LINE_IN = 34, 0.27
 # Shown in mm where a quantity is a length.
 SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}
 
@@ -149,7 +152,9 @@ def formula_figure(law: LawFound) -> Figure:
 
 def evidence_figure(found: Evidence) -> Figure:
     """Missing quantity in bins, before and after, and the law."""
-    figure, axes = new_figure(margins_in=(0.8, 0.12, 0.46, 0.36))
+    missing = _missing(found)
+    left_in = LINE_IN * (2 + missing.count("\n"))
+    figure, axes = new_figure(margins_in=(left_in, 0.12, 0.46, 0.36))
     ax = axes[0, 0]
     factor, unit = SHOWN.get(found.unit, (1.0, found.unit))
     order = np.argsort(found.covariate)
@@ -162,7 +167,7 @@ def evidence_figure(found: Evidence) -> Figure:
         ax.errorbar(x, values[order], sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
     ax.plot(x, found.law[order], color=BLACK, lw=1.2, label="the law")
     told = QUANTITIES[found.name].meaning
-    label(ax, f"{told} [{unit}]" if unit != "1" else told, _missing(found), math=False)
+    label(ax, f"{told} [{unit}]" if unit != "1" else told, missing, math=False)
     legend(ax)
     return figure
 
@@ -173,7 +178,7 @@ def _missing(found: Evidence) -> str:
     what = "missing acceleration" if target.stage == "flight" else "missing"
     if target.unit == "1":
         what = "missing"
-    return f"{what}{unit}\n{target.meaning}"
+    return f"{what}{unit}\n{fill(target.meaning, MEANING_LETTERS)}"
 
 
 def path_figure(runs: tuple[Run, ...], law: LawFound) -> Figure | None:

@@ -46,6 +46,8 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
     for name in STEPS:
         path, hit = paths[name], hits.get(name)
         errors[name] = None if path is None else predict.errors_of(runs, path, *(hit or (None, None, None)))
+    if (floor := errors["noise_floor"]) is not None:
+        errors["noise_floor"] = floor.never_above([one for one in errors.values() if one is not None])
     del paths["noise_floor"]
     if (
         causes

@@ -9,7 +9,7 @@ determine.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -56,6 +56,23 @@ class Errors:
             "impact_m_per_s": one(self.impact, self.impact_count),
             "spin_rad_per_s": one(self.spin, self.impact_count),
         }
+
+    def never_above(self, models: Sequence[Errors]) -> Errors:
+        """This floor where it is none of ``models``' errors: what a model predicts better than a floor by chance is the
+        floor."""
+
+        def capped(total: Array, count: Array, others: Sequence[tuple[Array, Array]]) -> Array:
+            if not (total.sum() > 0 and count.sum()):
+                return total
+            means = [float(one.sum() / n.sum()) for one, n in others if n.sum()]
+            return total * min([1.0, *(mean * float(count.sum() / total.sum()) for mean in means)])
+
+        return replace(
+            self,
+            flight=capped(self.flight, self.flight_count, [(one.flight, one.flight_count) for one in models]),
+            impact=capped(self.impact, self.impact_count, [(one.impact, one.impact_count) for one in models]),
+            spin=capped(self.spin, self.impact_count, [(one.spin, one.impact_count) for one in models]),
+        )
 
 
 def held_out_models(fitted: FlightFit) -> list[FlightModel]:

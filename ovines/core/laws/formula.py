@@ -22,6 +22,8 @@ NUMBERED = {
     "picture_v": (r"\Delta v_{{{}}}", "picture v of camera {} +="),
     "picture_zoom": (r"\Delta z_{{{}}}", "zoom of camera {} +="),
     "picture_turn": (r"\Delta\rho_{{{}}}", "turn of camera {} +="),
+    "nes_picture_u": (r"\Delta u^{{\mathrm{{NES}}}}_{{{}}}", "picture u of the NES in camera {} +="),
+    "nes_picture_v": (r"\Delta v^{{\mathrm{{NES}}}}_{{{}}}", "picture v of the NES in camera {} +="),
     "camera_delay": (r"\Delta\tau_{{{}}}", "delay of camera {} +="),
     "host_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the Host +="),
     "nes_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the NES +="),
@@ -101,7 +103,7 @@ def _text_factor(one: Factor, term: Term) -> str:
     elif one.quantity in ALONG:
         name = f"{name}({one.x:.3g} rad)"
     elif one.x:
-        name = f"({name} - {one.x:.4g} {unit})"
+        name = f"({name} {'-' if one.x > 0 else '+'} {abs(one.x):.4g} {unit})"
     if one.function == "power":
         return name if one.order == 1 else f"{name}^{one.order:g}"
     if one.function == "absolute_power":
@@ -109,7 +111,7 @@ def _text_factor(one: Factor, term: Term) -> str:
     if one.function in ("cosine", "sine"):
         inside = name if one.order == 1 else f"{one.order:g} {name}"
         inside = inside if one.scale == 1 else f"{inside} / {one.scale:.4g} {unit}"
-        return f"{one.function[:3]}({inside})"
+        return f"{one.function[:3]}{inside}" if _bracketed(inside) else f"{one.function[:3]}({inside})"
     if one.function == "exponential":
         return f"exp(-{name} / {one.scale:.4g} {unit})"
     if one.function == "gaussian":
@@ -132,6 +134,11 @@ def _text_factor(one: Factor, term: Term) -> str:
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
+
+
+def _bracketed(said: str) -> bool:
+    """Whether one pair of brackets holds all of it."""
+    return said.startswith("(") and said.endswith(")") and said.count("(") == 1
 
 
 def _latex_number(value: float, first: bool) -> str:
@@ -171,7 +178,7 @@ def _latex_factor(one: Factor) -> str:
     if one.function in ("cosine", "sine"):
         inside = ("" if one.order == 1 else f"{one.order:g}") + symbol
         inside = inside if one.scale == 1 else rf"{inside}/{scale}"
-        return rf"\{one.function[:3]}({inside})"
+        return rf"\{one.function[:3]}{inside}" if _bracketed(inside) else rf"\{one.function[:3]}({inside})"
     if one.function == "exponential":
         return rf"e^{{-{symbol}/{scale}}}"
     if one.function == "gaussian":

@@ -126,7 +126,9 @@ class WrittenLaw:
             for factor in term.factors:
                 if self.stage == "measurement":
                     marker = TARGETS[term.target].own in W.MARKERS
-                    follows = (*W.OF_FRAMES, *(W.OF_MARKERS if marker else ()))
+                    disk = term.target in W.NES_PICTURE
+                    beside = W.OF_MARKERS if marker else W.OF_NES_PICTURE if disk else ()
+                    follows = (*W.OF_FRAMES, *beside)
                     known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"

@@ -117,6 +117,14 @@ TARGETS: dict[str, Target] = {
                 "nes_marker", "m", r"\vec e_{\psi}", "body_marker", "measurement",
                 "the place of a marker on the NES, along a direction that turns with it",
             ),
+            (
+                "nes_picture_u", "px", r"u", "camera", "measurement",
+                "the place of the NES in a camera's picture along u",
+            ),
+            (
+                "nes_picture_v", "px", r"v", "camera", "measurement",
+                "the place of the NES in a camera's picture along v",
+            ),
         )
     )
 }  # fmt: skip
@@ -261,6 +269,8 @@ OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_bl
 OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
 #: what one of a marker may follow beside: what its body is known to do
 OF_MARKERS = ("spin", "host_velocity_along")
+#: what one of the NES in a picture may follow beside, and its targets
+OF_NES_PICTURE, NES_PICTURE = ("angle", "spin"), ("nes_picture_u", "nes_picture_v")
 #: what a target's own number and direction are, of those of markers
 MARKERS = ("marker", "body_marker")
 TURN = 2 * math.pi

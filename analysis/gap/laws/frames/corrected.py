@@ -16,6 +16,7 @@ from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion, size_of
 from analysis.gap.series import Series, with_points, with_times
 from ovines.core.laws.terms import Term, WrittenLaw
+from ovines.core.laws.words import NES_PICTURE
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
@@ -91,6 +92,11 @@ def _corrected(tracks: pd.DataFrame, data: RunData, series: Series, terms: Seque
             amounts = np.column_stack([given(of[name], known) if of[name] else 0.0 * pixels[:, 0] for name in PICTURE])
             back = np.einsum("nij,nj->ni", picture_motion(camera, pixels), amounts)
             own = own.assign(u_px=own["u_px"] - back[:, 0], v_px=own["v_px"] - back[:, 1])
+        turning = [[t for t in terms if key_of(t) == (name, number)] for name in NES_PICTURE]
+        if any(turning):
+            disk = own["marker"].isin(list(series.recordings[0].bodies["nes"].markers)).to_numpy(float)
+            u_px, v_px = (disk * given(one, known) if one else 0.0 for one in turning)
+            own = own.assign(u_px=own["u_px"] - u_px, v_px=own["v_px"] - v_px)
         if of["camera_delay"]:
             own = _on_time(own, given(of["camera_delay"], known), LONGEST_GAP * data.period_s)
         parts.append(own)

@@ -28,6 +28,7 @@ Make = Callable[[Factor], tuple[Term, ...]]
 WORDS = {
     "picture_u": "picture along u", "picture_v": "picture along v", "picture_zoom": "zoom", "picture_turn": "turn",
     "camera_delay": "delay of a camera", "clock_delay": "delay of all cameras",
+    "nes_picture_u": "picture of the NES along u", "nes_picture_v": "picture of the NES along v",
     "host_marker": "marker on the Host", "nes_marker": "marker on the NES",
 }  # fmt: skip
 # Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
@@ -50,6 +51,18 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
             ways_along = ways("host_acceleration_along")
             out.append(_followed(WORDS[key[0]], partial(_term, key), "with the Host's acceleration", *ways_along))
     return [*out, *_lines(rows, run_s, rng)]
+
+
+def disk_candidates(rows: FrameRows) -> list[Candidate]:
+    """Every candidate for what a view does to the disk alone: what goes with its angle as it turns, and its spin."""
+    keys = tuple(rows.units)
+
+    def make(factor: Factor) -> tuple[Term, ...]:
+        return tuple(term for key in keys for term in _term(key, factor))
+
+    follows = partial(_followed, "picture of the NES", make)
+    out = [follows(f"with its angle, order {order:g}", *waves("angle", order)) for order in (1.0, 2.0)]
+    return [*out, follows("with its spin", Factor("spin"))]
 
 
 def marker_candidates(rows: MarkerRows) -> list[Candidate]:

@@ -3,13 +3,15 @@ markers, two views, rigid bodies and the Host's path, each taken out before the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
-from analysis.gap.laws.frames.dictionary import frame_candidates, marker_candidates, moved_rms
+from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
 from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
@@ -20,6 +22,7 @@ from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 from ovines.core.laws.terms import Term, WrittenLaw
+from ovines.core.laws.words import NES_PICTURE
 
 # A camera that is asked for frames twice as fast as it films leaves every other one out.
 SHORTEST_PERIODS = 0.5
@@ -41,10 +44,24 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
         still += _law_of(rows, series, rng)
     series = without_frame_laws(series, [one.law for one in still])
     laws += still
-    found = _law_of(view_rows(series, with_picture=not seen), series, rng)
+    rows = view_rows(series, ("camera_delay",) if seen else ("camera_delay", *PICTURE))
+    found = _law_of(rows, series, rng)
     series = without_frame_laws(series, [one.law for one in found])
     laws += found
     return tuple(laws), series
+
+
+def find_disk_picture_laws(series: Series, rng: np.random.Generator) -> list[tuple[LawFound, Series]]:
+    """What a camera's picture does to the disk alone as it turns, and the series without it: once for each camera, for
+    the two views say only how they miss each other."""
+    out = []
+    for camera in range(0 if series.cameras is None else len(series.cameras)):
+        rows = view_rows(series, NES_PICTURE, camera)
+        if rows is None:
+            return []
+        found = _law_of(rows, series, rng, disk_candidates(rows))
+        out += [(law, without_frame_laws(series, [law.law])) for law in found]
+    return out
 
 
 def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
@@ -70,11 +87,14 @@ def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound |
     return found[0], without_frame_laws(series, [law])
 
 
-def _law_of(rows: FrameRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:
-    """The law that rows of frames ask for: one or none."""
+def _law_of(
+    rows: FrameRows | None, series: Series, rng: np.random.Generator, candidates: Sequence[Candidate] | None = None
+) -> list[LawFound]:
+    """The law that rows of frames ask for, of all ``candidates`` where none are given: one or none."""
     if rows is None:
         return []
-    found, p = find_law(rows.problem, rows.columns, frame_candidates(rows, rng), rng)
+    asked = frame_candidates(rows, rng) if candidates is None else candidates
+    found, p = find_law(rows.problem, rows.columns, asked, rng)
     if found is None:
         return []
     moved = moved_rms(rows, found.terms, found.coefficients)
@@ -128,7 +148,7 @@ def _negligible(rows: FrameRows, series: Series) -> dict[Key, float]:
     the smallest delay of a camera, or than the smallest scatter of frame times."""
     out: dict[Key, float] = {}
     for key in rows.units:
-        if key[0] in PICTURE:
+        if key[0] in (*PICTURE, *NES_PICTURE):
             assert series.cameras is not None
             camera, still_m = series.cameras[key[1]], STILL_SHARE * series.contact_radius_m
             away_m = float(np.linalg.norm(camera.centre_m))

@@ -20,7 +20,7 @@ from analysis.flights.fit import RunData
 from analysis.flights.runs import Run
 from analysis.gap.laws.regression import Regression
 from analysis.gap.measurement.body_rows import body_rows
-from analysis.gap.measurement.loose_markers import spin_at
+from analysis.gap.measurement.loose_markers import angle_at, spin_at
 from analysis.gap.series import Series
 from analysis.motion.host_path import HostMotion
 from analysis.statistics.robust import least_squares
@@ -33,6 +33,8 @@ from ovines.robust import residual_sd
 Array = NDArray[np.float64]
 Key = tuple[str, int]
 PICTURE = ("picture_u", "picture_v", "picture_zoom", "picture_turn")
+# What two views may say of one of them, in the order of columns.
+OF_VIEW = ("camera_delay", *PICTURE, *W.NES_PICTURE)
 # Rows of so long a part of a run share what noise did to them: longer than a body takes through a lens residual.
 BLOCKS_OF_RUN = 8
 # Parts of a run whose delay is free when the noise of two views is measured, and the degree of what a lens residual
@@ -108,6 +110,7 @@ def known_frames(time_s: Array, data: RunData) -> Array:
     known[:, [W.VX, W.VY]] = data.host.at(time_s, 1)[:, :2]
     known[:, [W.HOST_AX, W.HOST_AY]] = data.host.at(time_s, 2)[:, :2]
     known[:, W.SPIN] = np.interp(time_s, data.time_s, spin_at(data))
+    known[:, W.ANGLE] = np.interp(time_s, data.time_s, angle_at(data))
     return known
 
 
@@ -196,9 +199,9 @@ def picture_motion(camera: Camera, pixels: Array) -> Array:
     return np.stack([np.column_stack([one, none, u, -v]), np.column_stack([none, one, v, u])], 1)
 
 
-def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
-    """What two views of both bodies say of the second camera's delay, and ``with_picture`` of its picture; None of
-    series without two views."""
+def view_rows(series: Series, targets: Sequence[str], camera: int = 1) -> FrameRows | None:
+    """What two views of both bodies say of ``targets`` (:data:`OF_VIEW`) of one ``camera``; None of series without two
+    views."""
     if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
         return None
     known, begins = every_frame(series)
@@ -206,13 +209,14 @@ def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
     parts: list[tuple[Array, Array, Array, NDArray[np.int64], Array]] = []
     for number, (points, motion, run) in enumerate(zip(series.points, series.motions, series.runs, strict=True)):
         for kind, body in enumerate(("host", "nes")):
-            block = body_rows(series, points, motion, run, body)
+            block = body_rows(series, points, motion, run, body, camera)
             if block is None:
                 continue
             x, y = block.x_m, block.y_m
             at = begins[number] + np.round(block.share * len(motion)).astype(np.int64)
             place = np.column_stack([x, y, np.zeros(len(x))])
-            moves = picture_motion(series.cameras[1], series.cameras[1].project(place))
+            moves = picture_motion(series.cameras[camera], series.cameras[camera].project(place))
+            moves = np.concatenate([moves, (body == "nes") * moves[..., :2]], axis=2)
             shapes = _over_places(x, y, series.contact_radius_m)
             swing = np.zeros((len(x), 2 * runs))
             if run.data.host.omega_rad_per_s:
@@ -228,15 +232,14 @@ def view_rows(series: Series, with_picture: bool) -> FrameRows | None:
                 rows = np.hstack([unit, own]) / sd[:, None]
                 fine = np.isfinite(rows).all(1) & np.isfinite(value)
                 label = np.full(np.count_nonzero(fine), 2 * kind + what)
-                parts.append((value[fine] / sd[fine], rows[fine, :5], rows[fine, 5:], at[fine], label))
+                columns = rows[fine, : len(OF_VIEW)], rows[fine, len(OF_VIEW) :]
+                parts.append((value[fine] / sd[fine], *columns, at[fine], label))
     if not parts:
         return None
     value, unit, own, at, kinds = (np.concatenate(each) for each in zip(*parts, strict=True))
     value, weight = _over_noise(value, np.column_stack([unit[:, :1], own]), unit[:, 0], known, at, kinds)
     unit, own = unit * weight[:, None], own * weight[:, None]
-    units: dict[Key, Array] = {("camera_delay", 1): unit[:, 0]}
-    if with_picture:
-        units |= {(name, 1): unit[:, 1 + j] for j, name in enumerate(PICTURE)}
+    units: dict[Key, Array] = {(name, camera): unit[:, OF_VIEW.index(name)] for name in targets}
     # A constant delay and window are effects of the library, whether or not they were found.
     used = np.any(own != 0, 0)
     nuisances = np.column_stack([unit[:, :3], own[:, used]])
