@@ -88,7 +88,11 @@ def law_page() -> str:
     lines.append("|---|---|---|---|---|")
     own = {"": "", "angle": "angle (rad)", "axis": "axis of the mirror (rad)", "room": "place (m)", "host": "place (m)"}
     own |= {"body": "angle from the disk's own axis (rad)"}
-    own |= {"line": "offset (m), direction (rad)", "camera": "number of the camera, from 0"}
+    own |= {
+        "line": "offset (m), direction (rad)",
+        "turning": "zero (rad), rate (rad/s)",
+        "camera": "number of the camera, from 0",
+    }
     own |= {"marker": "number of the marker on its body, from 0; angle (rad)"}
     own |= {"body_marker": "number of the marker on its body, from 0; angle from the disk's own axis (rad)"}
     for name, target in TARGETS.items():

@@ -27,7 +27,7 @@ QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
-    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING"
+    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -116,6 +116,7 @@ RING_LAWS = (
             Term("floor_friction", 0.004, (Factor("host_acceleration_along", x=1.2),)),
             Term("floor_friction", 0.2, (Factor("host_velocity_along", x=-0.7),)),
             Term("floor_torque", -0.5),
+            Term("outwards", 0.3, (Factor("turning_azimuth", "cosine", 2.0, x=0.3, y=20.0),)),
             Term("floor_friction", -0.4, (Factor("since_by_blow", "exponential", 1.0, 0.03),)),
         )
     ),

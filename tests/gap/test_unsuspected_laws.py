@@ -90,6 +90,19 @@ def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
     assert np.all(np.abs(shown.after) < 4 * shown.after_sd)
 
 
+@pytest.mark.parametrize("seed", [71, 72])
+def test_what_goes_round_the_wall_has_its_rate(tmp_path, seed):
+    """A shim that wanders behind the ring: no restitution by direction, which it had passed for."""
+    true, series = loaded(tmp_path / "s", "unknown_wandering_shim", 1.0, seed)
+    rng = np.random.default_rng(0)
+    (law,), ladder = write_laws(run_ladder(series, rng), rng)
+    first = law.law.terms[0]
+    assert first.target == "restitution" and [one.quantity for one in first.factors] == ["turning_azimuth"]
+    assert first.factors[0].y == pytest.approx(true["shim_rad_per_s"], abs=0.6)
+    assert law.closed > 0.9 and law.halves.agree
+    assert ladder.causes == ()
+
+
 def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
     """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
     _, series = loaded(tmp_path / "s", "unknown_twisted_camera", 1.0, 65)

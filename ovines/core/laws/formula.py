@@ -102,8 +102,10 @@ def _text_factor(one: Factor, term: Term) -> str:
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
     elif one.quantity in ALONG:
         name = f"{name}({one.x:.3g} rad)"
+    elif own == "turning":
+        name = f"(azimuth {_counted(one.x)} rad {_counted(one.y)} rad/s * time)"
     elif one.x:
-        name = f"({name} {'-' if one.x > 0 else '+'} {abs(one.x):.4g} {unit})"
+        name = f"({name} {_counted(one.x)} {unit})"
     if one.function == "power":
         return name if one.order == 1 else f"{name}^{one.order:g}"
     if one.function == "absolute_power":
@@ -134,6 +136,11 @@ def _text_factor(one: Factor, term: Term) -> str:
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
     return f"sign({name})"
+
+
+def _counted(zero: float) -> str:
+    """What a quantity counts from, taken off it."""
+    return f"{'-' if zero > 0 else '+'} {abs(zero):.4g}"
 
 
 def _bracketed(said: str) -> bool:
@@ -170,6 +177,9 @@ def _latex_factor(one: Factor) -> str:
     symbol, unit = entry.symbol, _latex_unit(entry.unit)
     if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity not in ALONG):
         symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
+    if entry.own == "turning":
+        rate = _latex_number(-one.y, False) + _latex_unit("rad/s")
+        symbol = rf"(\theta{_latex_number(-one.x, False)}{rate}\,t)"
     scale = _latex_number(one.scale, True) + unit
     if one.function == "power":
         return symbol if one.order == 1 else f"{symbol}^{{{one.order:g}}}"

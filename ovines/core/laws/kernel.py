@@ -18,8 +18,8 @@ from ovines.core.laws import words as W
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
-    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING,
-) = range(39)  # fmt: skip
+    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING,
+) = range(40)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -105,9 +105,18 @@ def along(code: int, x: float, known: Floats) -> float:
 
 
 @compiled
+def azimuth(code: int, rate: float, known: Floats) -> float:
+    """Direction from the Host's centre: in the room, seen from the disk, or from what goes round at a ``rate``."""
+    seen = math.atan2(known[W.HY], known[W.HX])
+    if code == Q_BODY:
+        return seen - known[W.ANGLE]
+    return seen - rate * known[W.TIME] if code == Q_TURNING else seen
+
+
+@compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
-    """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle
-    in ``y``."""
+    """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle,
+    of what turns its rate in ``y``."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -124,8 +133,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.PHASE] - x
     if code == Q_SINCE:
         return known[W.SINCE] - x
-    if code == Q_AZIMUTH:
-        return math.atan2(known[W.HY], known[W.HX]) - x
+    if code == Q_AZIMUTH or code == Q_BODY or code == Q_TURNING:
+        return azimuth(code, y, known) - x
     if code == Q_RUN:
         return known[W.RUN] - x
     if code == Q_ROOM:
@@ -136,8 +145,6 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
     if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:
         return along(code, x, known)
-    if code == Q_BODY:
-        return math.atan2(known[W.HY], known[W.HX]) - known[W.ANGLE] - x
     if code == Q_SHARE:
         return known[W.SHARE] - x
     if code == Q_ANGLE:
@@ -161,6 +168,7 @@ def circular(code: int) -> bool:
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
+        or code == Q_TURNING
     )  # fmt: skip
 
 

@@ -34,7 +34,8 @@ class Factor:
     slope elsewhere.
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
-    angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad)."""
+    angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad), for
+    ``turning_azimuth`` the rate in ``y`` (rad/s)."""
 
     quantity: str
     function: str = "power"
@@ -215,7 +216,7 @@ def _moved_term(term: Term, turn: float, origin: tuple[float, float]) -> Term:
 
 def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, float]) -> tuple[float, float]:
     c, s = math.cos(turn), math.sin(turn)
-    if own == "angle":
+    if own in ("angle", "turning"):
         return wrapped(x + turn, W.TURN), y
     if own == "axis":
         return wrapped(x + turn, math.pi), y
@@ -236,6 +237,8 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x, y
         if own in ("room", "host"):
             return x / units["m"], y / units["m"]
+        if own == "turning":
+            return x, y * units["s"]
         return x / size(powers_of(unit)), y
 
     factors = []

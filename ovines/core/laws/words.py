@@ -234,6 +234,14 @@ QUANTITIES: dict[str, Quantity] = {
                 "angle",
                 "direction of the velocity against the floor, seen from the disk",
             ),
+            (
+                "turning_azimuth",
+                "rad",
+                r"\theta_t",
+                True,
+                "turning",
+                "direction from the Host's centre, seen from what goes round it from the run's start on",
+            ),
         )
     )
 }

@@ -192,6 +192,8 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     elif one.quantity in ALONG:
         if one.x != _angle_of(term):
             out["line_rad"] = (one.x, "rad")
+    elif entry.own == "turning":
+        out["azimuth_zero_rad"], out["turning_rad_per_s"] = (one.x, "rad"), (one.y, "rad/s")
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
     if one.function in SCALED or one.scale != 1.0:

@@ -56,6 +56,9 @@ SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
 ORDERS = (1.0, 2.0, 3.0, 4.0)
 # Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
 CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
+# What goes round the wall with the time: orders of its waves, its turns in the longest run, step (rad in that) of a
+# search.
+CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
 # Rates at which a wall may ring: steps (rad) over the usual time between impacts, and how many.
 RING_STEP, RINGS = 1.5, 16
 
@@ -79,6 +82,8 @@ def law_candidates(known: Array) -> list[Candidate]:
             terms = (Term(target, 1.0, (way,)) for way in ways(quantity))
             out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *terms))
         out += _around(target)
+        if target in ("restitution", "wall_friction"):
+            out += creeping(WORDS[target], target, known)
         out += _scaled(target, known)
     out += _ringing(known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
@@ -175,6 +180,23 @@ def around(name: str, target: str, shape: tuple[str, str], count: int, widths: S
         Candidate(name, spot, (2 * math.pi * i / count - math.pi, width), (PLACE_STEP, 0.2), (False, True))
         for i in range(count)
         for width in widths
+    ]
+
+
+def creeping(name: str, target: str, known: Array) -> list[Candidate]:
+    """A pattern around the wall that goes round with the time: a shim that wanders, a ring that turns in its seat."""
+    run_s = float(known[:, W.TIME].max(initial=0.0))
+    if not run_s > 0.0:
+        return []
+
+    def goes_round(order: float, rate: float) -> tuple[Term, ...]:
+        return tuple(Term(target, 1.0, (Factor("turning_azimuth", one, order, y=rate),)) for one in ("cosine", "sine"))
+
+    word, step = f"{name} that goes round the wall, order", CREEP_STEP / run_s
+    return [
+        Candidate(f"{word} {order:g}", partial(goes_round, order), (2 * math.pi * turns / run_s,), (step,), (False,))
+        for order in CREEPS
+        for turns in (*(-one for one in CREEP_TURNS), *CREEP_TURNS)
     ]
 
 
