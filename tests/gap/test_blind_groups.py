@@ -118,7 +118,7 @@ ORDERS = {
     "unknown_rumbling_guide": ("friction", 0.5),
     "unknown_spiral_face": ("torque", 38.0),
     "unknown_charged_disk": ("force", 0.4),
-    "unknown_coin_wobble": ("force", 0.5),
+    "unknown_coin_wobble": ("force", 0.3),
     "unknown_combed_pile": ("kick", 0.07),
     "unknown_glued_rim": ("kick", 0.07),
     "unknown_shingled_liner": ("kick", 0.06),

@@ -25,7 +25,7 @@ def _coin_wobble(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 def _swinging_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Its weight stands across the drive's axis, within 0.6 rad: what stands along it does not swing."""
     out = {
-        "swinging_m_per_s": 0.5 * size * spread(rng) * sign(rng),
+        "swinging_m_per_s": 0.4 * size * spread(rng) * sign(rng),
         "swinging_rad": float(rng.uniform(-0.6, 0.6)),
     }
     draft.plant.update(out)
