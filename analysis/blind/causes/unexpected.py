@@ -57,7 +57,7 @@ def _shaded_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 def _sync_pulses(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Three to six pulses in a run, which starts with one of them."""
+    """Three to six pulses in a run, the first of them somewhere in its first fifth of a second."""
     draft.view.update(
         sync_s=3.3e-4 * size * spread(rng) * sign(rng),
         sync_every_s=float(rng.uniform(0.2, 0.4)),
