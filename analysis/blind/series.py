@@ -16,6 +16,7 @@ from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.recording.place import HOME, Place, draw_place
 from analysis.blind.recording.undreamt import bent_m, free_running_s, risen_m
+from analysis.blind.recording.unexpected import flung, pulsed_s
 from analysis.blind.recording.unforeseen import shake_px
 from analysis.blind.recording.unimagined import grounded_s
 from analysis.blind.recording.unsuspected import twist_rad
@@ -179,7 +180,7 @@ def _one_run(
             break
     rate = place.frame_rate_hz * errors.rate_ratio
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
-    late_s += 0.5 * abs(errors.free_running) * LONGEST_S
+    late_s += 0.5 * abs(errors.free_running) * LONGEST_S + 0.5 * abs(errors.sync_s)
     frames = min(
         int((motion.nodes[-1, 0] - late_s) * rate),
         int(LONGEST_S * place.frame_rate_hz),
@@ -191,7 +192,7 @@ def _one_run(
     first += errors.alternate_s * (np.arange(frames) % 2)
     if errors.skipped_frame_share > 0.0:
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
-    second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors)
+    second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors) + pulsed_s(first, errors)
     times = [first, first + errors.clock_s + second_late_s]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
@@ -203,6 +204,7 @@ def _one_run(
         world_points(p.nes, p.host, outline.marks, errors, bent_m(t, motion.lines, errors))
         for p, t in zip(poses, times, strict=True)
     ]
+    points = [flung(q, p.nes[:, 3], t, errors) for q, p, t in zip(points, poses, times, strict=True)]
     shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
     turned = twist_rad(first, motion.lines, errors) if errors.twisted_rad else None
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken, turned)

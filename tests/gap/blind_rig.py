@@ -1,22 +1,28 @@
 """The plant's rig as the tests of its causes need it: a driven and a resting Host, a bare disk, states by name, one
-blow."""
+blow; plain runs with what the plant does on their way, and plain films, with a cause and without."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
 import numpy as np
 
+from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
 from analysis.blind.plant.accelerations import derivative, host_pose
-from analysis.blind.plant.contact import impact
+from analysis.blind.plant.contact import impact, wall_gap
 from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.series import draw_start, outline_series, run_outline
 
 DRIVE = 22.0 * np.pi
 HOST = np.array([[0.0, 0.0164, DRIVE, 2.0, 0.0, 0.0, 0.0]])  # 8 g along x, as half of a trial's runs
 STILL = np.zeros((1, 7))
 PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
-    *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core"),
+    *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -72,6 +78,8 @@ def random_states(at_wall=False):
         out[:, 12] += rng.normal(0.0, 0.5, 60)
     later = np.random.default_rng(8)
     out[:, 20], out[:, 21] = -0.06 * later.random(60), out[:, 5] + later.normal(0.0, 25.0, 60)
+    last = np.random.default_rng(9)
+    out[:, 22], out[:, 23] = last.random(60), last.normal(0.0, 0.8, 60)
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -88,3 +96,91 @@ def first_contacts(p, host=STILL, angle=0.7, duration_s=0.02):
     start = np.array([0.03, 0.0, 1.0, 0.0, angle, 0.0])
     impacts = run_plant(p, host, start, duration_s, np.random.default_rng(0)).impacts
     return impacts[:, 0] + 2e-3, impacts[:, 1], impacts[:, 2]
+
+
+def physics(name, size):
+    """Of a run with the cause `name` at `size` ("none": without one)."""
+    return physics_of_run(draft_series(name, size, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
+
+
+@cache
+def on_its_way(drop=None):
+    """Times and states (k, STATES) of plain runs at 8 g: in flight, and as each blow begins; of a disk that is wetted
+    by a `drop` of oil at that place (m)."""
+    flying, striking = [], []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        motion = run_plant(physics("none", 1.0), HOST, draw_start(rng), 1.2, rng)
+        known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
+        for before, node in pairwise(motion.nodes):
+            passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
+            slid = passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
+            known["way"] += slid
+            known["core"] += passed * (node[6] - known["core"]) / 0.03
+            if drop is not None:
+                far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
+                known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
+                known["oiled"] *= 1.0 - slid / 0.06
+            state = state_of(**dict(zip(("x", "y", "vx", "vy", "angle", "spin"), node[1:7], strict=True)), **known)
+            blows = known["count"]
+            if blows < len(motion.impacts) and abs(node[0] - motion.impacts[blows, 0]) < 1e-11:
+                striking.append((node[0], state))
+                kick = motion.kicks[blows]
+                _, approach, slip = motion.impacts[blows]
+                known |= {"impact_s": node[0], "way_before": known["way"], "count": blows + 1}
+                normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
+                known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
+                assert kick @ (node[1:3] - place[:2]) < 0.0
+            elif passed > 1e-9:
+                flying.append((node[0], state))
+    return flying[::200], striking
+
+
+def done_on_its_way(name, size, drop=None):
+    """What the plant does on the way of plain runs, with the cause `name` at `size`: rates in flight, states after
+    blows, gaps and normals at the wall."""
+    p, table, (flying, striking) = physics(name, size), disk_friction_table(), on_its_way(drop)
+    return (
+        np.array([derivative(time, state, p, HOST, table) for time, state in flying]),
+        np.array([impact(time, state, p, HOST, np.zeros(2), 1.0)[0] for time, state in striking]),
+        np.array([wall_gap(time, state, p, HOST) for time, state in striking]),
+    )
+
+
+def rms(off):
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(off))))
+
+
+def amount(name, size, drop=None):
+    """How much a cause of the plant does on the way of plain runs, RMS: m/s^2 in flight, m/s at impacts (of the rim,
+    where only the spin changes), m at the wall."""
+    which = ("flight", "impact", "geometry").index(CAUSES[name].stage)
+    off = done_on_its_way(name, size, drop)[which] - done_on_its_way("none", size, drop)[which]
+    if which == 2:
+        return rms(off[:, 0])
+    return rms(np.hypot(off[:, 2], off[:, 3])) or 0.01 * rms(off[:, 5])
+
+
+@cache
+def film(name, size):
+    """Pixels of the same run under the same noise, with the measurement as `name` at `size` has it; and its errors."""
+    outline = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
+    view = draft_series(name, size, np.random.default_rng(1), 1).view
+    made = run_outline(replace(outline, draft=replace(outline.draft, view=view)), np.random.default_rng(5), 8.0)
+    return made.recordings[0][1].set_index(["camera", "frame", "marker"])[["u_px", "v_px"]], view
+
+
+def moved_px(name, size):
+    """How far each marker in each frame (camera, frame, marker) is moved in the picture."""
+    (seen, _), (plain, _) = film(name, size), film("none", 1.0)
+    off = (seen - plain).dropna()
+    assert len(off) > 0.97 * len(plain)
+    return np.hypot(off["u_px"], off["v_px"])
+
+
+def run_of(name, size):
+    """Path (n, 7) of a run of the same chances with the cause `name` at `size`."""
+    plain = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
+    drafted = outline_series(name, size, np.random.default_rng(4), 1, "white").draft
+    return run_outline(replace(plain, draft=drafted), np.random.default_rng(5), 8.0).states["imp01"]

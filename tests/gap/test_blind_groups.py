@@ -10,6 +10,7 @@ import pytest
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
 from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.undreamt import UNDREAMT
+from analysis.blind.causes.unexpected import UNEXPECTED
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unsuspected import UNSUSPECTED
@@ -27,6 +28,7 @@ GROUPS = {
     "unimagined": UNIMAGINED,
     "undreamt": UNDREAMT,
     "unsuspected": UNSUSPECTED,
+    "unexpected": UNEXPECTED,
 }
 EVERY = [cause for group in GROUPS.values() for cause in group]
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
@@ -111,6 +113,22 @@ ORDERS = {
     "unknown_comet_tails": ("pixels", 0.8),
     "unknown_glinting_stickers": ("pixels", 0.7),
     "unknown_twisted_camera": ("pixels", 0.7),
+    "unknown_smeared_drop": ("friction", 0.8),
+    "unknown_bevelled_edge": ("friction", 0.6),
+    "unknown_rumbling_guide": ("friction", 0.5),
+    "unknown_spiral_face": ("torque", 38.0),
+    "unknown_charged_disk": ("force", 0.4),
+    "unknown_coin_wobble": ("force", 0.3),
+    "unknown_combed_pile": ("kick", 0.07),
+    "unknown_glued_rim": ("kick", 0.07),
+    "unknown_shingled_liner": ("kick", 0.06),
+    "unknown_rattling_weight": ("kick", 0.07),
+    "unknown_swinging_ring": ("kick", 0.07),
+    "unknown_orbiting_ring": ("gap", 1.9e-4),
+    "unknown_packing_felt": ("gap", 2e-4),
+    "unknown_shaded_wall": ("pixels", 0.7),
+    "unknown_sync_pulses": ("pixels", 0.7),
+    "unknown_flung_sticker": ("pixels", 0.35),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -118,9 +136,17 @@ OWN = {
     "unknown_loose_floor": ("way",),
     "unknown_turning_floor": ("way",),
     "unknown_soft_mat": ("print_x", "print_y"),
-    "unknown_sawtooth_wall": ("hard", "azimuth", "normal", "approach", "tired"),  # where it is struck, how hard
+    "unknown_sawtooth_wall": (
+        "hard",
+        "azimuth",
+        "normal",
+        "approach",
+        "tired",
+        "slipped",
+    ),  # where it is struck, how hard
     "unknown_turning_sleeve": ("sleeve",),
     "unknown_loose_core": ("core",),
+    "unknown_smeared_drop": ("oiled",),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -129,8 +155,16 @@ CAMERA = {
     "unknown_grounded_trigger": "VW2",
     "unknown_free_running_camera": "VW2",
     "unknown_twisted_camera": "VW1",
+    "unknown_sync_pulses": "VW2",
 }
-OF_THE_DISK = ("unknown_glare", "unknown_half_lid", "unknown_comet_tails", "unknown_glinting_stickers")
+OF_THE_DISK = (
+    "unknown_glare",
+    "unknown_half_lid",
+    "unknown_comet_tails",
+    "unknown_glinting_stickers",
+    "unknown_shaded_wall",
+    "unknown_flung_sticker",
+)
 
 
 def _physics(name):
@@ -220,7 +254,7 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
         assert np.abs(both.u_px - both.u_px_plain).max() == 0.0
     if name == "unknown_half_lid":
         assert np.ptp(ground.groupby(both.marker).mean()) > 0.1
-    if name in ("unknown_grounded_trigger", "unknown_free_running_camera"):
+    if name in ("unknown_grounded_trigger", "unknown_free_running_camera", "unknown_sync_pulses"):
         assert ground.max() < 1e-9
     if name == "unknown_bent_tab":
         assert off[both.marker != f"H{view['tab_marker'] + 1}"].max() == 0.0

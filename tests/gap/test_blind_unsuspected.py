@@ -2,39 +2,40 @@
 and nothing at 0."""
 
 import json
-from dataclasses import replace
-from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
+from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together
 from analysis.blind.causes.unsuspected import FOLLOWS, UNSUSPECTED
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.accelerations import derivative, host_pose
+from analysis.blind.plant.accelerations import host_pose
 from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.unsuspected import split_reach
 from analysis.blind.recording.unsuspected import glinted, trailed, twist_rad, twisted
 from analysis.blind.recording.views import MARKERS, ViewErrors, draw_views
-from analysis.blind.series import draw_start, outline_series, run_outline
 from ovines.__main__ import main
 from tests.gap.blind_rig import (
     BARE,
-    DRIVE,
     FREE,
     HOST,
     SLIDING,
     STILL,
     TIMES,
     G,
+    amount,
+    done_on_its_way,
     energy,
+    film,
     first_contacts,
     head_on,
+    moved_px,
+    physics,
     random_states,
     rate_of,
+    rms,
+    run_of,
     state_of,
     struck,
 )
@@ -47,69 +48,9 @@ MEANT = {"flight": (0.2, 1.0), "impact": (0.05, 0.15), "geometry": (1.5e-4, 2.5e
 R = 0.01
 
 
-def _rms(off):
-    return float(np.sqrt(np.mean(np.square(off))))
-
-
-@cache
-def _on_its_way():
-    """Times and states (k, STATES) of plain runs at 8 g: in flight, and as each blow begins."""
-    flying, striking = [], []
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        motion = run_plant(_physics("none", 1.0), HOST, draw_start(rng), 1.2, rng)
-        blows, last, way, way_before, core = 0, -1.0, 0.0, 0.0, motion.nodes[0, 6]
-        for before, node in pairwise(motion.nodes):
-            passed, velocity = node[0] - before[0], host_pose(node[0], HOST)[1]
-            way += passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
-            core += passed * (node[6] - core) / 0.03
-            known = {"way": way, "way_before": way_before, "core": core, "impact_s": last, "count": blows}
-            state = state_of(**dict(zip(("x", "y", "vx", "vy", "angle", "spin"), node[1:7], strict=True)), **known)
-            if blows < len(motion.impacts) and abs(node[0] - motion.impacts[blows, 0]) < 1e-11:
-                striking.append((node[0], state))
-                blows, last, way_before = blows + 1, node[0], way
-            elif passed > 1e-9:
-                flying.append((node[0], state))
-    return flying[::200], striking
-
-
-def _physics(name, size):
-    return physics_of_run(draft_series(name, size, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
-
-
-def _done(name, size):
-    """What the plant does on its way: rates in flight, states after blows, gaps and normals at the wall."""
-    p, table, (flying, striking) = _physics(name, size), disk_friction_table(), _on_its_way()
-    return (
-        np.array([derivative(time, state, p, HOST, table) for time, state in flying]),
-        np.array([impact(time, state, p, HOST, np.zeros(2), 1.0)[0] for time, state in striking]),
-        np.array([wall_gap(time, state, p, HOST) for time, state in striking]),
-    )
-
-
-def _amount(name, size):
-    which = ("flight", "impact", "geometry").index(CAUSES[name].stage)
-    off = _done(name, size)[which] - _done("none", size)[which]
-    if which == 2:
-        return _rms(off[:, 0])
-    return _rms(np.hypot(off[:, 2], off[:, 3])) or R * _rms(off[:, 5])
-
-
-@cache
-def _film(name, size):
-    """Pixels of the same run under the same noise, with the measurement as `name` at `size` has it."""
-    outline = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
-    view = draft_series(name, size, np.random.default_rng(1), 1).view
-    made = run_outline(replace(outline, draft=replace(outline.draft, view=view)), np.random.default_rng(5), 8.0)
-    return made.recordings[0][1].set_index(["camera", "frame", "marker"])[["u_px", "v_px"]], view
-
-
 def _moved_px(name, size):
     """How far the markers of the body and the camera that a cause acts on are moved, RMS; the others are not."""
-    (seen, view), (plain, _) = _film(name, size), _film("none", 1.0)
-    off = (seen - plain).dropna()
-    assert len(off) > 0.97 * len(plain)
-    far = np.hypot(off["u_px"], off["v_px"])
+    far, view = moved_px(name, size), film(name, size)[1]
     camera, marker = (far.index.get_level_values(level) for level in ("camera", "marker"))
     acts = np.ones(len(far), dtype=bool)
     if name != "unknown_twisted_camera":
@@ -117,38 +58,32 @@ def _moved_px(name, size):
     if name != "unknown_comet_tails":
         acts &= camera == f"VW{view.get('glint_camera', 0) + 1}"
     assert far[~acts].max() < 1e-9
-    return _rms(far[acts & ~marker.str.startswith("G")])
+    return rms(far[acts & ~marker.str.startswith("G")])
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_severity_one_is_what_it_means_and_half_of_it_half(name):
-    amount = _moved_px if name in SEEN else _amount
+    does = _moved_px if name in SEEN else amount
     low, high = MEANT[CAUSES[name].stage]
-    whole = amount(name, 1.0)
+    whole = does(name, 1.0)
     assert low < whole < high, whole
-    assert amount(name, 0.5) == pytest.approx(0.5 * whole, rel=0.12)
+    assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=0.12)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_severity_zero_changes_nothing(name):
     if name in SEEN:
-        assert _film(name, 0.0)[0].equals(_film("none", 1.0)[0])
+        assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
         return
-    for with_it, without in zip(_done(name, 0.0), _done("none", 1.0), strict=True):
+    for with_it, without in zip(done_on_its_way(name, 0.0), done_on_its_way("none", 1.0), strict=True):
         assert np.array_equal(with_it, without)
-    runs = []
-    for one in (name, "none"):
-        outline = outline_series(one, 0.0, np.random.default_rng(4), 1, "white")
-        plain = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
-        runs.append(run_outline(replace(plain, draft=outline.draft), np.random.default_rng(5), 8.0).states["imp01"])
-    assert np.array_equal(*runs)
+    assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in SEEN])
 def test_a_run_goes_another_way(name):
     """From the same start the same shaker leads the disk elsewhere: not to where the plain one is after 0.4 s."""
-    p = physics_of_run(draft_series(name, 1.0, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
-    plain = physics_of_run(draft_series("none", 1.0, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
+    p, plain = physics(name, 1.0), physics("none", 1.0)
     start = np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0])
     ends = [state_at(run_plant(q, HOST, start, 0.4, np.random.default_rng(0)), np.array([0.39]))[0] for q in (p, plain)]
     assert np.hypot(*(ends[0] - ends[1])[:2]) > 5e-4

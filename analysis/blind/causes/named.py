@@ -13,6 +13,7 @@ from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.newest import NEWEST
 from analysis.blind.causes.undreamt import UNDREAMT
+from analysis.blind.causes.unexpected import UNEXPECTED
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
@@ -22,7 +23,7 @@ from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-GROUPS = (LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED)
+GROUPS = (LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED)
 CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in group}
 
 
@@ -35,6 +36,7 @@ RIVALS = (
     ("finite_contact_time", "unknown_glue_thread"),
     ("finite_contact_time", "unknown_loose_ring"),
     ("finite_contact_time", "unknown_tossed_disk"),
+    ("finite_contact_time", "unknown_coin_wobble"),
     (
         "finite_contact_time",
         *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
@@ -46,6 +48,7 @@ ROUND_ONLY = (
     *("unknown_chipped_disk", "unknown_creeping_liner"),
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
     *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_split_ring"),
+    *("unknown_swinging_ring", "unknown_packing_felt"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

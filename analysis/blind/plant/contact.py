@@ -15,6 +15,7 @@ from analysis.blind.plant.undreamt import (
     tiredness,
     tyre_at,
 )
+from analysis.blind.plant.unexpected import orbit, orbiting, swinging_speed, unexpected_rebound, unexpected_slide
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
 from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
 from analysis.blind.plant.unsuspected import flattened, split_reach, trailing, unsuspected_rebound, unsuspected_slide
@@ -41,7 +42,7 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     more, steeper = newest_reach(time, azimuth, disk_angle, p)
     joint, along = joint_reach(azimuth, p)
     split, askew = split_reach(azimuth, p)
-    back, slope = back + more + joint + split, slope + steeper + along + askew
+    back, slope = back + more + joint + split + p.packed_m, slope + steeper + along + askew
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -79,6 +80,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         x, y = x - off_x, y - off_y
     if p.trailing_m != 0.0:
         off_x, off_y = trailing(velocity, p)
+        x, y = x - off_x, y - off_y
+    if p.orbit_m != 0.0:
+        off_x, off_y = orbit(time, p)
         x, y = x - off_x, y - off_y
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
@@ -135,6 +139,9 @@ def _contact_velocity(
         ux, uy = ux - moves_x, uy - moves_y
     if p.trailing_m != 0.0:
         moves_x, moves_y = trailing(acceleration, p)
+        ux, uy = ux - moves_x, uy - moves_y
+    if p.orbit_m != 0.0:
+        moves_x, moves_y = orbiting(time, p)
         ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
@@ -225,12 +232,13 @@ def impact(
     outer = from_x * nx + from_y * ny > 0.0  # the wall, not a cylinder
     carried, tired, over_wall = sleeve_speed(time, state, p), tiredness(time, state), slip
     if outer:
-        slip -= carried * bounce
+        slip -= (carried + swinging_speed(velocity, p)) * bounce
     rebound = restitution_at(time, azimuth, approach, slip, state[5], time - state[6], p, scatter[0])
     rim = azimuth - state[4] - p.nick_rad
     rebound -= p.nick * np.exp(-0.5 * (np.arctan2(np.sin(rim), np.cos(rim)) / 0.5) ** 2)
     rebound += edge_gain(state[13], p)
     rebound = unsuspected_rebound(rebound, time, azimuth, state[4], p)
+    rebound = unexpected_rebound(rebound, slip, np.arctan2(ny, nx), state, p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
@@ -242,6 +250,7 @@ def impact(
     grip, slide = newest_grip(approach, slip, p)
     elastic, pressed = unimagined_grip(approach, slip, p)
     mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed) * unsuspected_slide(time, approach, slip, state, p)
+    mu *= unexpected_slide(azimuth - state[4], slip, state, p)
     back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
@@ -255,6 +264,7 @@ def impact(
     if bounce > 0.0:
         push_n, push_t = band_slips(push_n, push_t, change_n, w_nn, w_nt, p)
         new[15], new[16], new[17] = approach, tired + approach**2, carried - turns * push_t
+        new[23] = over_wall
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-STATES = 22  # numbers of a state: `accelerations.derivative` names them
+STATES = 24  # numbers of a state: `accelerations.derivative` names them
 
 
 class PlantParameters(NamedTuple):
@@ -272,3 +272,25 @@ class PlantParameters(NamedTuple):
     split_m: float = 0.0  # the wall's two halves are this far from each other along their joint
     split_rad: float = 0.0
     trailing_m: float = 0.0  # the wall trails behind the Host's velocity by this much
+    # causes in nobody's list that came after those (`causes.unexpected`)
+    drop: float = 0.0  # share of the floor friction that a disk fresh from a drop of oil loses
+    drop_x_m: float = 0.0
+    drop_y_m: float = 0.0
+    bevel: float = 0.0  # floor friction more where one side of the disk leads and less where it trails
+    bevel_rad: float = 0.0
+    rumble: float = 0.0  # share of the floor friction lost at the Host's full speed at 8 g, with the square of it
+    spiral_rad_per_s2: float = 0.0  # the disk is turned by this at 1 m/s of slip
+    charged_per_s2: float = 0.0  # a charged disk is drawn outwards by at most this times its place
+    wobble_per_s: float = 0.0  # a wobbling disk is pushed by this times the last blow's approach at first ...
+    wobble_rad_per_s: float = 0.0  # ... and round at this rate
+    combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
+    glued: float = 0.0  # wall friction more and less once around the disk's rim
+    glued_rad: float = 0.0
+    shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
+    rattling: float = 0.0  # restitution won where a blow comes from the last one's side, lost from the opposite one
+    swinging_m_per_s: float = 0.0  # the wall's surface goes round this fast at the Host's full speed at 8 g
+    swinging_rad: float = 0.0
+    orbit_m: float = 0.0  # the wall lies this far off, in a direction that goes round
+    orbit_rad: float = 0.0
+    orbit_rad_per_s: float = 0.0
+    packed_m: float = 0.0  # of each run: how far the wall stands back

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.recording.noise import Noise, draw_errors
+from analysis.blind.recording.unexpected import shaded
 from analysis.blind.recording.unforeseen import glared
 from analysis.blind.recording.unimagined import through_lid
 from analysis.blind.recording.unsuspected import glinted, trailed, twisted
@@ -90,6 +91,7 @@ def tracks_of(
         pixels = glared(view.pixels(points_m[index]), index, view, errors)
         pixels = through_lid(pixels, index, view, errors)
         pixels = glinted(trailed(pixels, frame_rate_hz, errors), points_m[index], index, errors)
+        pixels = shaded(pixels, points_m[index], view, errors)
         frames = len(pixels)
         if noise.kind == "warp":
             u, v = pixels[..., 0] / noise.warp_length_px[0], pixels[..., 1] / noise.warp_length_px[1]
