@@ -17,6 +17,8 @@ OVERTONES = 6
 # Frames farther off (robust sd) are gross errors.
 GROSS_SD = 5.0
 FEWEST_FRAMES = 60
+# Noise of markers that is correlated from frame to frame by more than this is none of cameras.
+MOST_CORRELATED = 0.95
 # What no line explains is less than this share of the drive: else it starts, stops or sweeps.
 MOST_BESIDE = 0.2
 
@@ -89,7 +91,14 @@ def _line_columns(t: Array, turn: Array) -> list[Array]:
 
 
 def with_noise_of(path: MeasuredPath, left: Array) -> MeasuredPath:
-    """``path`` with sds no smaller than what is ``left`` (N, 2; m) of it beside the drive shows."""
+    """``path`` with the correlation from frame to frame that what is ``left`` (N, 2; m) of it beside the drive shows,
+    and the sds of that.
+
+    A path that follows the Host's swings leaves residuals without slow noise, which is what swings are told from."""
+    beside = path.beside_drive(left)
+    own = np.sum(beside[1:] * beside[:-1], 0) / np.maximum(np.sum(beside[1:] ** 2, 0), 1e-300)
+    correlation = float(np.clip(np.mean(own), path.correlation, MOST_CORRELATED))
+    held, _ = np.linalg.qr(_whitened(path.plain, correlation))
+    path = replace(path, correlation=correlation, held=held)
     free = path.white(left)
-    wider = np.array([max(residual_sd(column), 1.0) for column in free.T])
-    return replace(path, sd=path.sd * wider)
+    return replace(path, sd=path.sd * np.array([residual_sd(column) for column in free.T]))
