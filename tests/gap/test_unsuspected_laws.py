@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from analysis.gap.drive import steps
-from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.law import find_frame_laws
@@ -20,8 +19,8 @@ from analysis.gap.measurement.two_views import two_views
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
-from analysis.gap.written_laws import write_laws
 from ovines.core.laws.formula import as_text
+from tests.gap.conftest import laws_and_ladder
 from tests.gap.test_marker_laws import loaded
 from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
 
@@ -73,8 +72,7 @@ def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity,
 def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
     """In the camera whose picture of the disk goes with its angle: the other's would lead its path astray."""
     true, series = loaded(tmp_path / "s", "unknown_glinting_stickers", 0.4, 64)
-    rng = np.random.default_rng(0)
-    (law,), ladder = write_laws(run_ladder(series, rng), rng)
+    (law,), ladder = laws_and_ladder(series)
     assert [(one.target, one.x) for one in law.law.terms] == [("nes_picture_u", 1.0), ("nes_picture_v", 1.0)]
     assert {factor.quantity for one in law.law.terms for factor in one.factors} == {"angle"}
     size_px = np.hypot(*(one.coefficient for one in law.law.terms))
