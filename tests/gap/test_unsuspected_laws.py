@@ -21,7 +21,6 @@ from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from tests.gap.conftest import laws_and_ladder
-from tests.gap.test_marker_laws import loaded
 from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
 
 
@@ -63,15 +62,15 @@ def test_a_ring_of_two_halves_has_two_steps(tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "severity", "told"), [("unknown_glinting_stickers", 0.4, True), ("none", 1.0, False)])
-def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity, told):
+def test_markers_that_glint_as_the_disk_turns_are_told(loaded, kind, severity, told):
     """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
-    _, series = loaded(tmp_path / "s", kind, severity, 64)
+    _, series = loaded(kind, severity, 64)
     assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
 
 
-def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
+def test_stickers_that_glint_in_one_view_have_their_law(loaded):
     """In the camera whose picture of the disk goes with its angle: the other's would lead its path astray."""
-    true, series = loaded(tmp_path / "s", "unknown_glinting_stickers", 0.4, 64)
+    true, series = loaded("unknown_glinting_stickers", 0.4, 64)
     (law,), ladder = laws_and_ladder(series)
     assert [(one.target, one.x) for one in law.law.terms] == [("nes_picture_u", 1.0), ("nes_picture_v", 1.0)]
     assert {factor.quantity for one in law.law.terms for factor in one.factors} == {"angle"}
@@ -88,9 +87,9 @@ def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
     assert np.all(np.abs(shown.after) < 4 * shown.after_sd)
 
 
-def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
+def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
     """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
-    _, series = loaded(tmp_path / "s", "unknown_twisted_camera", 1.0, 65)
+    _, series = loaded("unknown_twisted_camera", 1.0, 65)
     assert series.cameras[0].field is not None
     (window,) = (one for one in two_views(series, []).findings if one.effect == "sensor_window_offset")
     size_px = np.hypot(window.parameters["u_px"][0], window.parameters["v_px"][0])
@@ -101,9 +100,9 @@ def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
     ]
 
 
-def test_what_rings_on_for_ever_is_no_answer_to_a_blow(tmp_path, monkeypatch):
+def test_what_rings_on_for_ever_is_no_answer_to_a_blow(loaded, monkeypatch):
     """However much of the Host's path it explains: the drive swings as it likes."""
-    _, series = loaded(tmp_path / "s", "none", 1.0, 66)
+    _, series = loaded("none", 1.0, 66)
     fits, best = first_flights(series, EFFECTS).fits, steps.best_swing
 
     def ringing(effect, *arguments, damping):
