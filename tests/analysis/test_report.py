@@ -184,7 +184,7 @@ def full(tmp_path_factory):
     return folder, time.process_time() - start
 
 
-def test_figures_are_saved_too(tmp_path):
+def test_figures_are_saved_too(tmp_path, unpainted):
     folder = write(tmp_path / "results", ("motion", "thesis_impacts", "impacts", "identification"))
     write_report(folder, recording(tmp_path / "rec"), save_figures=True)
     saved = {p.name for p in (folder / "figures").iterdir()}

@@ -2,9 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 import pytest
 
 import analysis.gap.diagnose
+from analysis.blind.series import make_series, write_series
+from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.series import Series
+from analysis.gap.written_laws import write_laws
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def laws_and_ladder(series: Series, withheld: frozenset[str] = frozenset()) -> tuple[tuple[LawFound, ...], Ladder]:
+    """What a diagnosis finds, by its own code and the same draws, before it asks how large and how far: the laws, and
+    the ladder with its causes and what is left.  For tests of nothing else.
+    """
+    rng = np.random.default_rng(0)
+    return write_laws(run_ladder(series, rng, withheld), rng, withheld)
 
 
 @pytest.fixture
@@ -13,3 +34,26 @@ def without_laws(monkeypatch) -> None:
     structure, and has its own tests (test_laws).
     """
     monkeypatch.setattr(analysis.gap.diagnose, "write_laws", lambda ladder, rng, withheld: ((), ladder))
+
+
+@pytest.fixture(scope="session")
+def loaded(tmp_path_factory) -> Callable[..., tuple[dict[str, Any] | None, Series]]:
+    """Function (kind, size, seed, noise, runs, laws) -> truth of the plant's cause, series as the diagnosis reads it:
+    made once, however many tests ask for it; none may change it.
+    """
+
+    @cache
+    def written(kind: str, size: float, seed: int, noise: str, runs: int) -> tuple[dict[str, Any] | None, Path]:
+        folder = tmp_path_factory.mktemp(kind) / "series"
+        made = make_series(kind, size, np.random.default_rng(seed), runs, noise)
+        write_series(made, folder)
+        return made.truth["parameters"].get(kind), folder
+
+    @cache
+    def read(
+        kind: str, size: float, seed: int, noise: str = "white", runs: int = 3, laws: tuple[Path, ...] = ()
+    ) -> tuple[dict[str, Any] | None, Series]:
+        true, folder = written(kind, size, seed, noise, runs)
+        return true, load_series(read_series(folder), folder / "results", laws)[0]
+
+    return read

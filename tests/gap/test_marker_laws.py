@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.recording.undreamt import TAB_AT_M_PER_S2
-from analysis.blind.series import make_series, write_series
 from analysis.gap import written_laws
 from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
 from analysis.gap.laws.frames.corrected import without_frame_laws
@@ -23,24 +22,15 @@ from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.law_file import law_text
-from ovines.pipeline.diagnosis import load_series
-from ovines.recording import read_series
 
 SURE_90 = 1.645
 
 
-def loaded(folder, kind, size, seed, noise="white", runs=3, laws=()):
-    made = make_series(kind, size, np.random.default_rng(seed), runs, noise)
-    if not folder.exists():
-        write_series(made, folder)
-    return made.truth["parameters"].get(kind), load_series(read_series(folder), folder / "results", laws)[0]
-
-
 @pytest.mark.parametrize(("size", "seed", "noise"), [(1.0, 4, "white"), (0.4, 7, "warp")])
-def test_a_marker_on_a_bent_tab_is_told_and_written(tmp_path, size, seed, noise):
+def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed, noise):
     """Its name, what it goes with, how far a unit of that moves it; read back, nothing moves on the Host any more.
     Before, a lens field took all of it."""
-    true, series = loaded(tmp_path / "s", "unknown_bent_tab", size, seed, noise)
+    true, series = loaded("unknown_bent_tab", size, seed, noise)
     name = f"H{int(true['marker']) + 1}"
     (found,) = rigid_structure(series)
     assert found.goes_with == f"marker {name}, which moves on its body with the Host's acceleration"
@@ -56,7 +46,7 @@ def test_a_marker_on_a_bent_tab_is_told_and_written(tmp_path, size, seed, noise)
     assert law.closed > 0.8 and law.halves.agree
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "tab"))
-    assert not rigid_structure(loaded(tmp_path / "s", "unknown_bent_tab", size, seed, noise, laws=[path])[1])
+    assert not rigid_structure(loaded("unknown_bent_tab", size, seed, noise, laws=(path,))[1])
 
 
 @dataclass(frozen=True)
@@ -67,9 +57,9 @@ class Asked:
     structure: tuple
 
 
-def test_without_the_marker_everything_is_asked_again(tmp_path, monkeypatch):
+def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
     """What was told stays told.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
-    _, series = loaded(tmp_path / "s", "unknown_bent_tab", 1.0, 4)
+    _, series = loaded("unknown_bent_tab", 1.0, 4)
     assert measurement_tests(series).findings["trigger_jitter"].found
     monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((), series))
     monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (None, series))
@@ -82,8 +72,8 @@ def test_without_the_marker_everything_is_asked_again(tmp_path, monkeypatch):
     assert not rigid_structure(again[0]) and not measurement_tests(again[0]).findings["trigger_jitter"].found
 
 
-def test_a_marker_that_slips_is_a_step_on_its_body(tmp_path):
-    true, series = loaded(tmp_path / "s", "unknown_slipped_marker", 1.0, 3)
+def test_a_marker_that_slips_is_a_step_on_its_body(loaded):
+    true, series = loaded("unknown_slipped_marker", 1.0, 3)
     (loose,) = loose_markers(series)
     (law,), after = find_marker_laws(series, np.random.default_rng(0))
     (term,) = law.law.terms
@@ -93,9 +83,9 @@ def test_a_marker_that_slips_is_a_step_on_its_body(tmp_path):
     assert law.closed > 0.8 and not rigid_structure(after)
 
 
-def test_a_marker_that_a_spin_throws_outwards_has_a_law(tmp_path):
+def test_a_marker_that_a_spin_throws_outwards_has_a_law(loaded):
     """Of the disk, in its own frame: points and tracks moved by a law, which is found again."""
-    _, still = loaded(tmp_path / "s", "none", 1.0, 4)
+    _, still = loaded("none", 1.0, 4)
     thrown = law_of(Term("nes_marker", -4e-9, (Factor("spin", "power", 2.0),), 1.0, 0.4))
     series = without_frame_laws(still, [thrown])
     (found,) = rigid_structure(series)
@@ -118,9 +108,9 @@ def test_a_marker_that_a_spin_throws_outwards_has_a_law(tmp_path):
         ("unknown_zooming_camera", 8, "warp"),
     ],
 )
-def test_what_moves_all_markers_is_no_loose_one(tmp_path, kind, seed, noise):
+def test_what_moves_all_markers_is_no_loose_one(loaded, kind, seed, noise):
     """Neither a lens, nor rows read one after the other, nor a camera that zooms."""
-    _, series = loaded(tmp_path / "s", kind, 1.0, seed, noise)
+    _, series = loaded(kind, 1.0, seed, noise)
     assert not [one for body in GOES_WITH for one in with_its_body(series, body)]
     assert find_marker_laws(series, np.random.default_rng(0))[0] == ()
 
@@ -167,8 +157,8 @@ def test_what_stays_back_is_negative_along_its_line():
         assert (term.coefficient, term.y) == pytest.approx((size, angle))
 
 
-def test_a_law_of_a_marker_that_is_not_there_is_refused(tmp_path):
-    _, series = loaded(tmp_path / "s", "none", 1.0, 4, runs=2)
+def test_a_law_of_a_marker_that_is_not_there_is_refused(loaded):
+    _, series = loaded("none", 1.0, 4)
     strange = law_of(Term("nes_marker", 1e-6, (Factor("spin"),), 7.0))
     with pytest.raises(InputError, match="marker 8 of the nes"):
         without_frame_laws(series, [strange])

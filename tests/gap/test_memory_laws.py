@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
-from analysis.gap.diagnose import diagnose
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
@@ -18,6 +17,7 @@ from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
@@ -35,15 +35,14 @@ def quantities(law):
     return [(term.target, sorted(one.quantity for one in term.factors)) for term in law.law.terms]
 
 
-def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path, without_next_test):
+def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
     """And no restitution that falls with the speed: impacts are asked between the flights that hold the law."""
     series, true = made_series(tmp_path, "unknown_air_cushion", 0.7, 31)
-    found = diagnose(series, np.random.default_rng(0))
-    (law,) = found.laws
+    (law,), ladder = laws_and_ladder(series)
     assert quantities(law) == [("outwards", ["gap", "radial_speed"])], as_text(law.law)
     (term,) = law.law.terms
     assert abs(term.coefficient + true["cushion_per_s"]) < 4 * term.sd
-    assert found.summary["effects"] == []
+    assert ladder.causes == ()
     assert law.closed > 0.9
 
 

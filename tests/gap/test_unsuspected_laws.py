@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from analysis.gap.drive import steps
-from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.law import find_frame_laws
@@ -20,9 +19,8 @@ from analysis.gap.measurement.two_views import two_views
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
-from analysis.gap.written_laws import write_laws
 from ovines.core.laws.formula import as_text
-from tests.gap.test_marker_laws import loaded
+from tests.gap.conftest import laws_and_ladder
 from tests.gap.test_memory_laws import EFFECTS, made_series, quantities
 
 
@@ -64,17 +62,16 @@ def test_a_ring_of_two_halves_has_two_steps(tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "severity", "told"), [("unknown_glinting_stickers", 0.4, True), ("none", 1.0, False)])
-def test_markers_that_glint_as_the_disk_turns_are_told(tmp_path, kind, severity, told):
+def test_markers_that_glint_as_the_disk_turns_are_told(loaded, kind, severity, told):
     """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
-    _, series = loaded(tmp_path / "s", kind, severity, 64)
+    _, series = loaded(kind, severity, 64)
     assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
 
 
-def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
+def test_stickers_that_glint_in_one_view_have_their_law(loaded):
     """In the camera whose picture of the disk goes with its angle: the other's would lead its path astray."""
-    true, series = loaded(tmp_path / "s", "unknown_glinting_stickers", 0.4, 64)
-    rng = np.random.default_rng(0)
-    (law,), ladder = write_laws(run_ladder(series, rng), rng)
+    true, series = loaded("unknown_glinting_stickers", 0.4, 64)
+    (law,), ladder = laws_and_ladder(series)
     assert [(one.target, one.x) for one in law.law.terms] == [("nes_picture_u", 1.0), ("nes_picture_v", 1.0)]
     assert {factor.quantity for one in law.law.terms for factor in one.factors} == {"angle"}
     size_px = np.hypot(*(one.coefficient for one in law.law.terms))
@@ -91,11 +88,10 @@ def test_stickers_that_glint_in_one_view_have_their_law(tmp_path):
 
 
 @pytest.mark.parametrize("seed", [71, 72])
-def test_what_goes_round_the_wall_has_its_rate(tmp_path, seed):
+def test_what_goes_round_the_wall_has_its_rate(loaded, seed):
     """A shim that wanders behind the ring: no restitution by direction, which it had passed for."""
-    true, series = loaded(tmp_path / "s", "unknown_wandering_shim", 1.0, seed)
-    rng = np.random.default_rng(0)
-    (law,), ladder = write_laws(run_ladder(series, rng), rng)
+    true, series = loaded("unknown_wandering_shim", 1.0, seed)
+    (law,), ladder = laws_and_ladder(series)
     first = law.law.terms[0]
     assert first.target == "restitution" and [one.quantity for one in first.factors] == ["turning_azimuth"]
     assert first.factors[0].y == pytest.approx(true["shim_rad_per_s"], abs=0.6)
@@ -103,9 +99,9 @@ def test_what_goes_round_the_wall_has_its_rate(tmp_path, seed):
     assert ladder.causes == ()
 
 
-def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
+def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
     """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
-    _, series = loaded(tmp_path / "s", "unknown_twisted_camera", 1.0, 65)
+    _, series = loaded("unknown_twisted_camera", 1.0, 65)
     assert series.cameras[0].field is not None
     (window,) = (one for one in two_views(series, []).findings if one.effect == "sensor_window_offset")
     size_px = np.hypot(window.parameters["u_px"][0], window.parameters["v_px"][0])
@@ -116,9 +112,9 @@ def test_a_window_that_the_learnt_lens_leaves_open_is_none(tmp_path):
     ]
 
 
-def test_what_rings_on_for_ever_is_no_answer_to_a_blow(tmp_path, monkeypatch):
+def test_what_rings_on_for_ever_is_no_answer_to_a_blow(loaded, monkeypatch):
     """However much of the Host's path it explains: the drive swings as it likes."""
-    _, series = loaded(tmp_path / "s", "none", 1.0, 66)
+    _, series = loaded("none", 1.0, 66)
     fits, best = first_flights(series, EFFECTS).fits, steps.best_swing
 
     def ringing(effect, *arguments, damping):

@@ -319,7 +319,7 @@ def test_tracks_of_half_a_series_do_not_cost_the_other_half(tmp_path, capsys):
 def test_results_that_another_program_spoiled(tmp_path, capsys):
     """Tables in the results folder are input again for `compare`, `report` and `animate`."""
     folder, out = write_small_recording(tmp_path / "run", frames=200).folder, tmp_path / "out"
-    assert ended_well(capsys, "run", folder, "--out", out)[0] == 0
+    assert ended_well(capsys, "identify", folder, "--out", out)[0] == 0
     for name, table in (("impacts", "impacts"), ("motion", "motion"), ("identification", "identification")):
         path = out / f"{name}.parquet"
         good = path.read_bytes()
