@@ -49,6 +49,10 @@ def _accepted(gain: Gain, least: float, units: Units) -> bool:
     )
 
 
+# Beside what a missing spin coupling is judged.
+BESIDE_COUPLING = ("viscous", "tilt_x", "tilt_y")
+
+
 @dataclass(frozen=True, eq=False)
 class FlightSteps:
     """Recalibrated and final fit, what was accepted, gains of the named effects before any was added, probes
@@ -120,6 +124,8 @@ def select_flight_effects(
         base, chosen = fitted, trial
         every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
     last = {g.term.name: g for g in (*every, *probes)}
+    # What was missing first was measured before the others were in.
+    causes = [replace(c, parameters=_friction_cause(c.effect, base, c.gain, units).parameters) for c in causes]
     causes += [
         replace(_term_cause(last[t.name], base, series, units), rivals=rivals.get(t.name, ()))
         for t in chosen
@@ -198,26 +204,38 @@ def _missing_friction(
     ):
         if not missing or name in withheld:
             continue
+        # A drag or a tilt that is not found yet makes as much noise as a coupling tells: it is judged beside them.
+        held = {*base.model.free, *base.model.stated}
+        beside = tuple(one for one in BESIDE_COUPLING if name == "spin_coupling" and one not in held)
         # How far friction is coupled to the spin is an unknown of its own: 0 plain Coulomb, 1 a uniformly loaded disk.
         trial = fit(
             runs,
             _with_free(
                 nominal_model([*effects, "floor_friction", "spin_coupling"], base.model.stated),
-                (*base.model.free, "coupling"),
+                (*base.model.free, "coupling", *beside),
             ),
             rounds=4,
         )
         friction = trial.model.parameters[INDEX["friction"]]
         # Whitened alike and per number: a better model whitens less and keeps flights that the other had to leave out.
-        before = fit(runs, base.model, rounds=0, noise=trial.noise)
+        before = fit(runs, _with_free(base.model, beside), rounds=4 if beside else 0, noise=trial.noise)
         gain = (before.misfit / max(before.count, 1) - trial.misfit / max(trial.count, 1)) * min(
             before.count, trial.count
         )
         units = rig_units(trial)
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * units.negligible_m_per_s2:
             causes.append(_friction_cause(name, trial, gain, units))
-            base = trial
+            base = _fitted_without(runs, trial, beside) if beside else trial
     return base, causes
+
+
+def _fitted_without(runs: Sequence[Run], fitted: FlightFit, columns: Sequence[str]) -> FlightFit:
+    """``fitted`` again without the terms of these columns."""
+    parameters = fitted.model.parameters.copy()
+    for column in columns:
+        parameters[INDEX[column]] = 0.0
+    free = tuple(n for n in fitted.model.free if n not in columns)
+    return fit(runs, replace(fitted.model, parameters=parameters, free=free))
 
 
 def _next_term(
