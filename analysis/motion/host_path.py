@@ -23,6 +23,7 @@ from analysis.motion.host_lines import (
     basis,
     excess,
     fit_lines,
+    frame_correlation,
     noise_correlation,
     robust_sd,
 )
@@ -37,8 +38,6 @@ OVERTONES = 3
 HIGHEST_SHARE = 0.9
 # A main line that leaves more than this share of the Host's variance is none.
 MAIN_SHARE = 0.3
-# Frames' errors are widened for their correlation, up to this.
-MOST_WIDENED = 0.95
 # How well a table's pieces follow a line: its place (m, rad), and its share of all lines' accelerations.
 TABLE_M, TABLE_SHARE = 5e-11, 5e-7
 # A table goes on beyond a run's frames by this share of its length.
@@ -321,10 +320,9 @@ def _widened(residual: Array) -> Array:
     for axis, column in enumerate(residual.T):
         r = column[np.isfinite(column)]
         if len(r) > 2:
+            together = frame_correlation(r)
             r = np.clip(r, -3 * np.std(r), 3 * np.std(r))
-            power = float(np.sum(r**2))
-            together = float(np.clip(np.sum(r[1:] * r[:-1]) / power, 0.0, MOST_WIDENED)) if power > 0 else 0.0
-            found[axis] = power / len(r) * (1 + together) / (1 - together)
+            found[axis] = np.mean(r**2) * (1 + together) / (1 - together)
     return found
 
 

@@ -1,14 +1,20 @@
-"""The measured Host path of each run beside the harmonics of its drive, as whitened rows for linear fits."""
+"""The measured Host path of each run beside its drive, as whitened rows for linear fits.
+
+A drive of lines is known by them.  Of any other (a sweep, a random drive) all that lies in its band is taken for the
+drive: what swings beside the band after blows is told from it, what swings in it is not.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal.windows import dpss
 
 from analysis.flights.runs import Run
-from analysis.motion.host_lines import noise_correlation
+from analysis.motion.host_lines import frame_correlation, noise_correlation
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
@@ -17,17 +23,25 @@ OVERTONES = 6
 # Frames farther off (robust sd) are gross errors.
 GROSS_SD = 5.0
 FEWEST_FRAMES = 60
-# Noise of markers that is correlated from frame to frame by more than this is none of cameras.
-MOST_CORRELATED = 0.95
-# What no line explains is less than this share of the drive: else it starts, stops or sweeps.
-MOST_BESIDE = 0.2
+# Of a drive of lines so many are all there are beside its harmonics, and what they leave is less than this share of it
+# (a recoil leaves 0.006, a sweep, a start or a random drive at least 0.026; 80 runs of the blind plant).
+MOST_LINES, MOST_BESIDE = 3, 0.02
+# One line whose level or frequency changes leaves less than this; what is slower than its band is none of it.
+MOST_CHANGED = 0.2
+# The band of a drive that is none of lines holds this share of its path's power.
+IN_BAND = 0.999
+# Columns beyond those of a band's width and duration (Slepian 1978): what is in the band is followed to 1e-5.
+BEYOND = 6
+# ... and leaves at least this share of the frames to tell by.
+LEAST_FREE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPath:
     """One run's Host beside its drive: ``time_s`` (N,) of the frames used, ``place`` (N, 2) as measured, ``run`` its
     number; ``sd`` (2,) of a frame, ``correlation`` from frame to frame, ``held`` (M, Q) orthonormal columns of the
-    drive, whitened, and ``plain`` (N, Q) as they are."""
+    drive, whitened, and ``plain`` (N, Q) as they are; ``tells_lines``: whether
+    a further line would be none of the drive."""
 
     run: int
     time_s: Array
@@ -36,6 +50,7 @@ class MeasuredPath:
     correlation: float
     held: Array
     plain: Array
+    tells_lines: bool
 
     def beside_drive(self, places: Array) -> Array:
         """Places (N, 2; m) without what the drive explains."""
@@ -60,29 +75,63 @@ def _whitened(columns: Array, correlation: float) -> Array:
 
 
 def measured_path(run: Run, number: int) -> MeasuredPath | None:
-    """The path of a run whose Host follows harmonics of a drive; None of any other (a sweep, a random drive, a start,
-    a Host at rest, too few frames)."""
+    """The path of a run whose Host is driven; None of a Host at rest, of too few frames, and of a drive whose band
+    leaves nothing to tell by."""
     host, time_s = run.data.host, run.data.time_s
-    if not host.omega_rad_per_s or len(host.residual) != len(time_s):
+    if not host.moves or len(host.residual) != len(time_s):
         return None
     residual = host.residual[:, :2]
     sd = np.array([residual_sd(column[np.isfinite(column)]) for column in residual.T])
     use = np.isfinite(residual).all(1) & (np.abs(residual) < GROSS_SD * sd).all(1)
     if np.count_nonzero(use) < FEWEST_FRAMES:
         return None
+    place = (host.at(time_s)[:, :2] + residual)[use]
     beside = [float(np.std(one.at(time_s - host.zero_s))) for one in host.smooth[:2] if one is not None]
-    if max(beside, default=0.0) > MOST_BESIDE * host.amplitude_m:
+    left = max(beside, default=0.0) / max(host.amplitude_m, 1e-300) if host.omega_rad_per_s else np.inf
+    of_lines = left <= MOST_BESIDE and len(host.lines_rad_per_s) <= MOST_LINES
+    changes = left <= MOST_CHANGED and not len(host.lines_rad_per_s)
+    t = time_s[use]
+    if of_lines:
+        drive = _harmonics(t, host.omega_rad_per_s)
+    else:
+        drive = np.hstack([_harmonics(t, host.omega_rad_per_s if changes else 0.0), _band(t, *_band_of(t, place))])
+    if drive.shape[1] > (1 - LEAST_FREE) * len(t) or not sd.all():
         return None
-    place = host.at(time_s)[:, :2] + residual
-    t, place = time_s[use], place[use]
     correlation = noise_correlation(residual)
-    turn = host.omega_rad_per_s * t
-    columns = [np.ones_like(t)]
-    for k in range(1, OVERTONES + 1):
-        columns += [np.cos(k * turn), np.sin(k * turn)]
-    drive = np.column_stack([*columns, *_line_columns(t, turn)[2:]])
     held, _ = np.linalg.qr(_whitened(drive, correlation))
-    return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0])
+    return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes)
+
+
+def _harmonics(t: Array, omega: float) -> Array:
+    """Columns (N, Q) of the mean and the drive's harmonics; of the mean alone for a drive without a frequency."""
+    columns = [np.ones_like(t)]
+    if not omega:
+        return columns[0][:, None]
+    for k in range(1, OVERTONES + 1):
+        columns += [np.cos(k * omega * t), np.sin(k * omega * t)]
+    return np.column_stack([*columns, *_line_columns(t, omega * t)[2:]])
+
+
+def _band_of(t: Array, place: Array) -> tuple[float, float]:
+    """Middle and half width (Hz) of the band that holds nearly all of a path (N, 2)."""
+    even = np.linspace(t[0], t[-1], len(t))
+    window = np.hanning(len(t))
+    columns = [np.interp(even, t, column - np.mean(column)) * window for column in place.T]
+    power = np.cumsum(np.sum(np.abs(np.fft.rfft(columns, axis=1)) ** 2, 0))
+    outside = 0.5 * (1 - IN_BAND) * power[-1]
+    low, high = (float(one) for one in np.searchsorted(power, [outside, power[-1] - outside]))
+    duration = float(np.ptp(t))
+    return 0.5 * (low + high) / duration, 0.5 * (high - low) / duration
+
+
+def _band(t: Array, middle_hz: float, half_hz: float) -> Array:
+    """Columns (N, Q) of all that lies in a band: a carrier times discrete prolate sequences."""
+    turns = max(half_hz * float(np.ptp(t)), 1.0)
+    tapers = dpss(len(t), turns, int(np.ceil(2 * turns)) + BEYOND)
+    even = np.linspace(t[0], t[-1], len(t))
+    level = np.column_stack([np.interp(t, even, taper) for taper in tapers])
+    turn = 2 * np.pi * middle_hz * t[:, None]
+    return np.hstack([level * np.cos(turn), level * np.sin(turn)])
 
 
 def _line_columns(t: Array, turn: Array) -> list[Array]:
@@ -90,15 +139,17 @@ def _line_columns(t: Array, turn: Array) -> list[Array]:
     return [np.cos(turn), np.sin(turn), t * np.cos(turn), t * np.sin(turn)]
 
 
-def with_noise_of(path: MeasuredPath, left: Array) -> MeasuredPath:
-    """``path`` with the correlation from frame to frame that what is ``left`` (N, 2; m) of it beside the drive shows,
-    and the sds of that.
+def with_noise_of(paths: Sequence[MeasuredPath], left: Sequence[Array]) -> list[MeasuredPath]:
+    """``paths`` with the noise that what is ``left`` (N, 2; m) of them beside the drive shows: one correlation from
+    frame to frame, since the same cameras film all runs, and each run's own sds.
 
     A path that follows the Host's swings leaves residuals without slow noise, which is what swings are told from."""
-    beside = path.beside_drive(left)
-    own = np.sum(beside[1:] * beside[:-1], 0) / np.maximum(np.sum(beside[1:] ** 2, 0), 1e-300)
-    correlation = float(np.clip(np.mean(own), path.correlation, MOST_CORRELATED))
-    held, _ = np.linalg.qr(_whitened(path.plain, correlation))
-    path = replace(path, correlation=correlation, held=held)
-    free = path.white(left)
-    return replace(path, sd=path.sd * np.array([residual_sd(column) for column in free.T]))
+    beside = [path.beside_drive(one) for path, one in zip(paths, left, strict=True)]
+    correlation = float(np.average([frame_correlation(one) for one in beside], weights=[len(one) for one in beside]))
+    out = []
+    for path, one in zip(paths, left, strict=True):
+        held, _ = np.linalg.qr(_whitened(path.plain, correlation))
+        path = replace(path, correlation=correlation, held=held)
+        free = path.white(one)
+        out.append(replace(path, sd=path.sd * np.array([residual_sd(column) for column in free.T])))
+    return out

@@ -66,7 +66,7 @@ class DriveSteps:
         one = self.paths[path]
         out = np.zeros((len(one.time_s), 2))
         for swing in self.swings:
-            out += swing.places(self.pushes[one.run], one.time_s)
+            out += swing.places(self.pushes, one.run, one.time_s)
         for line in self.lines:
             out += line.places(path, one.time_s)
         return out
@@ -109,11 +109,11 @@ def drive_steps(
     if not paths:
         return steps, series
     swings, lines = _found(paths, pushes, series.runs)
-    steps = replace(steps, swings=tuple(swings), lines=tuple(lines))
+    steps = replace(steps, paths=tuple(paths), swings=tuple(swings), lines=tuple(lines))
     steps = _judged(steps, series, withheld, ground_moves)
     ringing = next((one for one in swings if one.effect == "host_ringing" and _surely(one, steps, series)), None)
     if ringing is not None:
-        moved = [ringing.places(own, run.data.time_s) for own, run in zip(pushes, series.runs, strict=True)]
+        moved = [ringing.places(pushes, number, run.data.time_s) for number, run in enumerate(series.runs)]
         series = with_host_moved(series, [-one for one in moved])
     return steps, series
 
@@ -125,7 +125,8 @@ def _found(
     terms: list[Swing | Line] = []
     below = LINES_TO / float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
     asks_for_lines = any(not runs[path.run].data.host.harmonic for path in paths)
-    if asks_for_lines and len(paths) > 1:
+    # A line whose level changes has none beside it.
+    if any(len(runs[path.run].data.host.lines_rad_per_s) or not path.tells_lines for path in paths) and len(paths) > 1:
         paths[:] = _with_own_lines(paths, pushes, below)
     for _ in range(MOST_TERMS):
         left = _left(terms, paths, pushes)
@@ -139,8 +140,7 @@ def _found(
         terms.append(max(tried, key=lambda one: _beyond_chance(one, paths)))
         if len(terms) > 1:
             terms = _again(terms, paths, pushes, below)
-    left = _left(terms, paths, pushes)
-    paths[:] = [with_noise_of(path, one) for path, one in zip(paths, left, strict=True)]
+    paths[:] = with_noise_of(paths, _left(terms, paths, pushes))
     terms = _again(terms, paths, pushes, below)
     return [t for t in terms if isinstance(t, Swing)], [t for t in terms if isinstance(t, Line)]
 
@@ -176,10 +176,15 @@ def _left(
         if number == but:
             continue
         for k, path in enumerate(paths):
-            left[k] -= (
-                term.places(k, path.time_s) if isinstance(term, Line) else term.places(pushes[path.run], path.time_s)
-            )
+            left[k] -= _places(term, k, path, pushes)
     return left
+
+
+def _places(term: Swing | Line, number: int, path: MeasuredPath, pushes: Sequence[RunPushes]) -> Array:
+    """What a term does to the Host (N, 2; m) in the ``path`` of this number."""
+    if isinstance(term, Line):
+        return term.places(number, path.time_s)
+    return term.places(pushes, path.run, path.time_s)
 
 
 def _again(
@@ -226,12 +231,7 @@ def _surely(one: Swing, steps: DriveSteps, series: Series) -> bool:
 
 def rms_m(steps: DriveSteps, one: Swing | Line) -> float:
     """RMS (m) of what a term does to the Host."""
-    squares = [
-        np.sum(
-            (one.places(k, p.time_s) if isinstance(one, Line) else one.places(steps.pushes[p.run], p.time_s)) ** 2, 1
-        )
-        for k, p in enumerate(steps.paths)
-    ]
+    squares = [np.sum(_places(one, k, path, steps.pushes) ** 2, 1) for k, path in enumerate(steps.paths)]
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 
@@ -252,14 +252,15 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
             structure.append(_structure(words, size, least, swing.gain, chance(swing, steps.paths)))
         else:
             causes.append(replace(_swing_cause(swing, size / least, series), rivals=_rivals(swing, steps)))
-    drive_hz = float(np.median([series.runs[p.run].data.host.frequency_hz for p in steps.paths]))
-    # Where the drive of most runs is of no lines, slow ones of the others are the drive's, too.
-    of_lines = len({path.run for path in steps.paths}) >= IMPROVED * runs
-    tells_sway = of_lines and not ground_moves
-    for line in steps.lines:
+    tell = np.array([path.tells_lines for path in steps.paths])
+    # Where the drive of most runs is random, slow lines of the others are the drive's, too.
+    tells_sway = int(np.sum(tell)) >= IMPROVED * runs and not ground_moves
+    for line in steps.lines if tells_sway else ():
         size = rms_m(steps, line)
-        slow = line.frequency_hz < SLOW_SHARE * drive_hz
-        if not (slow and tells_sway) or size < least or float(np.mean(line.each > SURE_IN_RUN)) < IMPROVED:
+        drives_hz = [series.runs[path.run].data.host.frequency_hz for path in steps.paths if path.tells_lines]
+        if line.frequency_hz >= SLOW_SHARE * float(np.median(drives_hz)) or size < least:
+            continue
+        if float(np.mean(line.each[tell] > SURE_IN_RUN)) < IMPROVED:
             continue
         by_effect["host_sway"] = by_effect.get("host_sway", np.zeros(runs)) + _by_run(steps.paths, line.each, runs)
         if "host_sway" in withheld or "host_sway" in {c.effect for c in causes}:
@@ -316,11 +317,13 @@ def _swing_cause(swing: Swing, strength: float, series: Series) -> Cause:
 def _sway_cause(line: Line, strength: float, series: Series, paths: Sequence[MeasuredPath]) -> Cause:
     """Amplitude and direction of all runs together; the phase of the first (at its first frame) where the others
     agree."""
-    tensor = np.real(np.einsum("ri,rj->ij", line.amplitude, line.amplitude.conj()))
+    here = [number for number, path in enumerate(paths) if path.tells_lines]
+    amplitude, paths = line.amplitude[here], [paths[number] for number in here]
+    tensor = np.real(np.einsum("ri,rj->ij", amplitude, amplitude.conj()))
     direction = 0.5 * float(np.arctan2(2 * tensor[0, 1], tensor[0, 0] - tensor[1, 1]))
-    along = line.amplitude @ np.array([np.cos(direction), np.sin(direction)])
-    across = line.amplitude @ np.array([-np.sin(direction), np.cos(direction)])
-    weight = 1 / line.sd**2
+    along = amplitude @ np.array([np.cos(direction), np.sin(direction)])
+    across = amplitude @ np.array([-np.sin(direction), np.cos(direction)])
+    weight = 1 / line.sd[here] ** 2
     size = float(np.sum(weight * np.abs(along)) / weight.sum())
     scatter = np.abs(along) - size
     runs = len(along)

@@ -23,6 +23,8 @@ DAMPINGS = (0.01, 0.03, 0.08, 0.2, 0.45, 0.8)
 LEAST_DAMPING = 1e-3
 # A line needs a spacing of this share of its width.
 LINE_SPACING, LINES_TO = 0.25, 0.25
+# ... and shows with this share of its power beside the drive.
+LEAST_SEEN = 0.01
 #: cells tried; neighbours are alike, so that the best gains less by chance than so many independent ones
 CELLS = FREQUENCIES * len(DAMPINGS)
 # Steps of the differences: shares of frequency and damping.
@@ -32,7 +34,10 @@ STEP = 1e-3
 @dataclass(frozen=True, eq=False)
 class Swing:
     """A swing that is fitted: ``share`` (disk's mass over the one that swings) with frequency (Hz) and damping ratio,
-    their covariance (3, 3), ``gain`` (fall of -2 log L) and ``held_out`` (R,), each run's by the others' share."""
+    their covariance (3, 3), ``gain`` (fall of -2 log L) and ``held_out`` (R,), each run's by the others' share.
+
+    Blows before a run's first frame leave it swinging: ``start`` (series' runs, 2, 2; m) are what :func:`fading` has of
+    it along x and y from the times ``start_s`` (series' runs,) on; no part of the gain."""
 
     effect: str
     share: float
@@ -41,6 +46,8 @@ class Swing:
     covariance: Array
     gain: float
     held_out: Array
+    start: Array
+    start_s: Array
 
     @property
     def dies_out(self) -> bool:
@@ -51,10 +58,12 @@ class Swing:
         """The pushes that it answers."""
         return run.whole if self.effect == "host_recoil" else run.normal
 
-    def places(self, run: RunPushes, time_s: Array) -> Array:
-        """What it does to the Host (N, 2) at times (N,), in m."""
-        one = answers(self.pushes(run), time_s, np.array([self.frequency_hz]), np.array([self.damping]))
-        return np.asarray(self.share * one[..., 0])
+    def places(self, pushes: Sequence[RunPushes], run: int, time_s: Array) -> Array:
+        """What it does to the Host (N, 2) at times (N,) of a run of the series, in m."""
+        hz, damping = np.array([self.frequency_hz]), np.array([self.damping])
+        one = answers(self.pushes(pushes[run]), time_s, hz, damping)
+        began = fading(time_s - self.start_s[run], hz, damping)
+        return np.asarray(self.share * one[..., 0] + began[..., 0] @ self.start[run])
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +84,48 @@ class Line:
         return np.asarray(np.real(turn[:, None] * self.amplitude[path]))
 
 
+def fading(time_s: Array, frequency_hz: Array, damping: Array) -> Array:
+    """Cosine and sine (N, 2, G) of free swings at times (N,; s) from their start."""
+    omega = 2 * np.pi * frequency_hz
+    turn = time_s[:, None] * omega * np.sqrt(1 - damping**2)
+    size = np.exp(-np.maximum(time_s, 0.0)[:, None] * damping * omega)
+    return np.stack([size * np.cos(turn), size * np.sin(turn)], 1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Swinging:
+    """Swings (G) in one run: whitened ``columns`` (M, 2, G) of the answers to its pushes, and of what began before it
+    (``began`` (M, 2 of cosine and sine, G), for a frame of unit variance), with what is ``left`` (M, 2), whitened."""
+
+    columns: Array
+    began: Array
+    left: Array
+
+    @classmethod
+    def of(cls, effect: str, path: MeasuredPath, run: RunPushes, left: Array, hz: Array, damping: Array) -> _Swinging:
+        pushes = run.whole if effect == SWINGS[0] else run.normal
+        columns = path.white(answers(pushes, path.time_s, hz, damping))
+        began = fading(path.time_s - path.time_s[0], hz, damping)
+        return cls(columns, path.white(began * path.sd.reshape(1, 2, 1)), left)
+
+    def without_start(self, rows: Array) -> tuple[Array, Array]:
+        """``rows`` (M, 2, G) of both axes without what the start explains, and its amplitudes (2, 2, G)."""
+        cc, ss, cs = (np.sum(self.began[:, i] * self.began[:, j], 0) for i, j in ((0, 0), (1, 1), (0, 1)))
+        determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+        on_c, on_s = (np.einsum("mg,mag->ag", self.began[:, i], rows) for i in (0, 1))
+        sizes = np.array([ss * on_c - cs * on_s, cc * on_s - cs * on_c]) / determinant
+        return rows - np.einsum("mig,iag->mag", self.began, sizes), sizes
+
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Products (G,) of the answers with what is left and with themselves, beside any start, and what the start
+        alone takes."""
+        columns, _ = self.without_start(self.columns)
+        whole = np.broadcast_to(self.left[..., None], columns.shape)
+        left, _ = self.without_start(whole)
+        top = np.einsum("mag,mag->g", columns, left)
+        return top, np.einsum("mag,mag->g", columns, columns), np.sum(whole**2 - left**2, (0, 1))
+
+
 def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], left: Sequence[Array]) -> Swing:
     """The swing that takes most of what is ``left`` (N, 2; m) in the paths: a grid, then a search about its best."""
     longest = max(float(np.ptp(path.time_s)) for path in paths)
@@ -83,38 +134,57 @@ def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunP
     hz, damping = (one.ravel() for one in np.meshgrid(grid, DAMPINGS, indexing="ij"))
     white = [path.white(one) for path, one in zip(paths, left, strict=True)]
 
-    def sums(hz: Array, damping: Array) -> tuple[Array, Array]:
-        """Products with what is left and with themselves, (R, G) each."""
-        tops, bottoms = [], []
-        for path, one in zip(paths, white, strict=True):
-            own = pushes[path.run]
-            columns = path.white(answers(own.whole if effect == SWINGS[0] else own.normal, path.time_s, hz, damping))
-            tops.append(np.einsum("nag,na->g", columns, one))
-            bottoms.append(np.einsum("nag,nag->g", columns, columns))
-        return np.array(tops), np.array(bottoms)
+    def sums(hz: Array, damping: Array) -> tuple[Array, Array, Array]:
+        """Those of each run (R, G)."""
+        each = [
+            _Swinging.of(effect, path, pushes[path.run], one, hz, damping).sums()
+            for path, one in zip(paths, white, strict=True)
+        ]
+        top, bottom, began = (np.array(column) for column in zip(*each, strict=True))
+        return top, bottom, began
 
     def gain(top: Array, bottom: Array) -> Array:
         # A push makes the Host give, not come.
         total = np.maximum(top.sum(0), 0.0)
         return np.asarray(total**2 / np.maximum(bottom.sum(0), 1e-300))
 
-    start = int(np.argmax(gain(*sums(hz, damping))))
+    def taken(hz: Array, damping: Array) -> Array:
+        """All that swings and their starts take: without these, what a run began with would bend the frequency."""
+        top, bottom, began = sums(hz, damping)
+        return np.asarray(gain(top, bottom) + began.sum(0))
+
+    start = int(np.argmax(taken(hz, damping)))
     found = minimize(
-        lambda u: -float(gain(*sums(np.exp(u[:1]), _damping(u[1:])))[0]),
+        lambda u: -float(taken(np.exp(u[:1]), _damping(u[1:]))[0]),
         np.array([np.log(hz[start]), np.log(damping[start] / (1 - damping[start]))]),
         method="Nelder-Mead",
         options={"initial_simplex": None, "xatol": 1e-3, "fatol": 1e-2, "maxfev": 80},
     )
     f, zeta = float(np.exp(found.x[0])), float(_damping(found.x[1:])[0])
-    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta])))
+    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta]))[:2])
     share = float(max(top.sum(), 0.0) / max(bottom.sum(), 1e-300))
     rest_top, rest_bottom = (top.sum() - top, bottom.sum() - bottom) if len(paths) > 1 else (top, bottom)
     others = np.maximum(rest_top, 0.0) / np.maximum(rest_bottom, 1e-300)
     swing = Swing(
         effect, share, f, zeta, np.zeros((3, 3)), float(gain(top[:, None], bottom[:, None])[0]),
-        2 * others * top - others**2 * bottom,
+        2 * others * top - others**2 * bottom, np.zeros((len(pushes), 2, 2)), np.zeros(len(pushes)),
     )  # fmt: skip
+    swing = _with_starts(swing, paths, pushes, white)
     return replace(swing, covariance=_covariance(swing, paths, pushes, white))
+
+
+def _with_starts(
+    swing: Swing, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], white: Sequence[Array]
+) -> Swing:
+    """``swing`` with what each run began with."""
+    hz, damping = np.array([swing.frequency_hz]), np.array([swing.damping])
+    start, start_s = np.zeros_like(swing.start), np.zeros_like(swing.start_s)
+    for path, one in zip(paths, white, strict=True):
+        run = _Swinging.of(swing.effect, path, pushes[path.run], one, hz, damping)
+        _, sizes = run.without_start(one[..., None] - swing.share * run.columns)
+        start[path.run] = sizes[..., 0] * path.sd
+        start_s[path.run] = path.time_s[0]
+    return replace(swing, start=start, start_s=start_s)
 
 
 def _damping(logit: Array) -> Array:
@@ -130,19 +200,17 @@ def _covariance(
     zeta = swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP])
     normal, scores = np.zeros((3, 3)), []
     for path, one in zip(paths, white, strict=True):
-        at = answers(swing.pushes(pushes[path.run]), path.time_s, hz, np.minimum(zeta, 1 - 1e-6))
-        columns = path.white(at)
-        slope = swing.share / (2 * STEP)
-        jacobian = np.stack(
-            [
-                columns[..., 0],
-                (columns[..., 2] - columns[..., 1]) * slope / swing.frequency_hz,
-                (columns[..., 4] - columns[..., 3]) * slope / swing.damping,
-            ],
-            -1,
-        ).reshape(-1, 3)
+        run = _Swinging.of(swing.effect, path, pushes[path.run], one, hz, np.minimum(zeta, 1 - 1e-6))
+        whole = swing.share * run.columns + np.einsum("mig,ia->mag", run.began, swing.start[path.run] / path.sd)
+        slopes = [
+            run.columns[..., 0],
+            (whole[..., 2] - whole[..., 1]) / (2 * STEP * swing.frequency_hz),
+            (whole[..., 4] - whole[..., 3]) / (2 * STEP * swing.damping),
+        ]
+        here = replace(run, began=run.began[..., :1])
+        jacobian = np.concatenate([here.without_start(slope[..., None])[0] for slope in slopes], -1).reshape(-1, 3)
         normal += jacobian.T @ jacobian
-        scores.append(jacobian.T @ (one - swing.share * columns[..., 0]).ravel())
+        scores.append(jacobian.T @ (one - whole[..., 0]).ravel())
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
     if len(paths) < 4:
         return inverse
@@ -186,11 +254,13 @@ def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, A
     c, s = rows[:, 0], rows[:, 1]
     cc, ss, cs = np.sum(c * c, 0), np.sum(s * s, 0), np.sum(c * s, 0)
     determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    # A line that the drive holds nearly whole is part of the drive.
+    seen = cc + ss > LEAST_SEEN * len(rows)
     gain, variance = np.zeros(len(hz)), np.zeros(len(hz))
     amplitude = np.zeros((2, len(hz)), complex)
     for axis in range(2):
         on_c, on_s = c.T @ white[:, axis], s.T @ white[:, axis]
-        a, b = (ss * on_c - cs * on_s) / determinant, (cc * on_s - cs * on_c) / determinant
+        a, b = (seen * (one - cs * other) / determinant for one, other in ((ss * on_c, on_s), (cc * on_s, on_c)))
         gain += a * on_c + b * on_s
         amplitude[axis] = path.sd[axis] * (a + 1j * b)
         variance += path.sd[axis] ** 2 * (cc + ss) / determinant / 4

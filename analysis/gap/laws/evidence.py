@@ -93,10 +93,8 @@ def evidence_of(before: HasRows, after: HasRows, law: WrittenLaw) -> Evidence | 
     sizes(rows_of([replace(term, factors=_own(term, factor))]), before.known, given)
     expected = weight.T @ given[:, 0] / count
     share = weight.sum(0) / weight.sum()
-    sides = [
-        _profile(one, bare, cut, share, float(share @ told))
-        for one, told in ((before, expected), (after, 0 * expected))
-    ]
+    means = (float(share @ expected), 0.0)
+    sides = [_profile(one, bare, cut, share, mean) for one, mean in zip((before, after), means, strict=True)]
     return Evidence(
         factor.quantity, QUANTITIES[factor.quantity].unit, term.target, bare.unit,
         weight.T @ np.where(fine, values, 0.0) / count, *sides[0], *sides[1], expected,

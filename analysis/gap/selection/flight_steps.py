@@ -225,17 +225,21 @@ def _missing_friction(
         units = rig_units(trial)
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * units.negligible_m_per_s2:
             causes.append(_friction_cause(name, trial, gain, units))
-            base = _fitted_without(runs, trial, beside) if beside else trial
+            base = fit(runs, _without(trial.model, set(beside))) if beside else trial
     return base, causes
 
 
-def _fitted_without(runs: Sequence[Run], fitted: FlightFit, columns: Sequence[str]) -> FlightFit:
-    """``fitted`` again without the terms of these columns."""
-    parameters = fitted.model.parameters.copy()
-    for column in columns:
-        parameters[INDEX[column]] = 0.0
-    free = tuple(n for n in fitted.model.free if n not in columns)
-    return fit(runs, replace(fitted.model, parameters=parameters, free=free))
+def _without(model: FlightModel, columns: set[str]) -> FlightModel:
+    """``model`` without these columns: they are what `[model]` states, or nil."""
+    parameters = model.parameters.copy()
+    for column in columns & set(INDEX):
+        parameters[INDEX[column]] = model.stated.get(column, 0.0)
+    return replace(
+        model,
+        parameters=parameters,
+        drift_per_run=model.stated.get(DRIFT_OF_RUN, 0.0) if DRIFT_OF_RUN in columns else model.drift_per_run,
+        free=tuple(n for n in model.free if n not in columns),
+    )
 
 
 def _next_term(
@@ -261,18 +265,9 @@ def _fitted(
     runs: Sequence[Run], base: FlightFit, before: Sequence[FlightTerm], after: Sequence[FlightTerm]
 ) -> FlightFit:
     """``base``, which holds the terms ``before``, refitted with those of ``after``."""
-    held = {c for t in after for c in t.columns}
-    dropped = {c for t in before for c in t.columns} - held
-    parameters = base.model.parameters.copy()
-    for column in dropped & set(INDEX):
-        parameters[INDEX[column]] = base.model.stated.get(column, 0.0)
-    model = replace(
-        base.model,
-        parameters=parameters,
-        drift_per_run=base.model.stated.get(DRIFT_OF_RUN, 0.0) if DRIFT_OF_RUN in dropped else base.model.drift_per_run,
-        free=tuple(n for n in base.model.free if n not in dropped),
-    )
-    return fit(runs, _with_free(model, [c for t in after for c in t.columns]))
+    held = [c for t in after for c in t.columns]
+    model = _without(base.model, {c for t in before for c in t.columns} - set(held))
+    return fit(runs, _with_free(model, held))
 
 
 def _rivals(best: Gain, candidates: Sequence[Gain]) -> tuple[str, ...]:

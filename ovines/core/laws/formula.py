@@ -243,5 +243,10 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f" of {one.x:.3g} rad"
             elif quantity.own == "line":
                 own = f" of {one.y:.3g} rad"
+            elif quantity.own == "turning":
+                # The formula writes it by the azimuth and the time.
+                for part in ("azimuth", "time"):
+                    out[QUANTITIES[part].symbol] = QUANTITIES[part].meaning
+                continue
             out[quantity.symbol] = quantity.meaning + own
     return list(out.items())

@@ -1,0 +1,57 @@
+"""What the Host does beside its drive is told whatever the drive is, and whenever a run begins."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.recording.place import Place
+from analysis.blind.series import make_series, write_series
+from analysis.gap.drive.steps import drive_steps
+from analysis.gap.selection.flight_steps import first_flights
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def drive_of(tmp_path, kind, drive, seed, runs=4):
+    made = make_series(kind, 1.0, np.random.default_rng(seed), runs, "white", place=Place(drive=drive))
+    write_series(made, tmp_path / kind)
+    series, _ = load_series(read_series(tmp_path / kind), tmp_path / "results")
+    fits = first_flights(series, ("floor_friction", "spin_coupling")).fits
+    return made.truth["parameters"], drive_steps(series, fits, frozenset(), False)[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "drive", "seed", "runs"),
+    [
+        # Each run with a second line of its own, a hundred times as large as the recoil.
+        ("host_recoil", "two_lines", 5, 6),
+        # The third run begins just after a blow: without what that set going the frequency is 7 sds off.
+        ("host_recoil", "sine", 3, 5),
+        ("host_recoil", "start_up", 3, 4),
+        ("host_recoil", "random", 2, 4),
+        ("host_ringing", "random", 1, 4),
+        ("host_ringing", "chirp", 2, 4),
+    ],
+)
+def test_a_swing_is_measured_beside_any_drive(tmp_path, kind, drive, seed, runs):
+    true, steps = drive_of(tmp_path, kind, drive, seed, runs)
+    assert [cause.effect for cause in steps.causes] == [kind]
+    for name, (value, sd) in steps.causes[0].parameters.items():
+        assert abs(value - true[kind][name]) < 4 * sd, name
+    mass, sd = steps.causes[0].parameters["mass_kg"]
+    assert sd < 0.03 * mass
+
+
+def test_a_sway_is_told_beside_a_drive_that_starts(tmp_path):
+    true, steps = drive_of(tmp_path, "host_sway", "start_up", 1)
+    assert [cause.effect for cause in steps.causes] == ["host_sway"]
+    for name in ("amplitude_m", "frequency_hz"):
+        value, sd = steps.causes[0].parameters[name]
+        assert abs(value - true["host_sway"][name]) < 3 * sd
+
+
+@pytest.mark.parametrize("drive", ["two_lines", "random", "chirp", "start_up"])
+def test_nothing_is_found_beside_a_drive_where_nothing_is(tmp_path, drive):
+    _, steps = drive_of(tmp_path, "none", drive, 1)
+    assert steps.paths and not steps.causes and not steps.structure
