@@ -91,6 +91,37 @@ class FloorFit:
     per_run: tuple[float, float] | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class _Standing:
+    """Where a fit of the floor stands: its ``runs``, ``parameters`` of the flight model, ``shared`` offsets, and the
+    flights as they were fitted last, with these or with those of the step before."""
+
+    runs: Sequence[Run]
+    parameters: Array
+    shared: Array
+    fits: list[FlightFits]
+
+    def fitted(self, noise: FlightNoise) -> _Standing:
+        """With the flights fitted anew, from where they were."""
+        fits = in_threads(
+            fit_flights,
+            [
+                (run.data, run.flights, self.parameters, self.shared, self.fits[k] if self.fits else None, noise)
+                for k, run in enumerate(self.runs)
+            ],
+        )
+        return replace(self, fits=fits)
+
+    def moved(self, names: Sequence[str], columns: Sequence[int], step: Array) -> _Standing:
+        """By a ``step`` of the shared ``columns``, of which ``names`` are parameters."""
+        parameters = self.parameters.copy()
+        for name in names:
+            parameters[INDEX[name]] += step[columns.index(SHARED.index(name))]
+        parameters[INDEX["friction"]] = max(parameters[INDEX["friction"]], 0.0)
+        offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
+        return replace(self, parameters=parameters, shared=self.shared + step[offsets])
+
+
 def fit_floor(
     runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None = None
 ) -> FloorFit:
@@ -99,73 +130,96 @@ def fit_floor(
 
     First as if frames were independent, which tells how they are not; then weighed by that.  ``start``: a fit with
     fewer of them, from which to go on."""
-    parameters = np.zeros(len(PARAMETERS))
-    for term, value in held.items():
-        parameters[INDEX[term]] = value
-    if "friction" in names:
-        parameters[INDEX["friction"]] = START_FRICTION
-    shared = np.zeros(2 + len(LENS_TERMS))
-    fits: list[FlightFits] = []
-    if start is not None:
-        parameters, shared, fits = start.fits[0].parameters.copy(), start.fits[0].shared.copy(), list(start.fits)
-        fits = [replace(fit, run=run.data, gross=frozenset()) for run, fit in zip(runs, fits, strict=True)]
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
-    at = [columns.index(SHARED.index(n)) for n in names]
-    offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
-    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (start.noise.without_force(), LENS_SD_M)
+    stands = _started(runs, names, held, start)
+    noise, lens_sd = PLAIN if start is None else start.noise.without_force(), LENS_SD_M
     for stage in range(1 + MOST_STAGES):
-        for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
-            fits = in_threads(
-                fit_flights,
-                [
-                    (run.data, run.flights, parameters, shared, fits[k] if fits else None, noise)
-                    for k, run in enumerate(runs)
-                ],
-            )
-            rows = in_threads(linearised, [(fit, columns) for fit in fits])
-            evidence = in_threads(weighed, [(one, noise) for one in rows])
-            prior, pull = prior_of(columns, shared, lens_sd)
-            step, covariance = _step(evidence, columns, prior, pull)
-            if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
-                break
-            parameters = parameters.copy()
-            for name, k in zip(names, at, strict=True):
-                parameters[INDEX[name]] += step[k]
-            parameters[INDEX["friction"]] = max(parameters[INDEX["friction"]], 0.0)
-            shared = shared + step[offsets]
-        if stage == 0 or (noise.forced and stage < MOST_STAGES):
+        rounds = FIRST_ROUNDS if stage == 0 else ROUNDS
+        stands, rows = _at_rest(stands, names, columns, noise, lens_sd, rounds)
+        if stage == 0:
+            stands, noise, lens_sd = _first_errors(stands, rows, columns)
+        elif noise.forced and stage < MOST_STAGES:
             # Noise is estimated on fits without a force, which would follow it.
-            frames = noise_of(fits) if stage == 0 else noise.without_force()
-            before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
-            if stage == 0 and noise.forced:
-                fits = _without_gross(fits, frames)
-                runs = [replace(run, data=fit.run) for run, fit in zip(runs, fits, strict=True)]
-                noise, lens_sd = _errors(fits, in_threads(linearised, [(fit, columns) for fit in fits]), frames)
-            if (
-                stage > 0
-                and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
-                < FORCE_RESTS
-            ):
+            before, (noise, lens_sd) = noise, _errors(stands.fits, rows, noise.without_force())
+            if _force_rests(before, noise):
                 break
-            if lens_sd == HELD_M:
-                shared = np.concatenate([shared[:2], np.zeros(len(LENS_TERMS))])
         else:
             break
-    if fits[0].parameters is not parameters:
-        fits = in_threads(
-            fit_flights,
-            [(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)],
-        )
-    shapes, told = _shapes(fits, names, noise), columns
+        if lens_sd == HELD_M:
+            stands = replace(stands, shared=np.concatenate([stands.shared[:2], np.zeros(len(LENS_TERMS))]))
+    if stands.fits[0].parameters is not stands.parameters:
+        stands = stands.fitted(noise)
+    return _estimated(stands, names, columns, noise, lens_sd)
+
+
+def _started(runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None) -> _Standing:
+    """Where the fit of ``names`` begins: without any, or where ``start`` ended."""
+    if start is None:
+        parameters, shared, fits = np.zeros(len(PARAMETERS)), np.zeros(2 + len(LENS_TERMS)), []
+        for term, value in held.items():
+            parameters[INDEX[term]] = value
+        if "friction" in names:
+            parameters[INDEX["friction"]] = START_FRICTION
+    else:
+        parameters, shared = start.fits[0].parameters.copy(), start.fits[0].shared.copy()
+        fits = [replace(fit, run=run.data, gross=frozenset()) for run, fit in zip(runs, start.fits, strict=True)]
+    return _Standing(runs, parameters, shared, fits)
+
+
+def _at_rest(
+    stands: _Standing, names: Sequence[str], columns: list[int], noise: FlightNoise, lens_sd: float, rounds: int
+) -> tuple[_Standing, list[RunRows]]:
+    """Where the shared parameters rest, or stand after so many ``rounds``; and the rows of the last one."""
+    rows: list[RunRows] = []
+    for _ in range(rounds):
+        stands = stands.fitted(noise)
+        rows = in_threads(linearised, [(fit, columns) for fit in stands.fits])
+        evidence = in_threads(weighed, [(one, noise) for one in rows])
+        prior, pull = prior_of(columns, stands.shared, lens_sd)
+        step, covariance = _step(evidence, columns, prior, pull)
+        if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
+            break
+        stands = stands.moved(names, columns, step)
+    return stands, rows
+
+
+def _first_errors(
+    stands: _Standing, rows: Sequence[RunRows], columns: Sequence[int]
+) -> tuple[_Standing, FlightNoise, float]:
+    """Noise and size of the lens residual as the fit with the stated noise shows them; where there is a force, without
+    what is gross."""
+    frames = noise_of(stands.fits)
+    noise, lens_sd = _errors(stands.fits, rows, frames)
+    if not noise.forced:
+        return stands, noise, lens_sd
+    fits = _without_gross(stands.fits, frames)
+    runs = [replace(run, data=fit.run) for run, fit in zip(stands.runs, fits, strict=True)]
+    noise, lens_sd = _errors(fits, in_threads(linearised, [(fit, columns) for fit in fits]), frames)
+    return replace(stands, runs=runs, fits=fits), noise, lens_sd
+
+
+def _force_rests(before: FlightNoise, noise: FlightNoise) -> bool:
+    """Whether the unknown force is about as large as before."""
+    sizes = [max(one.acceleration_m_per_s2, HELD_M) for one in (noise, before)]
+    return bool(abs(np.log(sizes[0] / sizes[1])) < FORCE_RESTS)
+
+
+def _estimated(
+    stands: _Standing, names: Sequence[str], told: Sequence[int], noise: FlightNoise, lens_sd: float
+) -> FloorFit:
+    """The fit where it ``stands``, its evidence in the columns ``told``; ``names`` with their covariance, whatever the
+    force has of any shape."""
+    fits = stands.fits
+    shapes = _shapes(fits, names, noise)
     columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
     open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
     evidence = [one.only(told) for one in open_evidence] if shapes else open_evidence
-    prior, pull = prior_of(columns, shared, lens_sd)
+    prior, pull = prior_of(columns, stands.shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0
     step, covariance = _step(open_evidence, columns, prior, pull)
-    estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
+    estimate = np.array([stands.parameters[INDEX[n]] for n in names]) + step[at]
     wider = disagreement(open_evidence, step, covariance)[at]
     return FloorFit(
         tuple(fits),
@@ -174,7 +228,7 @@ def fit_floor(
         estimate,
         covariance[np.ix_(at, at)] * np.outer(wider, wider),
         noise,
-        float(parameters[INDEX["coupling"]]),
+        float(stands.parameters[INDEX["coupling"]]),
         lens_sd,
     )
 
