@@ -35,8 +35,9 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.runs import Run, cut_again
 from analysis.flights.segments import SMOOTH_M_PER_S2
-from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
+from analysis.identification.floor import FloorFit
 from analysis.identification.floor_law import SURE_FORCE, choose_floor
+from analysis.identification.floor_priors import HELD_M, WEAK_SD, prior_sd
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
 from analysis.identification.restitution_rows import restitution_fit, without_effects
