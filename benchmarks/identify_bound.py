@@ -29,7 +29,7 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, fit_flights
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.identification.fit import RigFit
-from analysis.identification.floor import ORIGIN_SD_M, WEAK_SD
+from analysis.identification.floor_priors import ORIGIN_SD_M, WEAK_SD
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.identify import identify_series
 from benchmarks.identify import motions_of, restitution_bound

@@ -13,8 +13,8 @@ from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
 from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, FlightFits, RunData, fit_flights, seen_frames
 from analysis.flights.noise import FlightNoise
 from analysis.identification.fit import BALANCE_SD, BALANCE_SHARE, RigFit
-from analysis.identification.floor import HELD_M
 from analysis.identification.floor_law import FORMS, SURE_FORCE
+from analysis.identification.floor_priors import HELD_M
 from analysis.identification.parameters import LENS_SHARE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.walls.wall import Wall, stated_wall

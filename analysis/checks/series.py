@@ -9,8 +9,8 @@ import pandas as pd
 
 from analysis.checks.recording import summed
 from analysis.checks.row import COLUMNS, DIAGNOSE, PRINCIPAL, row
-from analysis.identification.trend import Trend, weighted_trend
 from analysis.identify import FORCE_SAID
+from analysis.statistics.trend import Trend, weighted_trend
 
 # Four parameters are looked at; 0.01 each keeps a false alarm over all of them below 4 %.
 AGREEMENT_P = 0.01

@@ -2,7 +2,7 @@
 
 An impulse j at the rim turns the disk by ``j / (q m R)`` whatever the contact's law, stick or slide, so that an error
 of q is told apart from any tangential restitution wherever the disk's angle is seen; without it the two are one.  A
-disk's radius (or unit of length) that is off by as much looks alike.
+disk's radius (or unit of length) that is off by as much looks alike: whether spins and impulses balance is asked first.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import LawData
+from analysis.contact.impacts import Impacts
+from analysis.contact.law import FEWEST_FOR_SPEED_FLOOR, SPEED_FLOOR_M_PER_S, LawData, law_data
 from analysis.statistics.gain import CUT_SD, regress
 
 Array = NDArray[np.float64]
@@ -21,6 +22,43 @@ SHARE_OF_NORMAL = 0.002
 # Spins known worse than this (m/s at the rim) tell nothing: a motion without angles.
 KNOWN_SPIN_M_PER_S = 1.0
 FEWEST_IMPACTS = 15
+# Spin against impulse: errors beyond this count linearly (Huber), and speed floors are tried up to 1 m/s.
+BALANCE_CLIP_SD, SPEED_FLOORS_M_PER_S = 4.0, np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 130)])
+
+
+@dataclass(frozen=True)
+class SpinBalance:
+    """Tangential impulse over the angular momentum it must have given: ``ratio`` 1 with its sd where radius, inertia
+    and length scale are right; ``speed_floor_m_per_s``: error of the impulses beyond the flights' covariance."""
+
+    ratio: float
+    ratio_sd: float
+    speed_floor_m_per_s: float
+
+
+def spin_balance(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia_factor: float) -> SpinBalance:
+    """j_t against q R d(omega), which must agree whatever the contact law: by maximum likelihood."""
+    data = law_data(impacts, used, radius_m, inertia_factor, 0.0)
+    turned = data.angular + data.tangential_impulse
+    if len(data) < FEWEST_FOR_SPEED_FLOOR or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
+        return SpinBalance(1.0, np.inf, SPEED_FLOOR_M_PER_S)
+    best = (np.inf, 1.0, np.inf, 0.0)
+    for floor in SPEED_FLOORS_M_PER_S:
+        variance = data.angular_sd**2 + floor**2
+        ratio, weight = 1.0, 1 / variance
+        for _ in range(4):
+            ratio = float(np.sum(weight * turned * data.tangential_impulse) / np.sum(weight * turned**2))
+            z2 = (data.tangential_impulse - ratio * turned) ** 2 / variance
+            weight = np.minimum(1.0, BALANCE_CLIP_SD / np.sqrt(np.maximum(z2, 1e-12))) / variance
+        cost = float(np.sum(_huber(z2, BALANCE_CLIP_SD) + np.log(variance)))
+        if cost < best[0]:
+            best = (cost, ratio, float(np.sum(weight * turned**2) ** -0.5), float(floor))
+    return SpinBalance(*best[1:])
+
+
+def _huber(z2: Array, clip: float) -> Array:
+    """Huber's loss of squared errors ``z2`` (K,), linear beyond ``clip``."""
+    return np.where(z2 < clip**2, z2, 2 * clip * np.sqrt(z2) - clip**2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ all parameters. (Thesis eqs 88-107, with ERRATA; a heavy Host, M_H >> M_N.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,24 +25,11 @@ FEWEST_FOR_SPEED_FLOOR = 10
 # Outliers, impacts that are none of the law's: how many, how far off in restitution or impulse ratio, and of how many
 # it can be told.
 OUTLIER_SHARE, OUTLIER_SPREAD, FEWEST_FOR_OUTLIERS = 0.01, 0.25, 5
-# A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many
-# impacts, and the speeds within which it may fall off.
-SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
-# Restitution of slow impacts against that of all: sd of the difference that falls off within this speed, before any
-# impact says more.
-SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
 # A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
 LEAST_SCATTER = 1e-5
 # Wall friction and tangential restitution that no impact has shown: sd of what they may be; a slip below this tells no
 # tangential restitution.
 OPEN_FRICTION, OPEN_TANGENTIAL, LEAST_SLIP_M_PER_S = 0.1, 0.3, 1e-3
-# Spin against impulse: errors beyond this count linearly (Huber), and speed floors are tried up to this (m/s); an angle
-# whose speed at the rim is less certain than that says nothing.
-BALANCE_CLIP_SD, SPEED_FLOORS_M_PER_S, KNOWN_SPIN_M_PER_S = (
-    4.0,
-    np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 130)]),
-    1.0,
-)
 # Scatter that the fit of the restitution starts from, and where it ends (share of the variance, fall of -2 log L).
 START_SCATTER, RESTS_SHARE, RESTS_GAIN = 0.02, 1e-4, 1e-4
 # Starts of the tangential law, over steel on plastic and from smooth to rough; scatter there, and the simplex' steps in
@@ -173,41 +160,6 @@ def _rows(count: int, entries: dict[str, Array]) -> Array:
     for name, values in entries.items():
         rows[:, _AT[name]] = values
     return rows
-
-
-@dataclass(frozen=True)
-class SpinBalance:
-    """Tangential impulse over the angular momentum it must have given: ``ratio`` 1 with its sd where radius, inertia
-    and length scale are right; ``speed_floor_m_per_s``: error of the impulses beyond the flights' covariance."""
-
-    ratio: float
-    ratio_sd: float
-    speed_floor_m_per_s: float
-
-
-def spin_balance(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, inertia_factor: float) -> SpinBalance:
-    """j_t against q R d(omega), which must agree whatever the contact law: by maximum likelihood."""
-    data = law_data(impacts, used, radius_m, inertia_factor, 0.0)
-    turned = data.angular + data.tangential_impulse
-    if len(data) < FEWEST_FOR_SPEED_FLOOR or not np.median(data.angular_sd) < KNOWN_SPIN_M_PER_S:
-        return SpinBalance(1.0, np.inf, SPEED_FLOOR_M_PER_S)
-    best = (np.inf, 1.0, np.inf, 0.0)
-    for floor in SPEED_FLOORS_M_PER_S:
-        variance = data.angular_sd**2 + floor**2
-        ratio, weight = 1.0, 1 / variance
-        for _ in range(4):
-            ratio = float(np.sum(weight * turned * data.tangential_impulse) / np.sum(weight * turned**2))
-            z2 = (data.tangential_impulse - ratio * turned) ** 2 / variance
-            weight = np.minimum(1.0, BALANCE_CLIP_SD / np.sqrt(np.maximum(z2, 1e-12))) / variance
-        cost = float(np.sum(_huber(z2, BALANCE_CLIP_SD) + np.log(variance)))
-        if cost < best[0]:
-            best = (cost, ratio, float(np.sum(weight * turned**2) ** -0.5), float(floor))
-    return SpinBalance(*best[1:])
-
-
-def _huber(z2: Array, clip: float) -> Array:
-    """Huber's loss of squared errors ``z2`` (K,), linear beyond ``clip``."""
-    return np.where(z2 < clip**2, z2, 2 * clip * np.sqrt(z2) - clip**2)
 
 
 def follows(data: LawData, restitution: Array | float, scatter: float, limit_sd: float) -> NDArray[np.bool_]:
@@ -371,49 +323,6 @@ def tangential_sd(data: LawData, law: Law) -> tuple[float, float]:
         float(np.hypot(law.tangential_scatter, (friction + OPEN_FRICTION**-2) ** -0.5)),
         float(np.hypot(each, (tangential + OPEN_TANGENTIAL**-2) ** -0.5)),
     )
-
-
-@dataclass(frozen=True)
-class SpeedLaw:
-    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``;
-    ``slow_sd``: how far that of slow impacts may lie off it."""
-
-    at_high: float
-    rise: float
-    speed_m_per_s: float
-    scatter: float
-    slow_sd: float
-
-
-def speed_law(data: LawData, law: Law) -> SpeedLaw:
-    """The restitution as it follows the approach speed where the impacts leave no doubt that it does, else the one of
-    all impacts.
-
-    Slow impacts (chatter) are not among ``data`` or tell little: a mean over fast ones is not theirs."""
-    best, least = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter, SLOW_SD), np.inf
-    if len(data) >= FEWEST_FOR_SPEED_LAW:
-        least = fit_restitution(data)[3] - SPEED_LAW_GAIN
-        for speed in DECAY_SPEEDS_M_PER_S:
-            (at_high, rise), _, scatter, value = fit_restitution(
-                data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)])
-            )
-            if value < least:
-                best, least = SpeedLaw(float(at_high), float(rise), speed, scatter, SLOW_SD), value
-    return replace(best, slow_sd=_slow_sd(data, best))
-
-
-def _slow_sd(data: LawData, law: SpeedLaw) -> float:
-    """How far the restitution of the slowest impacts may lie off ``law``, as the others show it: :data:`SLOW_SD` where
-    they say nothing.
-    """
-    if not len(data):
-        return SLOW_SD
-    expected = law.at_high + law.rise * np.exp(-data.before / law.speed_m_per_s)
-    residual = replace(data, after=data.after - expected * data.before)
-    (_, off), covariance, _, _ = fit_restitution(
-        residual, np.column_stack([np.ones(len(data)), np.exp(-data.before / SLOW_M_PER_S)]), SLOW_SD**-2.0
-    )
-    return float(np.clip(np.hypot(off, np.sqrt(covariance[1, 1])), LEAST_SLOW_SD, SLOW_SD))
 
 
 def restitution_gain(data: LawData, columns: Sequence[Array]) -> tuple[float, Array, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from analysis.contact.law import LawData, fit_restitution
+from analysis.contact.law import Law, LawData, fit_restitution
 from analysis.motion.rig_frame import RigFrame
 
 Array = NDArray[np.float64]
@@ -25,6 +25,12 @@ RESTITUTION_EFFECTS = (SPEED, DIRECTION, DRIFT)
 SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
 # Where a scale's interval would end below this speed (m/s), no impact tells a slower one apart.
 SLOWEST_SCALE_M_PER_S = 0.05
+# A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many
+# impacts, and the speeds within which it may fall off.
+SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
+# Restitution of slow impacts against that of all: sd of the difference that falls off within this speed, before any
+# impact says more.
+SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
 # Step of the logarithm of the scale by which the likelihood's curvature is taken, and the least curvature that is one.
 SCALE_STEP, LEAST_CURVATURE = 0.05, 1e-9
 
@@ -201,3 +207,46 @@ def _turning(vector: Array, covariance: Array) -> dict[str, tuple[float, float]]
     across = np.array([-along[1], along[0]])
     sd, turned = (float(np.sqrt(u @ covariance @ u)) for u in (along, across))
     return {"amplitude": (size, sd), "direction_rad": (float(np.arctan2(vector[1], vector[0])), turned / size)}
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """Restitution ``at_high`` + ``rise`` exp(-v / ``speed_m_per_s``) at approach speed v, and its ``scatter``;
+    ``slow_sd``: how far that of slow impacts may lie off it."""
+
+    at_high: float
+    rise: float
+    speed_m_per_s: float
+    scatter: float
+    slow_sd: float
+
+
+def speed_law(data: LawData, law: Law) -> SpeedLaw:
+    """The restitution as it follows the approach speed where the impacts leave no doubt that it does, else the one of
+    all impacts.
+
+    Slow impacts (chatter) are not among ``data`` or tell little: a mean over fast ones is not theirs."""
+    best, least = SpeedLaw(law.restitution, 0.0, 1.0, law.scatter, SLOW_SD), np.inf
+    if len(data) >= FEWEST_FOR_SPEED_LAW:
+        least = fit_restitution(data)[3] - SPEED_LAW_GAIN
+        for speed in DECAY_SPEEDS_M_PER_S:
+            (at_high, rise), _, scatter, value = fit_restitution(
+                data, np.column_stack([np.ones(len(data)), np.exp(-data.before / speed)])
+            )
+            if value < least:
+                best, least = SpeedLaw(float(at_high), float(rise), speed, scatter, SLOW_SD), value
+    return replace(best, slow_sd=_slow_sd(data, best))
+
+
+def _slow_sd(data: LawData, law: SpeedLaw) -> float:
+    """How far the restitution of the slowest impacts may lie off ``law``, as the others show it: :data:`SLOW_SD` where
+    they say nothing.
+    """
+    if not len(data):
+        return SLOW_SD
+    expected = law.at_high + law.rise * np.exp(-data.before / law.speed_m_per_s)
+    residual = replace(data, after=data.after - expected * data.before)
+    (_, off), covariance, _, _ = fit_restitution(
+        residual, np.column_stack([np.ones(len(data)), np.exp(-data.before / SLOW_M_PER_S)]), SLOW_SD**-2.0
+    )
+    return float(np.clip(np.hypot(off, np.sqrt(covariance[1, 1])), LEAST_SLOW_SD, SLOW_SD))

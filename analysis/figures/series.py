@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.figures.style import BLACK, BLUE, FONT_PT, GREY, ORANGE, label, new_figure
-from analysis.identification.trend import weighted_trend
+from analysis.statistics.trend import weighted_trend
 
 
 def parameter_trends(tests: pd.DataFrame, parameters: Sequence[tuple[str, str, float]]) -> Figure:

@@ -53,6 +53,38 @@ def diagnose_impacts(
     withheld: frozenset[str] = frozenset(),
 ) -> dict[str, Any]:
     """diagnosis.json of recordings that bring tables ``given_impacts`` alone; `InputError` for fewer than eight."""
+    data, tangential = _usable(tables, recordings)
+    model = recordings[0].model
+    effects = model.effects if model else ()
+    held = [name for name in effects if name in RESTITUTION_EFFECTS]
+    fit = _Fit(data, _law_of(data, tangential))
+    null = impact_null_distribution(data, held, rng)
+    finite = "finite_contact_time" in effects or not tangential  # then nothing tangential is probed
+    causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
+    table = _identified(tables, recordings, [cause.effect for cause in causes])
+    plain = _identified(tables, recordings, []) if causes else table
+    told = told_effects(table, [cause.effect for cause in causes])
+    causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
+    structure += _scatter(data, terms, structure)
+    gained = [gain.gain for gain in probes if gain.residual == "restitution"]
+    left_p = min([1.0, by_chance(null, max(gained)) if gained else 1.0, *(one.p for one in structure)])
+    detectable = of_impacts(fit, {gain.name: gain for gain in left})
+    return {
+        **_found(causes, structure),
+        "probabilities": _probabilities(causes, detectable, left_p),
+        "parameters": _sizes(causes),
+        "where": _where([*causes, *structure]),
+        "gap": _gap(fit, held, terms, recordings[0], rng) | {"left_p": left_p},
+        "detectable": detectable,
+        "next_test": _next_test(causes, structure),
+        "next_tests": None,
+        "nominal": _nominal(model, plain, table),
+        "time": {"free_flight_s": 0.0, "sustained_contact_s": 0.0, "left_out_s": 0.0},
+    }
+
+
+def _usable(tables: Sequence[pd.DataFrame], recordings: Sequence[Recording]) -> tuple[LawData, bool]:
+    """The impacts that a law can be learnt from, and whether they tell anything tangential."""
     nes = recordings[0].settings.bodies.nes
     if nes is None:
         raise InputError(
@@ -71,56 +103,51 @@ def diagnose_impacts(
             f"{FEWEST} and more",
             "record longer, or more runs",
         )
-    model = recordings[0].model
-    effects = model.effects if model else ()
-    held = [name for name in effects if name in RESTITUTION_EFFECTS]
-    fit = _Fit(data, _law_of(data, bool(known.any())))
-    null = impact_null_distribution(data, held, rng)
-    finite = "finite_contact_time" in effects or not known.any()  # then nothing tangential is probed
-    causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
-    table = _identified(tables, recordings, [cause.effect for cause in causes])
-    plain = _identified(tables, recordings, []) if causes else table
-    told = told_effects(table, [cause.effect for cause in causes])
-    causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
-    structure += _scatter(data, terms, structure)
-    gained = [gain.gain for gain in probes if gain.residual == "restitution"]
-    left_p = min([1.0, by_chance(null, max(gained)) if gained else 1.0, *(one.p for one in structure)])
-    detectable = of_impacts(fit, {gain.name: gain for gain in left})
-    found: list[Cause | Structure] = [*causes, *structure]
+    return data, bool(known.any())
+
+
+def _found(causes: Sequence[Cause], structure: Sequence[Structure]) -> dict[str, Any]:
+    """The head of diagnosis.json: the verdict, and what it rests on."""
     return {
         "format": 2,
         "verdict": "unknown" if structure else "effect" if causes else "none",
         "effects": [cause.effect for cause in sorted(causes, key=lambda one: -one.strength)],
         "equivalent": list(dict.fromkeys(name for cause in causes for name in (cause.effect, *cause.rivals))),
-        "stage": "impact" if found else None,
+        "stage": "impact" if causes or structure else None,
         "left": [one.entry() for one in sorted(structure, key=lambda one: -one.strength)],
         "laws": [],
-        "probabilities": _probabilities(causes, detectable, left_p),
-        "parameters": {
-            cause.effect: {
-                name: {"value": value, "low": value - NORMAL_90 * sd, "high": value + NORMAL_90 * sd}
-                for name, (value, sd) in cause.parameters.items()
-            }
-            for cause in causes
-        },
-        "where": [
-            {"stage": "impact", "phase": "impact", "coordinate": max(found, key=lambda one: one.strength).coordinate,
-             "excess": 1.0}
-        ] if found else [],
-        "gap": _gap(fit, held, terms, recordings[0], rng) | {"left_p": left_p},
-        "detectable": detectable,
-        "next_test": _next_test(causes, structure),
-        "next_tests": None,
-        "nominal": {
-            name: {
-                "as_given": getattr(model, name, None) if model else None,
-                "recalibrated": _value(plain, name),
-                "with_effect": _value(table, name),
-            }
-            for name in ("restitution", "wall_friction", "tangential_restitution")
-        },
-        "time": {"free_flight_s": 0.0, "sustained_contact_s": 0.0, "left_out_s": 0.0},
-    }  # fmt: skip
+    }
+
+
+def _sizes(causes: Sequence[Cause]) -> dict[str, Any]:
+    """Parameters of each effect with their 90 % intervals."""
+    return {
+        cause.effect: {
+            name: {"value": value, "low": value - NORMAL_90 * sd, "high": value + NORMAL_90 * sd}
+            for name, (value, sd) in cause.parameters.items()
+        }
+        for cause in causes
+    }
+
+
+def _where(found: Sequence[Cause | Structure]) -> list[dict[str, Any]]:
+    """The coordinate of an impact in which the strongest shows."""
+    if not found:
+        return []
+    coordinate = max(found, key=lambda one: one.strength).coordinate
+    return [{"stage": "impact", "phase": "impact", "coordinate": coordinate, "excess": 1.0}]
+
+
+def _nominal(model: Nominal | None, plain: pd.DataFrame, table: pd.DataFrame) -> dict[str, Any]:
+    """The contact law as it was given, and as it was found without the effects and with them."""
+    return {
+        name: {
+            "as_given": getattr(model, name, None) if model else None,
+            "recalibrated": _value(plain, name),
+            "with_effect": _value(table, name),
+        }
+        for name in ("restitution", "wall_friction", "tangential_restitution")
+    }
 
 
 def _identified(tables: Sequence[pd.DataFrame], recordings: Sequence[Recording], found: Sequence[str]) -> pd.DataFrame:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from analysis.bounces.contact import RECORD, TIME, BounceRig, wall_frequency
 from analysis.bounces.model import COMMON, COMMON_RESTITUTION, BounceFrames, bounce_residual
 from analysis.bounces.noise import sequence_noise
-from analysis.contact.law import SpeedLaw, tangential_sd
+from analysis.contact.law import tangential_sd
+from analysis.contact.restitution import SpeedLaw
 from analysis.flights.fit import FlightFits
 from analysis.identification.bounce_sequences import BounceSequence
 from analysis.identification.fit import RigFit

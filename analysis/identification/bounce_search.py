@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import SpeedLaw, speed_law
+from analysis.contact.restitution import SpeedLaw, speed_law
 from analysis.flights.fit import FlightFits
 from analysis.flights.single_flight import start_state
 from analysis.identification.bounce_fit import SequenceFit

@@ -18,16 +18,14 @@ from scipy.special import fdtrc
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import intersect, measure
-from analysis.contact.inertia import fit_inertia
+from analysis.contact.inertia import SpinBalance, fit_inertia, spin_balance
 from analysis.contact.law import (
     Law,
     LawData,
-    SpinBalance,
     fit_restitution,
     fit_tangential,
     follows,
     law_data,
-    spin_balance,
 )
 from analysis.contact.middle import middle_of_disk, with_middle
 from analysis.contact.restitution import EffectsFit, Sizes, conditions
@@ -37,8 +35,9 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.runs import Run, cut_again
 from analysis.flights.segments import SMOOTH_M_PER_S2
-from analysis.identification.floor import HELD_M, WEAK_SD, FloorFit, prior_sd
+from analysis.identification.floor import FloorFit
 from analysis.identification.floor_law import SURE_FORCE, choose_floor
+from analysis.identification.floor_priors import HELD_M, WEAK_SD, prior_sd
 from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
 from analysis.identification.restitution_rows import restitution_fit, without_effects
@@ -167,12 +166,22 @@ def fit_rig(
         rig = replace(_fit(runs, named, held, search), held=rig.held)
     if "inertia_error" in named and "inertia_error" not in rig.held:
         return _with_inertia(rig, named, held, search)
+    if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0:
+        return rig
+    return _balanced(rig, runs, named, held)
+
+
+def _balanced(rig: RigFit, runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -> RigFit:
+    """``rig`` where its spins and impulses balance; else with the radius or the inertia factor that the impacts follow
+    better, or left as it is, and in doubt, where they follow neither."""
     off = rig.balance.ratio - 1
     limit = max(BALANCE_SHARE, BALANCE_SD * rig.balance.ratio_sd, BALANCE_SD * rig.lens.relative)
-    if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0 or not abs(off) > limit:
+    if not abs(off) > limit:
         return rig
     tried = {
-        name: replace(_fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search), held=rig.held)
+        name: replace(
+            _fit([_scaled(run, name, rig.balance.ratio) for run in runs], named, held, search=True), held=rig.held
+        )
         for name in ("radius_m", "inertia_factor")
     }
     best = min(tried, key=lambda name: _misfit(tried[name]))

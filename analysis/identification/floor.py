@@ -24,7 +24,6 @@ from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise, at_least, frame
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import FINEST_SD_M, Run
 from analysis.flights.unknown_force import (
-    Prior,
     beside_neighbours,
     best_model,
     force_evidence,
@@ -32,28 +31,17 @@ from analysis.flights.unknown_force import (
     refined,
     tried_forces,
 )
+from analysis.identification.floor_priors import HELD_M, LENS_SD_M, LENS_SDS_M, lens_priors, prior_of
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import CONTACT_RADIUS_M
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
 
-# Lens residual per polynomial term before the flights tell its size (rig units: 0.03 mm of a 40 mm rig), markers'
-# origin within 1 mm.
-LENS_SD_M = 3e-5
-# Prior sd of what is not there, and the sizes that are tried: more than 0.15 % of the contact radius no calibration
-# leaves.
-HELD_M = 1e-9
-LENS_SDS_M = (HELD_M, *np.geomspace(5e-7, 6e-5, 8).tolist())
-ORIGIN_SD_M = 1e-3
-# ... and no slope of heights against places.
+# A slope of heights against places that no calibration leaves more of.
 LENS_SLOPE = LENS_SDS_M[-1] / CONTACT_RADIUS_M
 # Vertical acceleration of the floor in step with the drive, over gravity: each run has its own.
 LIFT = ("friction_cos", "friction_sin")
-# Parameters that no flight informs keep this sd, and are then reported as not determined.
-WEAK_SD = 1e2
-# Terms linear in the place are held: they look like an error of length and attitude, and the Host does not share them.
-NONLINEAR = tuple(name for name in LENS_TERMS if int(name[-2]) + int(name[-1]) > 1)
 START_FRICTION = 0.25
 # Rounds until the shared parameters rest (a step within this share of their sds): with the stated noise, then with that
 # found.
@@ -91,6 +79,37 @@ class FloorFit:
     per_run: tuple[float, float] | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class _Standing:
+    """Where a fit of the floor stands: its ``runs``, ``parameters`` of the flight model, ``shared`` offsets, and the
+    flights as they were fitted last, with these or with those of the step before."""
+
+    runs: Sequence[Run]
+    parameters: Array
+    shared: Array
+    fits: list[FlightFits]
+
+    def fitted(self, noise: FlightNoise) -> _Standing:
+        """With the flights fitted anew, from where they were."""
+        fits = in_threads(
+            fit_flights,
+            [
+                (run.data, run.flights, self.parameters, self.shared, self.fits[k] if self.fits else None, noise)
+                for k, run in enumerate(self.runs)
+            ],
+        )
+        return replace(self, fits=fits)
+
+    def moved(self, names: Sequence[str], columns: Sequence[int], step: Array) -> _Standing:
+        """By a ``step`` of the shared ``columns``, of which ``names`` are parameters."""
+        parameters = self.parameters.copy()
+        for name in names:
+            parameters[INDEX[name]] += step[columns.index(SHARED.index(name))]
+        parameters[INDEX["friction"]] = max(parameters[INDEX["friction"]], 0.0)
+        offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
+        return replace(self, parameters=parameters, shared=self.shared + step[offsets])
+
+
 def fit_floor(
     runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None = None
 ) -> FloorFit:
@@ -99,73 +118,96 @@ def fit_floor(
 
     First as if frames were independent, which tells how they are not; then weighed by that.  ``start``: a fit with
     fewer of them, from which to go on."""
-    parameters = np.zeros(len(PARAMETERS))
-    for term, value in held.items():
-        parameters[INDEX[term]] = value
-    if "friction" in names:
-        parameters[INDEX["friction"]] = START_FRICTION
-    shared = np.zeros(2 + len(LENS_TERMS))
-    fits: list[FlightFits] = []
-    if start is not None:
-        parameters, shared, fits = start.fits[0].parameters.copy(), start.fits[0].shared.copy(), list(start.fits)
-        fits = [replace(fit, run=run.data, gross=frozenset()) for run, fit in zip(runs, fits, strict=True)]
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
-    at = [columns.index(SHARED.index(n)) for n in names]
-    offsets = [columns.index(SHARED.index(n)) for n in (*ORIGIN, *LENS_TERMS)]
-    noise, lens_sd = (PLAIN, LENS_SD_M) if start is None else (start.noise.without_force(), LENS_SD_M)
+    stands = _started(runs, names, held, start)
+    noise, lens_sd = PLAIN if start is None else start.noise.without_force(), LENS_SD_M
     for stage in range(1 + MOST_STAGES):
-        for _ in range(FIRST_ROUNDS if stage == 0 else ROUNDS):
-            fits = in_threads(
-                fit_flights,
-                [
-                    (run.data, run.flights, parameters, shared, fits[k] if fits else None, noise)
-                    for k, run in enumerate(runs)
-                ],
-            )
-            rows = in_threads(linearised, [(fit, columns) for fit in fits])
-            evidence = in_threads(weighed, [(one, noise) for one in rows])
-            prior, pull = prior_of(columns, shared, lens_sd)
-            step, covariance = _step(evidence, columns, prior, pull)
-            if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
-                break
-            parameters = parameters.copy()
-            for name, k in zip(names, at, strict=True):
-                parameters[INDEX[name]] += step[k]
-            parameters[INDEX["friction"]] = max(parameters[INDEX["friction"]], 0.0)
-            shared = shared + step[offsets]
-        if stage == 0 or (noise.forced and stage < MOST_STAGES):
+        rounds = FIRST_ROUNDS if stage == 0 else ROUNDS
+        stands, rows = _at_rest(stands, names, columns, noise, lens_sd, rounds)
+        if stage == 0:
+            stands, noise, lens_sd = _first_errors(stands, rows, columns)
+        elif noise.forced and stage < MOST_STAGES:
             # Noise is estimated on fits without a force, which would follow it.
-            frames = noise_of(fits) if stage == 0 else noise.without_force()
-            before, (noise, lens_sd) = noise, _errors(fits, rows, frames)
-            if stage == 0 and noise.forced:
-                fits = _without_gross(fits, frames)
-                runs = [replace(run, data=fit.run) for run, fit in zip(runs, fits, strict=True)]
-                noise, lens_sd = _errors(fits, in_threads(linearised, [(fit, columns) for fit in fits]), frames)
-            if (
-                stage > 0
-                and abs(np.log(max(noise.acceleration_m_per_s2, HELD_M) / max(before.acceleration_m_per_s2, HELD_M)))
-                < FORCE_RESTS
-            ):
+            before, (noise, lens_sd) = noise, _errors(stands.fits, rows, noise.without_force())
+            if _force_rests(before, noise):
                 break
-            if lens_sd == HELD_M:
-                shared = np.concatenate([shared[:2], np.zeros(len(LENS_TERMS))])
         else:
             break
-    if fits[0].parameters is not parameters:
-        fits = in_threads(
-            fit_flights,
-            [(run.data, run.flights, parameters, shared, fits[k], noise) for k, run in enumerate(runs)],
-        )
-    shapes, told = _shapes(fits, names, noise), columns
+        if lens_sd == HELD_M:
+            stands = replace(stands, shared=np.concatenate([stands.shared[:2], np.zeros(len(LENS_TERMS))]))
+    if stands.fits[0].parameters is not stands.parameters:
+        stands = stands.fitted(noise)
+    return _estimated(stands, names, columns, noise, lens_sd)
+
+
+def _started(runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None) -> _Standing:
+    """Where the fit of ``names`` begins: without any, or where ``start`` ended."""
+    if start is None:
+        parameters, shared, fits = np.zeros(len(PARAMETERS)), np.zeros(2 + len(LENS_TERMS)), []
+        for term, value in held.items():
+            parameters[INDEX[term]] = value
+        if "friction" in names:
+            parameters[INDEX["friction"]] = START_FRICTION
+    else:
+        parameters, shared = start.fits[0].parameters.copy(), start.fits[0].shared.copy()
+        fits = [replace(fit, run=run.data, gross=frozenset()) for run, fit in zip(runs, start.fits, strict=True)]
+    return _Standing(runs, parameters, shared, fits)
+
+
+def _at_rest(
+    stands: _Standing, names: Sequence[str], columns: list[int], noise: FlightNoise, lens_sd: float, rounds: int
+) -> tuple[_Standing, list[RunRows]]:
+    """Where the shared parameters rest, or stand after so many ``rounds``; and the rows of the last one."""
+    rows: list[RunRows] = []
+    for _ in range(rounds):
+        stands = stands.fitted(noise)
+        rows = in_threads(linearised, [(fit, columns) for fit in stands.fits])
+        evidence = in_threads(weighed, [(one, noise) for one in rows])
+        prior, pull = prior_of(columns, stands.shared, lens_sd)
+        step, covariance = _step(evidence, columns, prior, pull)
+        if np.all(np.abs(step) <= RESTS_SD * np.sqrt(np.diag(covariance))):
+            break
+        stands = stands.moved(names, columns, step)
+    return stands, rows
+
+
+def _first_errors(
+    stands: _Standing, rows: Sequence[RunRows], columns: Sequence[int]
+) -> tuple[_Standing, FlightNoise, float]:
+    """Noise and size of the lens residual as the fit with the stated noise shows them; where there is a force, without
+    what is gross."""
+    frames = noise_of(stands.fits)
+    noise, lens_sd = _errors(stands.fits, rows, frames)
+    if not noise.forced:
+        return stands, noise, lens_sd
+    fits = _without_gross(stands.fits, frames)
+    runs = [replace(run, data=fit.run) for run, fit in zip(stands.runs, fits, strict=True)]
+    noise, lens_sd = _errors(fits, in_threads(linearised, [(fit, columns) for fit in fits]), frames)
+    return replace(stands, runs=runs, fits=fits), noise, lens_sd
+
+
+def _force_rests(before: FlightNoise, noise: FlightNoise) -> bool:
+    """Whether the unknown force is about as large as before."""
+    sizes = [max(one.acceleration_m_per_s2, HELD_M) for one in (noise, before)]
+    return bool(abs(np.log(sizes[0] / sizes[1])) < FORCE_RESTS)
+
+
+def _estimated(
+    stands: _Standing, names: Sequence[str], told: Sequence[int], noise: FlightNoise, lens_sd: float
+) -> FloorFit:
+    """The fit where it ``stands``, its evidence in the columns ``told``; ``names`` with their covariance, whatever the
+    force has of any shape."""
+    fits = stands.fits
+    shapes = _shapes(fits, names, noise)
     columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
     open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
     evidence = [one.only(told) for one in open_evidence] if shapes else open_evidence
-    prior, pull = prior_of(columns, shared, lens_sd)
+    prior, pull = prior_of(columns, stands.shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0
     step, covariance = _step(open_evidence, columns, prior, pull)
-    estimate = np.array([parameters[INDEX[n]] for n in names]) + step[at]
+    estimate = np.array([stands.parameters[INDEX[n]] for n in names]) + step[at]
     wider = disagreement(open_evidence, step, covariance)[at]
     return FloorFit(
         tuple(fits),
@@ -174,7 +216,7 @@ def fit_floor(
         estimate,
         covariance[np.ix_(at, at)] * np.outer(wider, wider),
         noise,
-        float(parameters[INDEX["coupling"]]),
+        float(stands.parameters[INDEX["coupling"]]),
         lens_sd,
     )
 
@@ -281,45 +323,6 @@ def _errors(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNo
     priors = lens_priors(columns, columns, fits[0].shared)
     best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
     return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
-
-
-def prior_sd(lens_sd_m: float) -> dict[str, float]:
-    """Prior sds of the origin and of the lens residual's terms, the linear ones held."""
-    return {
-        **dict.fromkeys(LENS_TERMS, HELD_M),
-        **dict.fromkeys(NONLINEAR, lens_sd_m),
-        **dict.fromkeys(ORIGIN, ORIGIN_SD_M),
-    }
-
-
-def prior_of(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[Array, Array]:
-    """Prior's 1/variance of the columns, and how it pulls offsets to zero from where they stand (``shared``)."""
-    sds = prior_sd(lens_sd_m)
-    prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
-    pull = np.zeros(len(columns))
-    for offset, name in enumerate((*ORIGIN, *LENS_TERMS)):
-        if SHARED.index(name) in columns:
-            k = list(columns).index(SHARED.index(name))
-            pull[k] = -prior[k] * shared[offset]
-    return prior, pull
-
-
-def lens_priors(columns: Sequence[int], chosen: Sequence[int], shared: Array) -> list[Prior]:
-    """:func:`prior_in` with each size that the lens residual's terms may have."""
-    return [prior_in(columns, chosen, shared, lens_sd) for lens_sd in LENS_SDS_M]
-
-
-def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
-    """The prior of the ``chosen`` of the evidence's ``columns``, the lens residual's terms integrated out."""
-    lens = {SHARED.index(name) for name in LENS_TERMS}
-    weight, pull = prior_of(chosen, shared, lens_sd_m)
-    return Prior(
-        tuple(list(columns).index(c) for c in chosen),
-        weight,
-        pull,
-        float(np.sum(pull**2 / weight)),
-        np.array([c in lens for c in chosen], bool),
-    )
 
 
 def disagreement(evidence: Sequence[Evidence], step: Array, covariance: Array) -> Array:

@@ -18,12 +18,12 @@ from analysis.checks.series import AGREEMENT_P as TREND_P
 from analysis.checks.series import series_checks
 from analysis.checks.series import trends as trends_of
 from analysis.figures.series import parameter_trends
-from analysis.identification.trend import Trend
 from analysis.report.numbers import MISSING, interval, percent, value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page, Status, pages_beside, source_of
 from analysis.report.parameters import PRINCIPAL, paragraph, parameter_rows, quantity, statement
 from analysis.report.results import Results, identification_notes, read_results
 from analysis.report.verdict import actions_of_notes, checks_table, seen_share
+from analysis.statistics.trend import Trend
 from ovines.recording import Recording
 from ovines.tables import read_table
 

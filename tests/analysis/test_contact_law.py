@@ -17,9 +17,9 @@ from analysis.contact.law import (
     fit_tangential,
     outlier_share,
     predicted_tangential,
-    speed_law,
     sticks,
 )
+from analysis.contact.restitution import speed_law
 from analysis.identification.intervals import (
     best_tangential,
     restitution_interval,

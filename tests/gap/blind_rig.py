@@ -1,21 +1,26 @@
 """The plant's rig as the tests of its causes need it: a driven and a resting Host, a bare disk, states by name, one
-blow; plain runs with what the plant does on their way, and plain films, with a cause and without."""
+blow; plain runs with what the plant does on their way, and plain films, with a cause and without; and what the tests
+of every group of causes ask of each."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
-from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
+from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
+from analysis.blind.draw import draw_cases
 from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.contact import impact, wall_gap
 from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.dynamics import run_plant
+from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.state import STATES, PlantParameters
 from analysis.blind.series import draw_start, outline_series, run_outline
+from ovines.__main__ import main
 
 DRIVE = 22.0 * np.pi
 HOST = np.array([[0.0, 0.0164, DRIVE, 2.0, 0.0, 0.0, 0.0]])  # 8 g along x, as half of a trial's runs
@@ -29,6 +34,9 @@ SLIDING = FREE._replace(floor_friction=0.3)
 BARE = PlantParameters(floor_friction=0.0, restitution=0.7, wall_friction=0.15, tangential_restitution=0.45)
 G = 0.3 * 9.81
 TIMES = 0.05 + np.arange(60) / 60.0 / 11.0  # in a period of the drive
+# What a severity of 1 means, RMS: m/s^2 in the flight and m/s at impacts (of the rim, where only the spin changes), m,
+# px.
+MEANT = {"flight": (0.2, 1.0), "impact": (0.05, 0.15), "geometry": (1.5e-4, 2.5e-4), "measurement": (0.5, 1.0)}
 
 
 def state_of(**numbers):
@@ -184,3 +192,90 @@ def run_of(name, size):
     plain = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
     drafted = outline_series(name, size, np.random.default_rng(4), 1, "white").draft
     return run_outline(replace(plain, draft=drafted), np.random.default_rng(5), 8.0).states["imp01"]
+
+
+def pictured(name, size, acts):
+    """How far the markers that a cause in the cameras acts on are moved, RMS (px), but for the floor's: `acts` picks
+    them by camera, marker and the view.  The others are not moved."""
+    far, view = moved_px(name, size), film(name, size)[1]
+    chosen = acts(*(far.index.get_level_values(level) for level in ("camera", "marker")), view)
+    assert far[~chosen].max() < 1e-9
+    return rms(far[chosen & ~far.index.get_level_values("marker").str.startswith("G")])
+
+
+def means_what_it_says(name, does, rel=0.12):
+    """A severity of 1 is what it means, and half of it half: `does` says how much a cause does at a size."""
+    low, high = MEANT[CAUSES[name].stage]
+    whole = does(name, 1.0)
+    assert low < whole < high, whole
+    assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=rel)
+
+
+def changes_nothing_at_zero(name):
+    """At a severity of 0 films, what the plant does on its way and whole runs are the plain ones."""
+    if CAUSES[name].stage == "measurement":
+        assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
+        return
+    for with_it, without in zip(done_on_its_way(name, 0.0), done_on_its_way("none", 1.0), strict=True):
+        assert np.array_equal(with_it, without)
+    assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
+
+
+def goes_another_way(name):
+    """From the same start the same shaker leads the disk elsewhere: not to where the plain one is after 0.4 s."""
+    p, plain = physics(name, 1.0), physics("none", 1.0)
+    start = np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0])
+    ends = [state_at(run_plant(q, HOST, start, 0.4, np.random.default_rng(0)), np.array([0.39]))[0] for q in (p, plain)]
+    assert np.hypot(*(ends[0] - ends[1])[:2]) > 5e-4
+
+
+def say_what_they_follow(causes, follows):
+    """Each of a group's sixteen does, none comes twice or is listed, and its parameters are told."""
+    names = [cause.name for cause in causes]
+    assert list(follows) == names and len(set(names)) == 16
+    stages = [cause.stage for cause in causes]
+    assert [stages.count(stage) for stage in MEANT] == [6, 5, 2, 3]
+    assert not any(cause.listed for cause in causes)
+    for name in names:
+        assert draft_series(name, 1.0, np.random.default_rng(1), 2).parameters[name]
+
+
+def command_takes_group(group, causes, folder, capsys):
+    """One case of each of its sixteen in one trial, and one of the group's; a name that is none of them is refused."""
+    names = [cause.name for cause in causes]
+    assert {case.kind for case in draw_cases(16, np.random.default_rng(3), (group,))} == set(names)
+    asked = ["blind", "make", str(folder / "trial"), "--cases", "18", "--seed", "3", "--runs", "1", "--kinds"]
+    assert main([*asked, ",".join([*names, group, "none"])]) == 0
+    truths = [json.loads(path.read_text()) for path in sorted((folder / "trial" / "sealed").rglob("*.json"))]
+    effects = [truth["effect"] for truth in truths]
+    assert set(effects) == {*names, "none"} and len(effects) == 18
+    assert {t["verdict"] for t in truths if t["effect"] != "none"} == {"unknown"}
+    capsys.readouterr()
+    assert main([*asked[:2], str(folder / "other"), *asked[3:], f"{group[:-2]}ing"]) == 2
+    assert group in capsys.readouterr().err
+
+
+def blows_at_rest():
+    """Times and states of sixty blows against a Host that stands still."""
+    for time, state in zip(TIMES, random_states(True), strict=True):
+        position, velocity, _ = host_pose(time, HOST)
+        state[:4] -= [*position[:2], *velocity[:2]]
+        yield time, state
+
+
+def leaves_no_more_energy(p):
+    """No blow leaves the disk more energy than it finds."""
+    for time, state in blows_at_rest():
+        assert energy(impact(time, state, p, STILL, np.zeros(2), 1.0)[0]) <= energy(state) + 1e-12
+
+
+def needs_a_round_wall(name):
+    """A cylinder's is one, a square's none."""
+    assert not may_stand_together(("table_tilt", name), "square", "sine")
+    assert may_stand_together(("table_tilt", name), "cylinder", "sine")
+
+
+def needs_a_blow_that_is_over(names):
+    """None stands beside a contact that lasts."""
+    for name in names:
+        assert not may_stand_together(("finite_contact_time", name), "round", "sine")

@@ -19,6 +19,8 @@ from analysis.gap.written_laws import write_laws
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 
+pytest.register_assert_rewrite("tests.gap.blind_rig")  # what it finds is told as in a test
+
 
 def laws_and_ladder(series: Series, withheld: frozenset[str] = frozenset()) -> tuple[tuple[LawFound, ...], Ladder]:
     """What a diagnosis finds, by its own code and the same draws, before it asks how large and how far: the laws, and

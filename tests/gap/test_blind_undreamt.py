@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.blind.causes.named import draft_series, may_stand_together, physics_of_run
+from analysis.blind.causes.named import draft_series, physics_of_run
 from analysis.blind.causes.undreamt import UNDREAMT
-from analysis.blind.plant.accelerations import host_pose
 from analysis.blind.plant.contact import impact
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.recording.observe import draw_marks, world_points
@@ -19,12 +18,14 @@ from tests.gap.blind_rig import (
     HOST,
     SLIDING,
     STILL,
-    TIMES,
     G,
+    blows_at_rest,
     energy,
     first_contacts,
     head_on,
-    random_states,
+    leaves_no_more_energy,
+    needs_a_blow_that_is_over,
+    needs_a_round_wall,
     rate_of,
     state_of,
     struck,
@@ -150,9 +151,7 @@ def test_a_leaning_wall_presses_the_rim_onto_the_floor():
     along = head_on(leans._replace(restitution=0.05), 1.0, 5e4)  # so fast that the rebound does not turn the slip
     assert along[1] == pytest.approx(500.0 - 3.0 * 0.25 * 0.3 * 1.05, abs=1e-3)
     assert abs(head_on(leans, 1.0, 1.0)[1]) < 0.01
-    for time, state in zip(TIMES, random_states(True), strict=True):
-        position, velocity, _ = host_pose(time, HOST)
-        state[:4] -= [*position[:2], *velocity[:2]]
+    for time, state in blows_at_rest():
         pressed, plain = (
             impact(time, state, p, STILL, np.zeros(2), 1.0)[0] for p in (leans, leans._replace(leaning=0.0))
         )
@@ -188,11 +187,7 @@ def test_a_mount_gives_along_its_line_only():
     assert head_on(gives)[0] == pytest.approx(1.0 - 1.7 / 1.12)
     assert head_on(gives._replace(mount_rad=np.pi / 2))[0] == pytest.approx(-0.7)
     assert head_on(gives._replace(mount_rad=np.pi / 4))[0] == pytest.approx(1.0 - 1.7 / 1.06)
-    rough = BARE._replace(mount=0.12, mount_rad=0.9)
-    for time, state in zip(TIMES, random_states(True), strict=True):
-        position, velocity, _ = host_pose(time, HOST)
-        state[:4] -= [*position[:2], *velocity[:2]]
-        assert energy(impact(time, state, rough, STILL, np.zeros(2), 1.0)[0]) <= energy(state) + 1e-12
+    leaves_no_more_energy(BARE._replace(mount=0.12, mount_rad=0.9))
 
 
 def test_walls_stop_the_disk_where_their_formulas_say():
@@ -243,11 +238,8 @@ def test_a_tab_bends_back_and_leaves_the_other_markers():
 def test_what_may_stand_together():
     """A sleeve needs a round wall, what remembers a blow one that does not last, no blow has two laws; and a
     small band is one that sits tight."""
-    assert not may_stand_together(("table_tilt", "unknown_turning_sleeve"), "square", "sine")
-    assert may_stand_together(("table_tilt", "unknown_turning_sleeve"), "cylinder", "sine")
-    assert not may_stand_together(("finite_contact_time", "unknown_tossed_disk"), "round", "sine")
-    for name in (cause.name for cause in UNDREAMT if cause.stage == "impact"):
-        assert not may_stand_together(("finite_contact_time", name), "round", "sine")
+    needs_a_round_wall("unknown_turning_sleeve")
+    needs_a_blow_that_is_over(["unknown_tossed_disk", *(cause.name for cause in UNDREAMT if cause.stage == "impact")])
     tight, loose = (
         draft_series("unknown_slipping_band", size, np.random.default_rng(1), 1).plant["band_m_per_s"]
         for size in (0.3, 1.2)

@@ -14,6 +14,7 @@ from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, r
 from analysis.gap.next_test.recording import AS_RECORDED
 from analysis.gap.prediction.held_out_errors import STEPS, held_out_errors
 from analysis.gap.prediction.power import flights_seen, share_seen
+from analysis.gap.prediction.predict import Errors
 from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
 from analysis.gap.selection.null_distribution import (
@@ -48,6 +49,20 @@ def test_no_floor_is_above_the_best_model(dragged):
     best = min(one["flight_m"] for one in rms.values())
     others = [errors[step] for step in rms]
     assert twice.never_above(others).rms()["flight_m"] == pytest.approx(min(best, 2 * floor["flight_m"]), rel=1e-9)
+
+
+@pytest.mark.parametrize("above", ["flight", "impact", "spin"])
+def test_a_floor_is_lowered_where_it_is_above_a_model_and_nowhere_else(above):
+    """To the error of the best model, in the one quantity; a model of which nothing was predicted lowers none."""
+    ones = np.array([1.0, 1.0])
+    floor = Errors(ones, ones, ones, ones, ones)
+    worse = replace(floor, flight=9 * ones, impact=9 * ones, spin=9 * ones)
+    none = Errors(*np.zeros((5, 2)))
+    with np.errstate(all="raise"):
+        lowered = floor.never_above([worse, replace(worse, **{above: np.array([0.1, 0.4])}), none])
+    for quantity in ("flight", "impact", "spin"):
+        assert getattr(lowered, quantity) == pytest.approx(0.25 * ones if quantity == above else ones)
+    assert none.never_above([worse]).rms() == none.rms()
 
 
 def test_gains_by_chance_are_the_ladders_own_gains_of_drawn_scores(dragged):

@@ -4,7 +4,7 @@ Causes of the plant, whose code shares nothing with the search; kinds in view: n
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -155,28 +155,63 @@ def test_halves_that_disagree_say_so():
     assert halves(0.3).entry()["sizes"][1]["value"] == pytest.approx(0.3, abs=0.25)
 
 
+@dataclass(frozen=True)
+class Asked:
+    """Of a ladder what the search for laws of the measurement asks: what it tells and how its flights fit."""
+
+    flights: SimpleNamespace
+    structure: tuple[SimpleNamespace, ...]
+    measured: str
+
+
+def asked(misfit, stage="measurement", measured="as it came"):
+    fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
+    return Asked(
+        SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (SimpleNamespace(stage=stage, strength=1.0),), measured
+    )
+
+
+def a_law():
+    sure = {"halves": Halves((1.0, 1.0), (0.1, 0.1)), "shrinkage": lambda rng: (1.0, 0.9, 1.1)}
+    return SimpleNamespace(closed=1.0, law=SimpleNamespace(terms=()), **sure)
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """Function that sets what the searches of laws of the measurement find: those of frames and of the clock a law and
+    a series, that of the disk's picture laws with theirs; nothing where nothing is said.  Misfits: of the flights of
+    the series that they leave."""
+
+    def found(misfits, frames=None, picture=(), clock=None):
+        monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: frames or ((), series))
+        monkeypatch.setattr(written_laws, "find_marker_laws", lambda series, rng: ((), series))
+        monkeypatch.setattr(written_laws, "find_disk_picture_laws", lambda series, rng: list(picture))
+        monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: clock or (None, series))
+        monkeypatch.setattr(
+            written_laws, "run_ladder", lambda series, rng, withheld: asked(misfits[series], measured=series)
+        )
+
+    return found
+
+
 @pytest.mark.parametrize("stage", ["measurement", "flight"])
-def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(monkeypatch, stage):
+def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(searches, stage):
     """A drive that sweeps passes for a clock (a chirp of the second trial did): the disk's flights then fit worse."""
-
-    def ladder_of(misfit):
-        fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
-        flights = SimpleNamespace(nominal=SimpleNamespace(fits=fits))
-        return SimpleNamespace(structure=(SimpleNamespace(stage=stage),), measured="as it came", flights=flights)
-
-    law, before = (
-        SimpleNamespace(
-            closed=1.0, law=SimpleNamespace(terms=()), halves=Halves((1.0, 1.0), (0.1, 0.1)),
-            shrinkage=lambda rng: (1.0, 0.9, 1.1),
-        ),
-        ladder_of(1.17),
-    )  # fmt: skip
-    monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((law,), "corrected"))
-    monkeypatch.setattr(written_laws, "find_marker_laws", lambda series, rng: ((), series))
-    monkeypatch.setattr(written_laws, "find_disk_picture_laws", lambda series, rng: [])
-    monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (law, "in other times"))
-    monkeypatch.setattr(written_laws, "run_ladder", lambda series, rng, withheld: ladder_of(2.04))
+    law, before = a_law(), asked(1.17, stage)
+    searches({"corrected": 2.04, "in other times": 2.04}, ((law,), "corrected"), clock=(law, "in other times"))
     assert written_laws._measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)
+
+
+@pytest.mark.parametrize(("first", "second", "kept"), [(1.5, 1.19, None), (1.3, 1.175, 1), (1.1, 1.16, 0)])
+def test_a_picture_of_the_disk_is_the_cameras_whose_law_the_flights_believe(searches, first, second, kept):
+    """Two views say only how they miss each other, so that each camera has its law: the one is right without which the
+    flights fit best, and none where they fit worse without either than with both."""
+    laws, before = (a_law(), a_law()), asked(1.17)
+    searches({"first": first, "second": second}, picture=[(laws[0], "first"), (laws[1], "second")])
+    found, after = written_laws._measurement_laws(before, np.random.default_rng(0), frozenset())
+    assert found == (() if kept is None else (laws[kept],))
+    assert written_laws._misfit(after) == pytest.approx(1.17 if kept is None else (first, second)[kept])
+    assert after.measured == before.measured and after.structure == before.structure
 
 
 def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):

@@ -36,8 +36,9 @@ def quantities(law):
 
 
 def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
-    """And no restitution that falls with the speed: impacts are asked between the flights that hold the law."""
-    series, true = made_series(tmp_path, "unknown_air_cushion", 0.7, 31)
+    """And no law of the impacts, as that the restitution follows the speed: they are asked between the flights that
+    hold the law."""
+    series, true = made_series(tmp_path, "unknown_air_cushion", 1.0, 31)
     (law,), ladder = laws_and_ladder(series)
     assert quantities(law) == [("outwards", ["gap", "radial_speed"])], as_text(law.law)
     (term,) = law.law.terms

@@ -17,17 +17,8 @@ from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
 from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.selection.flight_candidates import FlightFit, run_places
-from analysis.identification.floor import (
-    FEWEST_FLIGHTS,
-    FEWEST_RUNS,
-    HELD_M,
-    NONLINEAR,
-    WEAK_SD,
-    FloorFit,
-    fit_floor,
-    prior_sd,
-    sandwich_factor,
-)
+from analysis.identification.floor import FEWEST_FLIGHTS, FEWEST_RUNS, FloorFit, fit_floor, sandwich_factor
+from analysis.identification.floor_priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.statistics.student import student_over_normal
 from ovines.core.laws.terms import rows_of
