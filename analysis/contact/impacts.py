@@ -8,7 +8,8 @@ own misfit, whether the contact was instant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ class Junctions:
     def repeated(self, count: int) -> Junctions:
         """All of them ``count`` times over, one series behind the other."""
         every = np.tile(np.arange(len(self)), count)
-        return Junctions(*(getattr(self, one.name)[every] for one in fields(self)[:-1]), self.radius_m)
+        return replace(self, **{f.name: getattr(self, f.name)[every] for f in fields(self) if f.name != "radius_m"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +138,12 @@ class Impacts:
 
 def intersect(fits: Sequence[FlightFits]) -> Junctions:
     """Junctions of joined flights in the runs of a series; flights that do not intersect near their gap have none."""
+    return _intersected(tuple(fits))
+
+
+@lru_cache(maxsize=4)
+def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
+    """Kept, for the drive, the disk and the impacts ask for the same flights'."""
     rows = []
     for number, fit in enumerate(fits):
         for k, flight in enumerate(fit.flights[:-1]):
