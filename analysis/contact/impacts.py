@@ -8,7 +8,8 @@ own misfit, whether the contact was instant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ LEAST_STEP_M_PER_S = 1e-3
 # The instant is solved for to this, within so many steps, no farther from its gap than so many frames; there it is
 # accepted where it lies in the gap or beside it.
 INSTANT_S, INSTANT_STEPS, SEARCHED_FRAMES, ACCEPTED_FRAMES = 1e-9, 10, 2.0, 1.5
-# Steps of the differences of :func:`measure`: places and angles, the instant, velocities and spins.
-PLACE_STEP, INSTANT_STEP_S, VELOCITY_STEP = 1e-7, 1e-8, 1e-5
+# Steps of the differences of :func:`measure`: places and angles, velocities and spins, before and after; the instant.
+STEPS = np.array(2 * [*3 * [1e-7], *3 * [1e-5]] + [1e-8])
 # Step of a wall's terms (m, rad), of :meth:`Impacts.design`.
 TERM_STEP = 1e-6
 
@@ -73,6 +74,11 @@ class Junctions:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def repeated(self, count: int) -> Junctions:
+        """All of them ``count`` times over, one series behind the other."""
+        every = np.tile(np.arange(len(self)), count)
+        return replace(self, **{f.name: getattr(self, f.name)[every] for f in fields(self) if f.name != "radius_m"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +138,12 @@ class Impacts:
 
 def intersect(fits: Sequence[FlightFits]) -> Junctions:
     """Junctions of joined flights in the runs of a series; flights that do not intersect near their gap have none."""
+    return _intersected(tuple(fits))
+
+
+@lru_cache(maxsize=4)
+def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
+    """Kept, for the drive, the disk and the impacts ask for the same flights'."""
     rows = []
     for number, fit in enumerate(fits):
         for k, flight in enumerate(fit.flights[:-1]):
@@ -239,19 +251,16 @@ def _host_covariance(run: RunData, moment: Array, place: Array) -> Array:
 
 def measure(junctions: Junctions, wall: Wall) -> Impacts:
     """Normal and tangential speeds, gap and their covariance, for a wall that is known."""
-    state = junctions.state
-    place = _place(state, np.zeros(len(junctions)), junctions, wall)
+    state, count = junctions.state, len(junctions)
+    place = _place(state, np.zeros(count), junctions, wall)
     surface = wall.hit(place, junctions.host[:, 3], state[:, 9:11] - state[:, 3:5])
-    value, seen = _evaluate(state, np.zeros(len(junctions)), junctions, wall, surface)
-    derivative = np.empty((len(junctions), 8, 13))
-    for j in range(13):
-        h = PLACE_STEP if j in (0, 1, 2, 6, 7, 8) else (INSTANT_STEP_S if j == 12 else VELOCITY_STEP)
-        moved, shift = state.copy(), np.zeros(len(junctions))
-        if j < 12:
-            moved[:, j] += h
-        else:
-            shift += h
-        derivative[:, :, j] = (_evaluate(moved, shift, junctions, wall, surface)[0] - value) / h
+    # All at once: the impacts as they are, then with each number of their state a step further.
+    steps = np.vstack([np.zeros(len(STEPS)), np.diag(STEPS)])
+    moved, shift = (state + steps[:, None, :-1]).reshape(-1, state.shape[1]), np.repeat(steps[:, -1], count)
+    every = _evaluate(moved, shift, junctions.repeated(len(steps)), wall, np.tile(surface, len(steps)))
+    value, seen = every[0][:count], every[1][:count]
+    further = every[0][count:].reshape(len(STEPS), count, len(QUANTITIES))
+    derivative = np.ascontiguousarray(((further - value) / STEPS[:, None, None]).transpose(1, 2, 0))
     covariance = derivative @ junctions.covariance @ derivative.transpose(0, 2, 1)
     normal, azimuth = seen[:, 1], seen[:, 2]
     # On a ring the azimuth itself, which its slight ellipse does not turn.

@@ -9,7 +9,7 @@ to what happens there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -156,8 +156,13 @@ def fit_rig(
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
     chosen = choose_floor(runs, named, angle, held, search)
     if angle and _swings(chosen[0], chosen[1].fits[0].shared[:2]):
-        runs = cut_again(runs, chosen[1].fits[0].shared[:2])
-        chosen = choose_floor(runs, named, angle, held, search)
+        again = cut_again(runs, chosen[1].fits[0].shared[:2])
+        if all(map(_same_flights, again, runs)):  # and the same floor, which asks for nothing else
+            kept = [replace(run, segments=new.segments) for run, new in zip(chosen[0], again, strict=True)]
+            chosen = kept, *chosen[1:]
+        else:
+            chosen = choose_floor(again, named, angle, held, search)
+        runs = again
     rig = replace(_rig(*chosen, named, angle), held=held_sizes or {})
     middle_m = middle_of_disk(rig.wall)
     if any(middle_m):
@@ -230,6 +235,11 @@ def _swings(runs: Sequence[Run], origin_m: NDArray[np.float64]) -> bool:
     spins = [np.abs(np.diff(run.data.angle_rad) / np.diff(run.data.time_s)) for run in runs]
     fastest = max((float(np.quantile(spin, FASTEST_SHARE)) for spin in spins if len(spin)), default=0.0)
     return float(np.hypot(*origin_m)) * fastest**2 > SMOOTH_M_PER_S2
+
+
+def _same_flights(one: Run, other: Run) -> bool:
+    """Whether two cuts of a run leave the same flights of the same frames."""
+    return one.data is other.data and [*map(astuple, one.flights)] == [*map(astuple, other.flights)]
 
 
 def _misfit(rig: RigFit) -> float:

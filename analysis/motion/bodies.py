@@ -32,11 +32,12 @@ def cloud_of(points: pd.DataFrame, markers: Sequence[str], frames: NDArray[np.in
     """The points of some markers as arrays (frames, markers, 3), NaN where unseen."""
     position = np.full((len(frames), len(markers), 3), np.nan)
     sd = np.full_like(position, np.nan)
-    wide = points[points["marker"].isin(list(markers))]
-    row = np.searchsorted(frames, wide["frame"].to_numpy())
-    column = wide["marker"].map({m: i for i, m in enumerate(markers)}).to_numpy(int)
-    position[row, column] = wide[["x_m", "y_m", "z_m"]].to_numpy(float)
-    sd[row, column] = wide[["x_sd_m", "y_sd_m", "z_sd_m"]].to_numpy(float)
+    number, names = pd.factorize(points["marker"])
+    column = np.array([list(markers).index(name) if name in markers else -1 for name in names], int)[number]
+    own = column >= 0
+    place = np.searchsorted(frames, points["frame"].to_numpy()[own]), column[own]
+    position[place] = points[["x_m", "y_m", "z_m"]].to_numpy(float)[own]
+    sd[place] = points[["x_sd_m", "y_sd_m", "z_sd_m"]].to_numpy(float)[own]
     return MarkerCloud(frames, times, position, np.where(np.isfinite(position) & ~np.isfinite(sd), UNKNOWN_SD_M, sd))
 
 

@@ -97,12 +97,12 @@ def select_impact_effects(
     if "wall_lobes" in effects:
         shape = with_lobes(nominal, shape)
         nominal = fit_impacts(flight.fits, shape)
-    shape, shapes, fitted, shape_gains, shape_left = _shape(flight, nominal, shape, withheld, lens_residual_found)
+    shape, shapes, fitted, shape_gains, distances = _shape(flight, nominal, shape, withheld, lens_residual_found)
     null_distribution = impact_null_distribution(fitted.data, terms, rng)
     laws, terms, law_gains, law_left, probes, structure = select_laws(
         fitted, terms, shape.finite, withheld, null_distribution, surely
     )
-    distance_probes = [g for g in impact_candidates.distance_gains(fitted, shape, withheld) if not g.named]
+    shape_left, distance_probes = ([g for g in distances if g.named == named] for named in (True, False))
     limit_m = DISTANCE_NEGLIGIBLE * fitted.wall.wall.size_m
     structure = [*structure, *_distance_structure(distance_probes, shapes, limit_m)]
     return ImpactSteps(
@@ -122,13 +122,12 @@ def select_impact_effects(
 def _shape(
     flight: FlightFit, base: ImpactFit, shape: Shape, withheld: frozenset[str], lens_residual_found: bool
 ) -> tuple[Shape, list[Cause], ImpactFit, list[ImpactGain], list[ImpactGain]]:
-    """Ellipticity, lobes and finite contact, whichever explains most first; then the others on top."""
+    """Ellipticity, lobes and finite contact, whichever explains most first; then the others on top.  Returns the gains
+    of the named ones before, and those of all, probes too, beside what was found."""
     causes: list[Cause] = []
-    first: list[ImpactGain] = []
-    found: list[ImpactGain] = []
+    gains = impact_candidates.distance_gains(base, shape, withheld)
+    first = found = [g for g in gains if g.named]
     for _ in range(3):
-        found = [g for g in impact_candidates.distance_gains(base, shape, withheld) if g.named]
-        first = first or found
         accepted = [g for g in found if _shape_accepted(g, base, lens_residual_found)]
         if not accepted:
             break
@@ -140,7 +139,9 @@ def _shape(
         )
         base = fit_impacts(flight.fits, shape)
         causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=_rivals(best, found)))
-    return shape, causes, base, first, [g for g in found if g.name not in {c.effect for c in causes}]
+        gains = impact_candidates.distance_gains(base, shape, withheld)
+        found = [g for g in gains if g.named]
+    return shape, causes, base, first, gains
 
 
 def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:
