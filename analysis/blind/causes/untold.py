@@ -10,7 +10,7 @@ from analysis.blind.recording.draft import Cause, Draft, Rng, Truth, sign, sprea
 def _wandering_bead(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A bead that is put back between the runs, and goes round in each of them alike."""
     out = {
-        "bead": 0.7 * size * spread(rng),
+        "bead": 0.75 * size * spread(rng),
         "bead_rad": float(rng.uniform(0.0, 6.283)),
         "bead_rad_per_s": float(rng.uniform(3.0, 7.0)) * sign(rng),
     }
@@ -21,7 +21,7 @@ def _wandering_bead(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 def _cornered_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Filed by hand, to as many corners as it happens."""
     out = {
-        "cornered_m": 3e-4 * size * spread(rng),
+        "cornered_m": 4e-4 * size * spread(rng),
         "corners": float(rng.integers(4, 8)),
         "cornered_rad": float(rng.uniform(0.0, 6.283)),
     }
@@ -53,19 +53,19 @@ UNTOLD = [
     # A magnetised washer near a ring of aluminium.
     Cause("unknown_eddy_ring", "flight", False, changes({"eddied_per_s": 2.0})),
     # A magnetised washer in a ring of steel.
-    Cause("unknown_poled_disk", "flight", False, changes({"poled_m_per_s2": 0.35}, ("poled_rad",))),
+    Cause("unknown_poled_disk", "flight", False, changes({"poled_m_per_s2": 0.4}, ("poled_rad",))),
     # A bead of oil that the drive shakes round the floor.
     Cause("unknown_wandering_bead", "flight", False, _wandering_bead),
     # A rim filed by hand, to blunt corners.
     Cause("unknown_cornered_rim", "impact", False, _cornered_rim),
     # A loose rubber band around the rim, which each blow pushes to the other side.
-    Cause("unknown_shifted_band", "impact", False, changes({"shifted": 0.1})),
+    Cause("unknown_shifted_band", "impact", False, changes({"shifted": 0.12})),
     # A rim that is wiped before some of the runs.
     Cause("unknown_wiped_rim", "impact", False, _wiped_rim),
     # A wall ground from one side to the other, its scales all lying towards there.
     Cause("unknown_scaly_wall", "impact", False, changes({"scaly": 0.8}, ("scaly_rad",))),
     # A hollow ring filled with lead shot.
-    Cause("unknown_shot_filled_ring", "impact", False, changes({"shot": 0.1})),
+    Cause("unknown_shot_filled_ring", "impact", False, changes({"shot": 0.12})),
     # A liner full of air, which blows press out and a pump brings back.
     Cause("unknown_leaking_liner", "geometry", False, changes({"leaking_m": 3e-4})),
     # A slack rubber band around the washer, which the spin draws wide.
