@@ -1,4 +1,4 @@
-"""Causes in nobody's list, a ninth group, written for a sealed trial by somebody who had read neither the diagnosis nor
+"""Causes in nobody's list, a tenth group, written for a sealed trial by somebody who had read neither the diagnosis nor
 its laws.  What each is and its law: the docstrings of `plant.untold` and `recording.untold`."""
 
 import numpy as np
