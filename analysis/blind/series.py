@@ -20,6 +20,7 @@ from analysis.blind.recording.unexpected import flung, pulsed_s
 from analysis.blind.recording.unforeseen import shake_px
 from analysis.blind.recording.unimagined import grounded_s
 from analysis.blind.recording.unsuspected import twist_rad
+from analysis.blind.recording.untold import carded, shocked_s
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -128,6 +129,13 @@ def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
     return out
 
 
+def _blows(motion: Motion) -> np.ndarray:
+    """Times and changes of spin of a run's blows (k, 2)."""
+    instant = motion.impacts[:, 0]
+    before, after = (state_at(motion, instant - early)[:, 5] for early in (1e-12, 0.0))
+    return np.column_stack([instant, after - before])
+
+
 def _blurred(poses: Poses, time_s: np.ndarray, blur_s: float, rng: np.random.Generator) -> Poses:
     """Poses as they are found where faster bodies are found less well; the same for both cameras' `rng`."""
     if blur_s == 0.0:
@@ -181,6 +189,7 @@ def _one_run(
     rate = place.frame_rate_hz * errors.rate_ratio
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     late_s += 0.5 * abs(errors.free_running) * LONGEST_S + 0.5 * abs(errors.sync_s)
+    late_s += 6.0 * abs(errors.shocked_s)
     frames = min(
         int((motion.nodes[-1, 0] - late_s) * rate),
         int(LONGEST_S * place.frame_rate_hz),
@@ -193,6 +202,7 @@ def _one_run(
     if errors.skipped_frame_share > 0.0:
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
     second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors) + pulsed_s(first, errors)
+    second_late_s += shocked_s(first, motion.impacts[:, 0], motion.kicks, errors)
     times = [first, first + errors.clock_s + second_late_s]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
@@ -200,8 +210,9 @@ def _one_run(
         poses = [
             _blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
+    blows = _blows(motion)
     points = [
-        world_points(p.nes, p.host, outline.marks, errors, bent_m(t, motion.lines, errors))
+        world_points(carded(p.nes, t, blows, errors), p.host, outline.marks, errors, bent_m(t, motion.lines, errors))
         for p, t in zip(poses, times, strict=True)
     ]
     points = [flung(q, p.nes[:, 3], t, errors) for q, p, t in zip(points, poses, times, strict=True)]

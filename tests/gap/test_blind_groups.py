@@ -14,6 +14,7 @@ from analysis.blind.causes.unexpected import UNEXPECTED
 from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unsuspected import UNSUSPECTED
+from analysis.blind.causes.untold import UNTOLD
 from analysis.blind.draw import draw_cases
 from analysis.blind.plant.accelerations import derivative
 from analysis.blind.plant.contact import impact, wall_gap
@@ -29,6 +30,7 @@ GROUPS = {
     "undreamt": UNDREAMT,
     "unsuspected": UNSUSPECTED,
     "unexpected": UNEXPECTED,
+    "untold": UNTOLD,
 }
 EVERY = [cause for group in GROUPS.values() for cause in group]
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
@@ -129,6 +131,22 @@ ORDERS = {
     "unknown_shaded_wall": ("pixels", 0.7),
     "unknown_sync_pulses": ("pixels", 0.7),
     "unknown_flung_sticker": ("pixels", 0.35),
+    "unknown_wound_wire": ("torque", 9.0),  # over one turn; a run has several
+    "unknown_bristled_floor": ("friction", 0.5),
+    "unknown_buckling_sheet": ("force", 0.4),
+    "unknown_eddy_ring": ("force and torque", 0.4),
+    "unknown_poled_disk": ("force and torque", 0.25),
+    "unknown_wandering_bead": ("friction", 0.4),
+    "unknown_cornered_rim": ("twist", 5.0),
+    "unknown_shifted_band": ("kick", 0.05),
+    "unknown_wiped_rim": ("kick", 0.07),
+    "unknown_scaly_wall": ("kick", 0.07),
+    "unknown_shot_filled_ring": ("kick", 0.06),
+    "unknown_leaking_liner": ("gap", 1.8e-4),
+    "unknown_swollen_band": ("gap", 1.7e-4),
+    "unknown_shocked_trigger": ("pixels", 0.29),
+    "unknown_coded_blocks": ("pixels", 0.73),
+    "unknown_rubbery_card": ("pixels", 0.63),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -143,10 +161,12 @@ OWN = {
         "approach",
         "tired",
         "slipped",
+        "struck",
     ),  # where it is struck, how hard
     "unknown_turning_sleeve": ("sleeve",),
     "unknown_loose_core": ("core",),
     "unknown_smeared_drop": ("oiled",),
+    "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -156,6 +176,7 @@ CAMERA = {
     "unknown_free_running_camera": "VW2",
     "unknown_twisted_camera": "VW1",
     "unknown_sync_pulses": "VW2",
+    "unknown_shocked_trigger": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -164,6 +185,7 @@ OF_THE_DISK = (
     "unknown_glinting_stickers",
     "unknown_shaded_wall",
     "unknown_flung_sticker",
+    "unknown_rubbery_card",
 )
 
 
@@ -254,7 +276,12 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
         assert np.abs(both.u_px - both.u_px_plain).max() == 0.0
     if name == "unknown_half_lid":
         assert np.ptp(ground.groupby(both.marker).mean()) > 0.1
-    if name in ("unknown_grounded_trigger", "unknown_free_running_camera", "unknown_sync_pulses"):
+    if name in (
+        "unknown_grounded_trigger",
+        "unknown_free_running_camera",
+        "unknown_sync_pulses",
+        "unknown_shocked_trigger",
+    ):
         assert ground.max() < 1e-9
     if name == "unknown_bent_tab":
         assert off[both.marker != f"H{view['tab_marker'] + 1}"].max() == 0.0

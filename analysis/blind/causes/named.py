@@ -18,12 +18,16 @@ from analysis.blind.causes.unforeseen import UNFORESEEN
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.causes.unsuspected import UNSUSPECTED
+from analysis.blind.causes.untold import UNTOLD
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors
 
-GROUPS = (LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED)
+GROUPS = (
+    *(LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED),
+    UNTOLD,
+)
 CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in group}
 
 
@@ -37,6 +41,10 @@ RIVALS = (
     ("finite_contact_time", "unknown_loose_ring"),
     ("finite_contact_time", "unknown_tossed_disk"),
     ("finite_contact_time", "unknown_coin_wobble"),
+    ("finite_contact_time", "unknown_leaking_liner"),
+    # In one that lasts no spin jumps.
+    ("finite_contact_time", "unknown_swollen_band"),
+    ("finite_contact_time", "unknown_rubbery_card"),
     (
         "finite_contact_time",
         *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
@@ -49,6 +57,7 @@ ROUND_ONLY = (
     *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
     *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_split_ring"),
     *("unknown_swinging_ring", "unknown_packing_felt"),
+    *("unknown_eddy_ring", "unknown_poled_disk"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

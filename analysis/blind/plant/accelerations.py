@@ -10,6 +10,7 @@ from analysis.blind.plant.unexpected import add_unexpected_forces, unexpected_fr
 from analysis.blind.plant.unforeseen import add_coil, add_unforeseen_forces, friction_of_flight, grain_traction
 from analysis.blind.plant.unimagined import add_unimagined_forces, unimagined_friction
 from analysis.blind.plant.unsuspected import add_unsuspected_forces, concentric_traction, unsuspected_friction
+from analysis.blind.plant.untold import add_untold_forces, untold_friction
 
 
 @compiled
@@ -160,7 +161,8 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     """Rate of (x, y, vx, vy, angle, spin, time of last impact, stretch at the wall, way slid, hardest
     impact so far, lagging friction (x, y), azimuth of last impact, number of impacts, direction of the last one's
     normal, its approach speed, a liner's tiredness and a sleeve's speed after it, a mat's print (x, y in the Host), way
-    slid before the last impact, a loose core's spin, oil on the disk, the last impact's slip); x, y: centre of mass."""
+    slid before the last impact, a loose core's spin, oil on the disk, the last impact's slip and where on the rim it
+    was); x, y: centre of mass."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[4]), np.sin(state[4])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)  # from the centre of mass to the disk's middle
@@ -196,6 +198,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     mu *= _friction_share(x, y, state, p) * friction_of_flight(state[13], p) * unsuspected_friction(x, y, p)
     mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p) * undreamt_friction(state[4], p)
     mu *= unexpected_friction((slip_x, slip_y), turning, state, velocity, p)
+    mu *= untold_friction(time, (x, y), (slip_x, slip_y), turning, acceleration, p)
     force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
@@ -224,4 +227,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_undreamt_forces(x, y, from_host, state, acceleration, p, out)
     add_unsuspected_forces((slip_x, slip_y), state, velocity, p, out)
     add_unexpected_forces(time, x, y, (slip_x, slip_y), state, p, out)
+    add_untold_forces(x, y, from_host, state, spin - velocity[2], acceleration, p, out)
     return out

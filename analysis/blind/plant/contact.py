@@ -19,6 +19,7 @@ from analysis.blind.plant.unexpected import orbit, orbiting, swinging_speed, une
 from analysis.blind.plant.unforeseen import edge_gain, joint_reach, rolled, taped_grip
 from analysis.blind.plant.unimagined import slipped, slipping, squashed, unimagined_grip, unimagined_rebound
 from analysis.blind.plant.unsuspected import flattened, split_reach, trailing, unsuspected_rebound, unsuspected_slide
+from analysis.blind.plant.untold import corner_lever, leaked, swollen, untold_rebound, untold_slide
 
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -95,8 +96,12 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (reach - radius) / size, nx / size, ny / size
-    if p.obstacle_m > 0.0 and radius - p.obstacle_m < gap:
-        return radius - p.obstacle_m, -x / radius, -y / radius
+    if p.leaking_m != 0.0:
+        gap += leaked(tiredness(time, state), p)
+    wider = swollen(state[5], p)
+    gap -= wider
+    if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:
+        return radius - p.obstacle_m - wider, -x / radius, -y / radius
     return gap, nx, ny
 
 
@@ -227,6 +232,10 @@ def impact(
     if approach <= 0.0:
         return new, 0.0, slip
     position, velocity, acceleration = host_pose(time, host)
+    if p.cornered_m != 0.0:
+        beside = corner_lever(approach, np.arctan2(ny, nx) - state[4], p) * bounce
+        arm_x, arm_y = arm_x + beside * tx, arm_y + beside * ty
+        approach -= beside * (state[5] - velocity[2])
     from_x, from_y = state[0] + arm_x - position[0], state[1] + arm_y - position[1]
     azimuth = np.arctan2(from_y, from_x)  # of the contact, seen from the Host's centre
     outer = from_x * nx + from_y * ny > 0.0  # the wall, not a cylinder
@@ -239,6 +248,7 @@ def impact(
     rebound += edge_gain(state[13], p)
     rebound = unsuspected_rebound(rebound, time, azimuth, state[4], p)
     rebound = unexpected_rebound(rebound, slip, np.arctan2(ny, nx), state, p)
+    rebound = untold_rebound(rebound, azimuth - state[4], acceleration, state, p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
@@ -250,7 +260,7 @@ def impact(
     grip, slide = newest_grip(approach, slip, p)
     elastic, pressed = unimagined_grip(approach, slip, p)
     mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed) * unsuspected_slide(time, approach, slip, state, p)
-    mu *= unexpected_slide(azimuth - state[4], slip, state, p)
+    mu *= unexpected_slide(azimuth - state[4], slip, state, p) * untold_slide(slip, np.arctan2(ny, nx), p)
     back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx
@@ -264,7 +274,7 @@ def impact(
     if bounce > 0.0:
         push_n, push_t = band_slips(push_n, push_t, change_n, w_nn, w_nt, p)
         new[15], new[16], new[17] = approach, tired + approach**2, carried - turns * push_t
-        new[23] = over_wall
+        new[23], new[24] = over_wall, azimuth - state[4]
     new[2] += push_n * nx + push_t * tx
     new[3] += push_n * ny + push_t * ty
     new[5] += (push_n * lever_n + push_t * lever_t) / inertia
@@ -274,6 +284,11 @@ def impact(
         new[5] = rolled(new[5], push_n * bounce, velocity[2], p)
     if p.leaning != 0.0:
         press_down(new, push_n * bounce, (arm_x, arm_y), velocity, p)
+    if p.swollen_m != 0.0:  # where it may be at its new spin
+        gap, nx, ny = wall_gap(time, new, p, host)
+        if gap < 0.0:
+            new[0] += gap * nx
+            new[1] += gap * ny
     return new, approach, over_wall
 
 

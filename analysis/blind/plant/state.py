@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-STATES = 24  # numbers of a state: `accelerations.derivative` names them
+STATES = 25  # numbers of a state: `accelerations.derivative` names them
 
 
 class PlantParameters(NamedTuple):
@@ -294,3 +294,24 @@ class PlantParameters(NamedTuple):
     orbit_rad: float = 0.0
     orbit_rad_per_s: float = 0.0
     packed_m: float = 0.0  # of each run: how far the wall stands back
+    # causes in nobody's list that came after those (`causes.untold`)
+    wound_per_s2: float = 0.0  # a wire turns the disk back by this times its angle, whole turns counted ...
+    wound_rad: float = 0.0  # ... from this one on
+    bristled: float = 0.0  # floor friction more in slips along the Host's acceleration, less against it, at 8 g
+    buckled_per_s2: float = 0.0  # a floor that buckles pushes the disk outwards by this times its place, at 8 g along x
+    eddied_per_s: float = 0.0  # drag on the rim's speed along the wall where they meet
+    poled_m_per_s2: float = 0.0  # a magnetised disk is drawn to the wall or off it by this where they meet
+    poled_rad: float = 0.0
+    bead: float = 0.0  # share of the floor friction lost over a bead of oil, which goes round
+    bead_rad: float = 0.0
+    bead_rad_per_s: float = 0.0
+    cornered_m: float = 0.0  # a blow passes the disk's middle by at most this ...
+    corners: float = 6.0  # ... to either side, so many times around its rim
+    cornered_rad: float = 0.0
+    shifted: float = 0.0  # restitution won where the rim was struck the last time, lost at its other side
+    wiped: float = 0.0  # of each run: wall friction more by this share
+    scaly: float = 0.0  # wall friction more in slips towards one direction of the Host, less in those back ...
+    scaly_rad: float = 0.0  # ... this one
+    shot: float = 0.0  # restitution lost at 8 g of the Host, whichever way
+    leaking_m: float = 0.0  # the wall stands back by at most this after many hard blows, stands in by it after none
+    swollen_m: float = 0.0  # the disk's radius is more by this at a fast spin, less by it at none

@@ -10,6 +10,7 @@ from analysis.blind.recording.unexpected import shaded
 from analysis.blind.recording.unforeseen import glared
 from analysis.blind.recording.unimagined import through_lid
 from analysis.blind.recording.unsuspected import glinted, trailed, twisted
+from analysis.blind.recording.untold import blocked
 from analysis.blind.recording.views import GROUND_M, HOST_M, MARKERS, NES_M, WINDOW_PX, View, ViewErrors
 
 
@@ -125,6 +126,7 @@ def tracks_of(
         pixels -= view.window_offset_px
         if errors.window_camera == index:
             pixels -= errors.window_px
+        pixels = blocked(pixels, errors)
         seen = rng.random(pixels.shape[:2]) > noise.missing
         seen &= np.all((pixels > 0) & (pixels < np.array(WINDOW_PX) - 1), axis=-1)
         for _ in range(rng.poisson(0.5 * noise.gaps_per_run)):

@@ -134,5 +134,9 @@ class ViewErrors:
     flung_marker: int = 1  # ... this one, the middle one being 0
     shade_px: float = 0.0  # the disk's markers move away from a lamp by this much in the ring's full shade ...
     shade_rad: float = 0.0  # ... a lamp that stands there
+    shocked_s: float = 0.0  # the second camera is late by this after a blow that changes the disk's velocity by 1 m/s
+    blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this
+    card_s: float = 0.0  # the disk's markers swing about its middle after a blow, by its change of spin times this ...
+    card_hz: float = 40.0  # ... so many times a second
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
