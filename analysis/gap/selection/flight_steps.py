@@ -108,18 +108,19 @@ def select_flight_effects(
     seen = {frozenset[str]()}
     for _ in range(MOST_TERMS):
         best = _next_term(every, probes, chosen, least, units)
-        if best is None:
+        added = [best.term] if best is not None else _together(runs, base, chosen, every, least, units)
+        if not added:
             break
-        trial = [*chosen, best.term]
+        trial = [*chosen, *added]
         fitted = _fitted(runs, base, chosen, trial)
-        while (needless := _needless(fitted, trial, best.term, least, units)) is not None:
+        while (needless := _needless(fitted, trial, added[-1], least, units)) is not None:
             kept = [t for t in trial if t is not needless]
             fitted, trial = _fitted(runs, fitted, trial, kept), kept
         names = frozenset(t.name for t in trial)
         if names in seen:
             break
         seen.add(names)
-        if best.term.named:
+        if best is not None and best.term.named:
             rivals[best.term.name] = _rivals(best, every)
         base, chosen = fitted, trial
         every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
@@ -251,6 +252,30 @@ def _next_term(
     if name is None or (probe is not None and probe.held_out > PROBE_SHARE * name.held_out + OVERRIDES):
         return probe
     return name
+
+
+def _together(
+    runs: Sequence[Run],
+    base: FlightFit,
+    chosen: Sequence[FlightTerm],
+    every: Sequence[Gain],
+    least: float,
+    units: Units,
+) -> list[FlightTerm]:
+    """Two named terms of which each is accepted beside the other only, none where there are none: friction that changes
+    from run to run makes runs disagree on all that scales with it, and is hidden by that."""
+    held_back = [g for g in every if g.term not in chosen and min(g.gain - GAIN, g.held_out - least) > 0]
+    if not held_back:
+        return []
+    first = max(held_back, key=lambda g: g.held_out).term
+    fitted = _fitted(runs, base, chosen, [*chosen, first])
+    others = gains(fitted, tuple(g.term for g in every if g.term not in (*chosen, first)), units)
+    second = _next_term(others, (), chosen, least, units)
+    if second is None:
+        return []
+    both = [first, second.term]
+    fitted = _fitted(runs, fitted, [*chosen, first], [*chosen, *both])
+    return both if all(_accepted(gain_of(fitted, term, units), least, units) for term in both) else []
 
 
 def _needless(
