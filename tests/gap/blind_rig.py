@@ -212,12 +212,12 @@ def means_what_it_says(name, does, rel=0.12):
     assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=rel)
 
 
-def changes_nothing_at_zero(name):
+def changes_nothing_at_zero(name, done=done_on_its_way):
     """At a severity of 0 films, what the plant does on its way and whole runs are the plain ones."""
     if CAUSES[name].stage == "measurement":
         assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
         return
-    for with_it, without in zip(done_on_its_way(name, 0.0), done_on_its_way("none", 1.0), strict=True):
+    for with_it, without in zip(done(name, 0.0), done("none", 1.0), strict=True):
         assert np.array_equal(with_it, without)
     assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
 

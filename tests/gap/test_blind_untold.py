@@ -1,7 +1,6 @@
 """Each of the untold causes does what its formula says, by as much as a severity of 1 means, in proportion to it, and
 nothing at 0."""
 
-import json
 from functools import cache
 
 import numpy as np
@@ -9,14 +8,12 @@ import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
 from analysis.blind.causes.untold import FOLLOWS, UNTOLD
-from analysis.blind.draw import draw_cases
 from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.contact import impact, wall_gap
 from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.recording.untold import blocked, carded, shocked_s
 from analysis.blind.recording.views import ViewErrors
-from ovines.__main__ import main
 from tests.gap.blind_rig import (
     BARE,
     DRIVE,
@@ -27,26 +24,27 @@ from tests.gap.blind_rig import (
     STILL,
     TIMES,
     G,
-    energy,
-    film,
+    changes_nothing_at_zero,
+    command_takes_group,
     first_contacts,
+    goes_another_way,
     head_on,
-    moved_px,
+    leaves_no_more_energy,
+    means_what_it_says,
+    needs_a_blow_that_is_over,
+    needs_a_round_wall,
     on_its_way,
     physics,
-    random_states,
+    pictured,
     rate_of,
     rms,
-    run_of,
+    say_what_they_follow,
     state_of,
     struck,
 )
 
 NAMES = [cause.name for cause in UNTOLD]
 SEEN = [cause.name for cause in UNTOLD if cause.stage == "measurement"]
-# What a severity of 1 means, RMS: m/s^2 in the flight and m/s at impacts (of the rim, where only the spin changes), m,
-# px.
-MEANT = {"flight": (0.2, 1.0), "impact": (0.05, 0.15), "geometry": (1.5e-4, 2.5e-4), "measurement": (0.5, 1.0)}
 R, INERTIA = 0.01, 0.5 * 0.01**2  # m, m^2
 
 
@@ -76,8 +74,23 @@ def _done(name, size):
     )
 
 
+def _acts(name):
+    """Which markers in which camera a cause moves."""
+
+    def chosen(camera, marker, view):
+        return {
+            "unknown_shocked_trigger": camera == "VW2",
+            "unknown_coded_blocks": camera != "",
+            "unknown_rubbery_card": marker.str.startswith("N") & (marker != "N1"),
+        }[name]
+
+    return chosen
+
+
 def _does(name, size):
-    """RMS, as MEANT counts it."""
+    """RMS, as a severity of 1 counts it."""
+    if name in SEEN:
+        return pictured(name, size, _acts(name))
     which = ("flight", "impact", "geometry").index(CAUSES[name].stage)
     off = _done(name, size)[which] - _done("none", size)[which]
     if which == 2:
@@ -85,45 +98,19 @@ def _does(name, size):
     return rms(np.hypot(off[:, 2], off[:, 3])) or R * rms(off[:, 5])
 
 
-def _pictured(name, size):
-    """How far the markers of the body and the camera that a cause acts on are moved, RMS; the others are not."""
-    far = moved_px(name, size)
-    camera, marker = (far.index.get_level_values(level) for level in ("camera", "marker"))
-    acts = {
-        "unknown_shocked_trigger": camera == "VW2",
-        "unknown_coded_blocks": camera != "",
-        "unknown_rubbery_card": marker.str.startswith("N") & (marker != "N1"),
-    }[name]
-    assert not (far[~acts] > 1e-9).any()
-    return rms(far[acts & ~marker.str.startswith("G")])
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_severity_one_is_what_it_means_and_half_of_it_half(name):
-    does = _pictured if name in SEEN else _does
-    low, high = MEANT[CAUSES[name].stage]
-    whole = does(name, 1.0)
-    assert low < whole < high, whole
-    assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=0.12)
+    means_what_it_says(name, _does)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_severity_zero_changes_nothing(name):
-    if name in SEEN:
-        assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
-        return
-    for with_it, without in zip(_done(name, 0.0), _done("none", 1.0), strict=True):
-        assert np.array_equal(with_it, without)
-    assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
+    changes_nothing_at_zero(name, _done)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in SEEN])
 def test_a_run_goes_another_way(name):
-    """From the same start the same shaker leads the disk elsewhere: not to where the plain one is after 0.4 s."""
-    p, plain = physics(name, 1.0), physics("none", 1.0)
-    start = np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0])
-    ends = [state_at(run_plant(q, HOST, start, 0.4, np.random.default_rng(0)), np.array([0.39]))[0] for q in (p, plain)]
-    assert np.hypot(*(ends[0] - ends[1])[:2]) > 5e-4
+    goes_another_way(name)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in SEEN])
@@ -138,28 +125,12 @@ def test_a_run_has_no_more_blows_than_a_plain_one_could(name):
 
 
 def test_every_one_says_what_it_follows_and_none_comes_twice():
-    assert list(FOLLOWS) == NAMES and len(set(NAMES)) == len(set(FOLLOWS.values())) == 16
-    stages = [cause.stage for cause in UNTOLD]
-    assert [stages.count(stage) for stage in MEANT] == [6, 5, 2, 3]
-    assert not any(cause.listed for cause in UNTOLD)
-    for name in NAMES:
-        assert draft_series(name, 1.0, np.random.default_rng(1), 2).parameters[name]
+    say_what_they_follow(UNTOLD, FOLLOWS)
+    assert len(set(FOLLOWS.values())) == 16
 
 
 def test_the_command_takes_the_group_and_each_by_name(tmp_path, capsys):
-    """One case of each in one trial, and one of the group's; a name that is none of them is refused."""
-    assert {case.kind for case in draw_cases(16, np.random.default_rng(3), ("untold",))} == set(NAMES)
-    kinds = ",".join([*NAMES, "untold", "none"])
-    folder = tmp_path / "trial"
-    asked = ["blind", "make", str(folder), "--cases", "18", "--seed", "3", "--runs", "1", "--kinds"]
-    assert main([*asked, kinds]) == 0
-    truths = [json.loads(path.read_text()) for path in sorted((folder / "sealed").rglob("*.json"))]
-    effects = [truth["effect"] for truth in truths]
-    assert set(effects) == {*NAMES, "none"} and len(effects) == 18
-    assert {t["verdict"] for t in truths if t["effect"] != "none"} == {"unknown"}
-    capsys.readouterr()
-    assert main([*asked[:2], str(tmp_path / "other"), *asked[3:], "untelling"]) == 2
-    assert "untold" in capsys.readouterr().err
+    command_takes_group("untold", UNTOLD, tmp_path, capsys)
 
 
 def test_friction_by_its_formulas():
@@ -279,11 +250,7 @@ def test_a_corner_leads_the_blow_past_the_disks_middle():
     ],
 )
 def test_no_blow_leaves_more_energy(changed):
-    p = BARE._replace(**changed)
-    for time, state in zip(TIMES, random_states(True), strict=True):
-        position, velocity, _ = host_pose(time, HOST)
-        state[:4] -= [*position[:2], *velocity[:2]]
-        assert energy(impact(time, state, p, STILL, np.zeros(2), 1.0)[0]) <= energy(state) + 1e-12
+    leaves_no_more_energy(BARE._replace(**changed))
 
 
 def test_walls_stop_the_disk_where_their_formulas_say():
@@ -338,10 +305,8 @@ def test_pictures_by_their_formulas():
 def test_what_may_stand_together():
     """A ring of aluminium or steel is round, no blow has two laws, what is left of a blow needs one that is over."""
     for name in ("unknown_eddy_ring", "unknown_poled_disk"):
-        assert not may_stand_together(("table_tilt", name), "square", "sine")
-        assert may_stand_together(("table_tilt", name), "cylinder", "sine")
+        needs_a_round_wall(name)
     assert may_stand_together(("table_tilt", "unknown_leaking_liner"), "square", "sine")
     assert may_stand_together(("finite_contact_time", "unknown_wound_wire"), "round", "sine")
     alone = ["unknown_leaking_liner", "unknown_swollen_band", "unknown_rubbery_card"]
-    for name in [*alone, *(cause.name for cause in UNTOLD if cause.stage == "impact")]:
-        assert not may_stand_together(("finite_contact_time", name), "round", "sine")
+    needs_a_blow_that_is_over([*alone, *(cause.name for cause in UNTOLD if cause.stage == "impact")])
