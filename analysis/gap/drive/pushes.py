@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ class Pushes:
 @dataclass(frozen=True, eq=False)
 class RunPushes:
     """Of one run: ``whole`` is all that the disk's path tells (impacts, floor, sustained contact), ``normal`` the
-    impacts' normal impulses along the lines from the Host's centre to the contacts."""
+    impacts' normal impulses along the lines from the Host's centre to the contacts, and what the disk's path says
+    along these lines where it stays at the wall."""
 
     whole: Pushes
     normal: Pushes
@@ -36,16 +38,33 @@ def pushes_of(fits: Sequence[FlightFits]) -> list[RunPushes]:
     """The pushes of every run, from its fitted flights and where they meet."""
     junctions = intersect(fits)
     if not len(junctions):
-        return [RunPushes(_whole(fit.run), Pushes(np.zeros(0), np.zeros((0, 2)))) for fit in fits]
+        return [_run_pushes(fit, np.zeros(0), np.zeros((0, 2))) for fit in fits]
     impacts = measure(junctions, fits[0].run.wall)
     along = np.column_stack([np.cos(impacts.azimuth_rad), np.sin(impacts.azimuth_rad)])
     impulse = (impacts.of("normal_before") + impacts.of("normal_after"))[:, None] * along
-    out = []
-    for number, fit in enumerate(fits):
-        here = junctions.run == number
-        normal = Pushes(junctions.time_s[here], impulse[here])
-        out.append(RunPushes(_whole(fit.run), normal))
-    return out
+    runs = [junctions.run == number for number in range(len(fits))]
+    return [_run_pushes(fit, junctions.time_s[here], impulse[here]) for fit, here in zip(fits, runs, strict=True)]
+
+
+def _run_pushes(fit: FlightFits, impact_s: Array, impulse: Array) -> RunPushes:
+    """Of a run with the ``impulse`` (K, 2; m/s) of its impacts between flights."""
+    whole, data = _whole(fit.run), fit.run
+    held = np.ones(len(data.time_s), bool)
+    for flight in fit.flights:
+        held[flight.first : flight.last + 1] = False
+    for one, following in pairwise(fit.flights):
+        held[one.last : following.first] &= not one.joined
+    # An impulse between two frames bends the path at both of them.
+    held[1:-1] |= held[:-2] | held[2:]
+    frames = np.searchsorted(data.time_s, whole.time_s)
+    frames = frames[held[frames]]
+    out = data.xy_m[frames] - data.host.at(data.time_s[frames])[:, :2]
+    along = out / np.maximum(np.hypot(*out.T), 1e-12)[:, None]
+    step = whole.step[np.isin(whole.time_s, data.time_s[frames])]
+    time_s = np.append(impact_s, data.time_s[frames])
+    steps = np.vstack([impulse, np.sum(step * along, 1)[:, None] * along])
+    order = np.argsort(time_s, kind="stable")
+    return RunPushes(whole, Pushes(time_s[order], steps[order]))
 
 
 def _whole(data: RunData) -> Pushes:
