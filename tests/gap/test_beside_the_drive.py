@@ -30,7 +30,7 @@ def drive_of(tmp_path, kind, drive, seed, runs=4):
         ("host_recoil", "sine", 3, 5),
         ("host_recoil", "start_up", 3, 4),
         ("host_recoil", "random", 2, 4),
-        # Three runs end with the disk at the wall, which it leaves no more: a recoil by its frames, were these left out.
+        # Three runs end with the disk at the wall: without what it does there this was told as a recoil.
         ("host_ringing", "random", 2, 4),
         ("host_ringing", "chirp", 2, 4),
     ],
