@@ -21,6 +21,7 @@ from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_step
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
+from analysis.gap.measurement.picture_grid import picture_grid
 from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.measurement.turning_picture import turning_picture
@@ -110,6 +111,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *([tests.clock_change] if tests.clock_change is not None else []),
         *rigid,
         *turning_picture(series),
+        *picture_grid(series),
         *drive.structure,
         *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
         *_withheld_measurement(tests, withheld),

@@ -54,6 +54,8 @@ SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5),
 # Places around the disk, and widths (rad) of a nick or a flat.
 SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
 ORDERS = (1.0, 2.0, 3.0, 4.0)
+# A rim that is filed by hand has corners.
+SIDE_ORDERS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 # Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
 CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
 # What goes round the wall with the time: orders of its waves, its turns in the longest run, step (rad in that) of a
@@ -87,7 +89,7 @@ def law_candidates(known: Array) -> list[Candidate]:
         out += _scaled(target, known)
     out += _ringing(known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
-    for order in (1.0, 2.0):
+    for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
     return out
@@ -153,7 +155,7 @@ def _around(target: str) -> list[Candidate]:
     """Around the wall, around the disk, with the drive."""
     word, out = WORDS[target], []
     for quantity, orders in (
-        ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", (1.0, 2.0, 3.0)),
+        ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", SIDE_ORDERS),
         ("angle", (1.0, 2.0)), ("contact_turn", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import around, creeping
+from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -91,12 +91,19 @@ def wall_candidates(known: Array) -> list[Candidate]:
         out += around(f"{WORD} {name}", TARGET, shape, PLACES, widths)
     for name, factor in (
         ("the approach speed", Factor("approach")), ("the slip", Factor("slip", "absolute_power")),
-        ("the signed spin", Factor("spin")), ("the signed slip", Factor("slip")),
+        ("the signed spin", Factor("spin")), ("the spin's square", Factor("spin", "power", 2.0)),
+        ("the spin", Factor("spin", "absolute_power")), ("the signed slip", Factor("slip")),
         ("the wall's own speed", Factor("wall_speed")),
         ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the time in the run", Factor("time")), ("the run", Factor("run")),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
+    since = known[:, W.SINCE]
+    since = since[since < 0.5 * W.LONG_AGO_S]
+    fades = np.quantile(since, SCALES).tolist() if len(since) else []
+    for word, factors in (("", ()), (" and its speed", (Factor("last_approach"),))):
+        name = f"{WORD} with the time since the contact before{word}"
+        out += scaled(name, TARGET, ("since", "exponential", 1.0), fades, factors)
     time_s = known[:, W.TIME]
     last = float(time_s.max(initial=0.0))
     settles = [share * last for share in SETTLES]

@@ -1,0 +1,93 @@
+"""Centres that follow a grid of the picture: the pixels themselves, a colour mosaic, the blocks of a compressed film.
+
+A marker's place is then off by waves of itself, once in so many pixels (of one pixel: peak locking, Westerweel, Meas.
+Sci. Technol. 8, 1379 (1997)), which no lens, window or motion is; both views miss each other by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.gap.cause import Structure, two_sided
+from analysis.gap.measurement.body_residuals import over_runs
+from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.series import Series
+from analysis.statistics.robust import least_squares
+
+Array = NDArray[np.float64]
+# Grids: pixels, pairs of them (a mosaic, fields), and the usual blocks of a compressed film.
+PERIODS_PX = (1.0, 2.0, 4.0, 8.0, 16.0)
+# Degree of the polynomials over the picture that a lens residual may be; rounds of the robust fit, and what keeps it
+# solvable.
+LENS_DEGREE, ROUNDS, RIDGE = 3, 6, 1e-12
+# Waves that are there stand out by more than this many sds: of series without a grid the largest was 10 (0.03 px, half
+# of what counts), of two with blocks of eight pixels 68 and 140.
+SURE = 15.0
+# Fewer points of a run tell nothing of so many waves.
+FEWEST_POINTS = 400
+
+
+def picture_grid(series: Series) -> list[Structure]:
+    """What says that centres follow a grid of the picture, the strongest; nothing without two views and their
+    tracks."""
+    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
+        return []
+    if series.tracks is None:
+        return []
+    camera = series.cameras[1]
+    away_m = float(np.linalg.norm(camera.centre_m))
+    least_px = STILL_SHARE * series.contact_radius_m * float(camera.matrix[0, 0]) / away_m
+    bodies = series.recordings[0].bodies
+    markers = [marker for name in ("host", "nes") if name in bodies for marker in bodies[name].markers]
+    names = [camera.name for camera in series.cameras]
+    seen = [_waves(p, t, names, markers) for p, t in zip(series.points, series.tracks, strict=True)]
+    told = [one for one in seen if one is not None]
+    if not told:
+        return []
+    wave, sd = over_runs([one[0] for one in told], [one[1] for one in told])
+    # By period, then camera and coordinate, cosine and sine.
+    pairs = wave.reshape(len(PERIODS_PX), -1, 2)
+    size, error = np.hypot(pairs[..., 0], pairs[..., 1]), sd.reshape(pairs.shape).max(-1)
+    sure = np.where(size > least_px, size / error, 0.0).max(1)
+    best = int(np.argmax(sure))
+    if not sure[best] > SURE:
+        return []
+    words = f"the place in the picture, once in {PERIODS_PX[best]:g} pixels"
+    amount = float(size[best].max())
+    p = two_sided(float(sure[best]))
+    return [Structure("measurement", "all", "x", words, amount / least_px, float(sure[best]) ** 2, amount, "px", p)]
+
+
+def _waves(
+    points: pd.DataFrame, tracks: pd.DataFrame, cameras: Sequence[str], markers: Sequence[str]
+) -> tuple[Array, Array] | None:
+    """Cosines and sines (periods x cameras x coordinates x 2,) of the places in both pictures in what the epipolar
+    lines (px) of one run's moving markers are off, and their sds."""
+    rows = points[points["marker"].isin(list(markers))][["frame", "marker", "epipolar_px"]]
+    for number, name in enumerate(cameras):
+        own = tracks[tracks["camera"] == name][["frame", "marker", "u_px", "v_px"]]
+        rows = rows.merge(own.rename(columns={"u_px": f"u{number}", "v_px": f"v{number}"}), on=["frame", "marker"])
+    rows = rows.dropna().sort_values(["marker", "frame"], kind="stable")
+    if len(rows) < FEWEST_POINTS:
+        return None
+    places = rows[[f"{axis}{number}" for number in range(len(cameras)) for axis in "uv"]].to_numpy(float)
+    turn = 2 * np.pi * places[:, None, :] / np.array(PERIODS_PX)[:, None]
+    waves = np.stack([np.cos(turn), np.sin(turn)], -1).reshape(len(rows), -1)
+    a, b = ((places[:, -2:] - places[:, -2:].mean(0)) / places[:, -2:].std(0).max()).T
+    lens = [a**i * b ** (n - i) for n in range(1, LENS_DEGREE + 1) for i in range(n + 1)]
+    columns = np.column_stack([waves, *lens, rows["epipolar_px"]])
+    # How a marker is placed is its own mean.
+    _, marker = np.unique(rows["marker"].to_numpy(str), return_inverse=True)
+    own = np.eye(marker.max() + 1)[marker]
+    columns -= (own @ (own.T @ columns)) / (own @ own.sum(0))[:, None]
+    design, value = columns[:, :-1], columns[:, -1]
+    fit = least_squares(design, value, np.full(len(value), float(np.std(value)) or 1.0), rounds=ROUNDS, ridge=RIDGE)
+    left = np.clip(fit.residual, -3.0, 3.0)
+    lag = float(np.clip(np.sum(left[1:] * left[:-1]) / max(np.sum(left**2), 1e-300), 0.0, 0.9))
+    grown = np.sqrt((1 + lag) / (1 - lag)) * max(float(np.std(left)), 1e-300)
+    count = waves.shape[1]
+    return fit.coefficients[:count], np.sqrt(np.diag(fit.covariance)[:count]) * grown

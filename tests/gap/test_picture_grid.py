@@ -1,0 +1,47 @@
+"""Centres that follow a grid of the picture are told, and which: pixels, or the blocks of a compressed film."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.diagnose import diagnose
+from analysis.gap.measurement.picture_grid import picture_grid
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+
+def loaded(folder, kind, severity, noise, seed, runs=3):
+    made = make_series(kind, severity, np.random.default_rng(seed), runs, noise)
+    write_series(made, folder / "series")
+    return load_series(read_series(folder / "series"), folder / "results")[0]
+
+
+def test_blocks_of_a_compressed_film_are_unknown(tmp_path, without_next_test):
+    """Every eight pixels of both views: no name, and nothing of the disk or the wall."""
+    series = loaded(tmp_path, "unknown_coded_blocks", 0.8, "white", 7)
+    summary = diagnose(series, np.random.default_rng(0)).summary
+    assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", "measurement", [])
+    assert "the place in the picture, once in 8 pixels" in {left["goes_with"] for left in summary["left"]}
+
+
+@pytest.mark.parametrize("noise", ["ar1", "warp"])
+def test_a_series_without_a_grid_has_none(tmp_path, noise):
+    """Until its lines are off by a wave of the place, once in as many pixels as that has."""
+    series = loaded(tmp_path, "none", 1.0, noise, 8)
+    assert picture_grid(series) == []
+    assert picture_grid(replace(series, tracks=None)) == []
+    second = series.cameras[1].name
+    for period in (1.0, 4.0):
+        points = []
+        for table, tracks in zip(series.points, series.tracks, strict=True):
+            own = tracks[tracks["camera"] == second].set_index(["frame", "marker"])["v_px"]
+            v = own.reindex(list(zip(table["frame"], table["marker"], strict=True))).to_numpy()
+            wave = 0.2 * np.sin(2 * np.pi * v / period)
+            points.append(table.assign(epipolar_px=table["epipolar_px"] + wave))
+        (told,) = picture_grid(replace(series, points=tuple(points)))
+        assert told.goes_with == f"the place in the picture, once in {period:g} pixels"
+        assert told.size == pytest.approx(0.2, rel=0.2)
