@@ -18,8 +18,6 @@ GROSS_SD = 5.0
 CLIP_SD = 4.0
 # Correlations from frame to frame that cameras' noise may have (sealed series: up to 0.7).
 CORRELATIONS = np.linspace(0.0, 0.8, 33)
-# Neighbouring frames of all noise that are more alike than this tell of motion.
-MOST_CORRELATED = 0.95
 # What is slower than this share of the highest frequency may be motion; the noise shows above it, in so many bands.
 NOISE_FROM, NOISE_BANDS = 0.25, 8
 # Of a median's logarithm in a band of m neighbours in a windowed spectrum: variance 2.08 / (0.67 m).
@@ -202,16 +200,6 @@ def noise_correlation(residual: Array) -> float:
     but noise or what is slow and of its size: median over its columns."""
     costs = [_noise_costs(*_periodogram(column))[1] for column in residual.T if _tells(column)]
     return float(np.median([CORRELATIONS[int(np.argmin(one))] for one in costs])) if costs else 0.0
-
-
-def frame_correlation(residual: Array) -> float:
-    """Correlation from frame to frame of ``residual`` (N,) or (N, C), NaN where unknown, which is all noise, slow or
-    not: products of neighbours over squares, gross errors clipped."""
-    known = residual[np.isfinite(residual).reshape(len(residual), -1).all(1)]
-    limit = CLIP_SD * np.std(known, 0)
-    known = np.clip(known, -limit, limit)
-    power = float(np.sum(known**2))
-    return float(np.clip(np.sum(known[1:] * known[:-1]) / power, 0.0, MOST_CORRELATED)) if power > 0 else 0.0
 
 
 def _tells(residual: Array) -> bool:

@@ -23,12 +23,12 @@ from analysis.motion.host_lines import (
     basis,
     excess,
     fit_lines,
-    frame_correlation,
     noise_correlation,
     robust_sd,
 )
 from analysis.motion.host_table import PLACE_MISS, RATE_MISS, HostTable, quintics
 from analysis.motion.smooth_path import SmoothPath, smooth_path
+from analysis.statistics.correlation import slow_mean
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "angle")
@@ -320,9 +320,8 @@ def _widened(residual: Array) -> Array:
     for axis, column in enumerate(residual.T):
         r = column[np.isfinite(column)]
         if len(r) > 2:
-            together = frame_correlation(r)
-            r = np.clip(r, -3 * np.std(r), 3 * np.std(r))
-            found[axis] = np.mean(r**2) * (1 + together) / (1 - together)
+            near = np.clip(r, -3 * np.std(r), 3 * np.std(r))
+            found[axis] = np.mean(near**2) * slow_mean(r) ** 2
     return found
 
 

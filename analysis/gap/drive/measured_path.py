@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.signal.windows import dpss
 
 from analysis.flights.runs import Run
-from analysis.motion.host_lines import frame_correlation, noise_correlation
+from analysis.motion.host_lines import noise_correlation
+from analysis.statistics.correlation import frame_correlation
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]

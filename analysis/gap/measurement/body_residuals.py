@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.series import Series
 from analysis.motion.bodies import bodies_clouds
+from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import MEDIAN_SD
 from ovines.robust import residual_sd
 
@@ -60,9 +61,7 @@ def middle_of(values: Array) -> tuple[float, float]:
     middle = float(np.median(seen))
     off = seen - middle
     sd = residual_sd(off)
-    near = np.clip(off, -3 * sd, 3 * sd)
-    lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, 0.9))
-    return middle, MEDIAN_SD * sd * float(np.sqrt((1 + lag) / (1 - lag) / len(seen)))
+    return middle, MEDIAN_SD * sd * slow_mean(off) / float(np.sqrt(len(seen)))
 
 
 def over_runs(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:

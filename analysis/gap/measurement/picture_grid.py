@@ -16,6 +16,7 @@ from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import over_runs
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
+from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import least_squares
 
 Array = NDArray[np.float64]
@@ -87,7 +88,6 @@ def _waves(
     design, value = columns[:, :-1], columns[:, -1]
     fit = least_squares(design, value, np.full(len(value), float(np.std(value)) or 1.0), rounds=ROUNDS, ridge=RIDGE)
     left = np.clip(fit.residual, -3.0, 3.0)
-    lag = float(np.clip(np.sum(left[1:] * left[:-1]) / max(np.sum(left**2), 1e-300), 0.0, 0.9))
-    grown = np.sqrt((1 + lag) / (1 - lag)) * max(float(np.std(left)), 1e-300)
+    grown = slow_mean(left) * max(float(np.std(left)), 1e-300)
     count = waves.shape[1]
     return fit.coefficients[:count], np.sqrt(np.diag(fit.covariance)[:count]) * grown

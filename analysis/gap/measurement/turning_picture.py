@@ -15,6 +15,7 @@ from analysis.gap.measurement.body_residuals import SURE_SD, over_runs
 from analysis.gap.measurement.body_rows import BodyRows, body_rows
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
+from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import least_squares
 
 Array = NDArray[np.float64]
@@ -78,6 +79,5 @@ def _wave(
         return np.full(2, np.nan), np.full(2, np.inf)
     fit = least_squares(design[fine], value[fine], value_sd[fine], rounds=ROUNDS, ridge=RIDGE)
     left = np.clip(fit.residual, -3.0, 3.0)
-    lag = float(np.clip(np.sum(left[1:] * left[:-1]) / max(np.sum(left**2), 1e-300), 0.0, 0.9))
-    grown = np.sqrt((1 + lag) / (1 - lag)) * max(float(np.std(left)), 1.0)
+    grown = slow_mean(left) * max(float(np.std(left)), 1.0)
     return fit.coefficients[:2], np.sqrt(np.diag(fit.covariance)[:2]) * grown

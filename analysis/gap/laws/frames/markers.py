@@ -18,6 +18,7 @@ from analysis.gap.laws.frames.rows import Key, every_frame, key_of, known_frames
 from analysis.gap.laws.regression import Regression
 from analysis.gap.measurement.loose_markers import apart
 from analysis.gap.series import Series, with_points
+from analysis.statistics.correlation import slow_mean
 from ovines.core.laws.terms import Term
 from ovines.errors import InputError
 from ovines.robust import residual_sd
@@ -28,8 +29,6 @@ TARGETS = {"host": "host_marker", "nes": "nes_marker"}
 BODIES = {target: body for body, target in TARGETS.items()}
 # Gross errors count as so many sds, off the median of so many frames.
 CLIP_SD, NEIGHBOURS = 5.0, 5
-# Correlation of noise from frame to frame, at the most: more is a motion.
-MOST_CORRELATED = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +82,7 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
         if not sd > 0:
             continue
         calm = np.all(np.abs(others) < CLIP_SD * sd, 1)
-        noise = sd * _widened(others / sd)
+        noise = sd * slow_mean(others / sd)
         value = turned[calm, :2] / noise
         values.append(_without_gross(value).reshape(-1))
         units.append(np.tile(along[:2] / noise, (len(value), 1)))
@@ -101,13 +100,6 @@ def _without_gross(values: Array) -> Array:
     middle = median_filter(values, (NEIGHBOURS, 1), mode="nearest")
     limit = CLIP_SD * np.array([residual_sd(column) for column in (values - middle).T])
     return np.clip(values, middle - limit, middle + limit)
-
-
-def _widened(noise: Array) -> float:
-    """What the correlation from frame to frame of ``noise`` (N, C) of sd 1 makes of the sd of a slow mean."""
-    near = np.clip(noise, -3, 3)
-    lag = float(np.clip(np.sum(near[1:] * near[:-1]) / max(np.sum(near**2), 1e-300), 0.0, MOST_CORRELATED))
-    return float(np.sqrt((1 + lag) / (1 - lag)))
 
 
 def without_markers(series: Series, terms: Sequence[Term]) -> Series:
