@@ -35,7 +35,7 @@ def test_a_series_without_a_grid_has_none(tmp_path, noise):
     assert picture_grid(series) == []
     assert picture_grid(replace(series, tracks=None)) == []
     second = series.cameras[1].name
-    for period in (1.0, 4.0):
+    for period, words in ((1.0, "1 pixel"), (4.0, "4 pixels")):
         points = []
         for table, tracks in zip(series.points, series.tracks, strict=True):
             own = tracks[tracks["camera"] == second].set_index(["frame", "marker"])["v_px"]
@@ -43,5 +43,5 @@ def test_a_series_without_a_grid_has_none(tmp_path, noise):
             wave = 0.2 * np.sin(2 * np.pi * v / period)
             points.append(table.assign(epipolar_px=table["epipolar_px"] + wave))
         (told,) = picture_grid(replace(series, points=tuple(points)))
-        assert told.goes_with == f"the place in the picture, once in {period:g} pixels"
+        assert told.goes_with == f"the place in the picture, once in {words}"
         assert told.size == pytest.approx(0.2, rel=0.2)

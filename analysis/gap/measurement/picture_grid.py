@@ -57,7 +57,8 @@ def picture_grid(series: Series) -> list[Structure]:
     best = int(np.argmax(sure))
     if not sure[best] > SURE:
         return []
-    words = f"the place in the picture, once in {PERIODS_PX[best]:g} pixels"
+    period = PERIODS_PX[best]
+    words = f"the place in the picture, once in {period:g} pixel{'s' * (period > 1)}"
     amount = float(size[best].max())
     p = two_sided(float(sure[best]))
     return [Structure("measurement", "all", "x", words, amount / least_px, float(sure[best]) ** 2, amount, "px", p)]
