@@ -201,8 +201,14 @@ def _again(
 
 
 def _there(one: Swing | Line, paths: Sequence[MeasuredPath]) -> bool:
-    """Whether it is more than chance, and a swing one that a blow may have set going."""
-    return chance(one, paths) < LEVEL and (isinstance(one, Line) or one.dies_out)
+    """Whether it is more than chance, and a swing one that a blow may have set going.  Markers follow a drive only
+    where what carries them is faster than it: a slower swing is the Host's."""
+    if chance(one, paths) >= LEVEL:
+        return False
+    if isinstance(one, Line):
+        return True
+    carried = one.effect == "host_ringing"
+    return one.dies_out and not (carried and one.frequency_hz < float(np.median([path.drive_hz for path in paths])))
 
 
 def chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:
@@ -291,7 +297,8 @@ def _rivals(swing: Swing, steps: DriveSteps) -> tuple[str, ...]:
     left = _left(terms, steps.paths, steps.pushes, terms.index(swing))
     others = [one for one in SWINGS if one not in {s.effect for s in steps.swings}]
     tried = [best_swing(effect, steps.paths, steps.pushes, left) for effect in others]
-    return tuple(one.effect for one in tried if swing.gain - one.gain < EQUIVALENT)
+    there = [one for one in tried if _there(one, steps.paths)]
+    return tuple(one.effect for one in there if swing.gain - one.gain < EQUIVALENT)
 
 
 def _by_run(paths: Sequence[MeasuredPath], values: Sequence[float] | Array, runs: int) -> Array:
