@@ -263,8 +263,8 @@ def _judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_
     tells_sway = int(np.sum(tell)) >= IMPROVED * runs and not ground_moves
     for line in steps.lines if tells_sway else ():
         size = rms_m(steps, line)
-        drives_hz = [series.runs[path.run].data.host.frequency_hz for path in steps.paths if path.tells_lines]
-        if line.frequency_hz >= SLOW_SHARE * float(np.median(drives_hz)) or size < least:
+        drive_hz = float(np.median([path.drive_hz for path in steps.paths if path.tells_lines]))
+        if line.frequency_hz >= SLOW_SHARE * drive_hz or size < least:
             continue
         if float(np.mean(line.each[tell] > SURE_IN_RUN)) < IMPROVED:
             continue

@@ -54,14 +54,10 @@ class Swing:
         """Whether it ends before long, as what a blow has set going does."""
         return self.damping > LEAST_DAMPING
 
-    def pushes(self, run: RunPushes) -> Pushes:
-        """The pushes that it answers."""
-        return run.whole if self.effect == "host_recoil" else run.normal
-
     def places(self, pushes: Sequence[RunPushes], run: int, time_s: Array) -> Array:
         """What it does to the Host (N, 2) at times (N,) of a run of the series, in m."""
         hz, damping = np.array([self.frequency_hz]), np.array([self.damping])
-        one = answers(self.pushes(pushes[run]), time_s, hz, damping)
+        one = answers(_answered(self.effect, pushes[run]), time_s, hz, damping)
         began = fading(time_s - self.start_s[run], hz, damping)
         return np.asarray(self.share * one[..., 0] + began[..., 0] @ self.start[run])
 
@@ -84,6 +80,11 @@ class Line:
         return np.asarray(np.real(turn[:, None] * self.amplitude[path]))
 
 
+def _answered(effect: str, run: RunPushes) -> Pushes:
+    """The pushes that a swing answers."""
+    return run.whole if effect == "host_recoil" else run.normal
+
+
 def fading(time_s: Array, frequency_hz: Array, damping: Array) -> Array:
     """Cosine and sine (N, 2, G) of free swings at times (N,; s) from their start."""
     omega = 2 * np.pi * frequency_hz
@@ -103,17 +104,14 @@ class _Swinging:
 
     @classmethod
     def of(cls, effect: str, path: MeasuredPath, run: RunPushes, left: Array, hz: Array, damping: Array) -> _Swinging:
-        pushes = run.whole if effect == SWINGS[0] else run.normal
-        columns = path.white(answers(pushes, path.time_s, hz, damping))
+        columns = path.white(answers(_answered(effect, run), path.time_s, hz, damping))
         began = fading(path.time_s - path.time_s[0], hz, damping)
         return cls(columns, path.white(began * path.sd.reshape(1, 2, 1)), left)
 
     def without_start(self, rows: Array) -> tuple[Array, Array]:
         """``rows`` (M, 2, G) of both axes without what the start explains, and its amplitudes (2, 2, G)."""
-        cc, ss, cs = (np.sum(self.began[:, i] * self.began[:, j], 0) for i, j in ((0, 0), (1, 1), (0, 1)))
-        determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
-        on_c, on_s = (np.einsum("mg,mag->ag", self.began[:, i], rows) for i in (0, 1))
-        sizes = np.array([ss * on_c - cs * on_s, cc * on_s - cs * on_c]) / determinant
+        inverse, _ = _of_pair(self.began)
+        sizes = np.einsum("ijg,jag->iag", inverse, np.einsum("mjg,mag->jag", self.began, rows))
         return rows - np.einsum("mig,iag->mag", self.began, sizes), sizes
 
     def sums(self) -> tuple[Array, Array, Array]:
@@ -251,17 +249,18 @@ def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, A
     turn = 2 * np.pi * path.time_s[:, None] * hz
     # Whitened for a frame of unit variance; both axes hold the same columns over their own sd.
     rows = path.white(np.stack([np.cos(turn), np.sin(turn)], 1) * path.sd.reshape(1, 2, 1))
-    c, s = rows[:, 0], rows[:, 1]
-    cc, ss, cs = np.sum(c * c, 0), np.sum(s * s, 0), np.sum(c * s, 0)
-    determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    inverse, power = _of_pair(rows)
     # A line that the drive holds nearly whole is part of the drive.
-    seen = cc + ss > LEAST_SEEN * len(rows)
-    gain, variance = np.zeros(len(hz)), np.zeros(len(hz))
-    amplitude = np.zeros((2, len(hz)), complex)
-    for axis in range(2):
-        on_c, on_s = c.T @ white[:, axis], s.T @ white[:, axis]
-        a, b = (seen * (one - cs * other) / determinant for one, other in ((ss * on_c, on_s), (cc * on_s, on_c)))
-        gain += a * on_c + b * on_s
-        amplitude[axis] = path.sd[axis] * (a + 1j * b)
-        variance += path.sd[axis] ** 2 * (cc + ss) / determinant / 4
+    on = np.where(power > LEAST_SEEN * len(rows), np.einsum("mjg,ma->jag", rows, white), 0.0)
+    sizes = np.einsum("ijg,jag->iag", inverse, on)
+    gain = np.einsum("jag,jag->g", sizes, on)
+    amplitude = path.sd[:, None] * (sizes[0] + 1j * sizes[1])
+    variance = 0.25 * np.sum(path.sd**2) * (inverse[0, 0] + inverse[1, 1])
     return gain, amplitude, np.sqrt(variance)
+
+
+def _of_pair(rows: Array) -> tuple[Array, Array]:
+    """Of pairs of columns (M, 2, G): the inverse (2, 2, G) of their products, and their power (G,)."""
+    cc, ss, cs = (np.sum(rows[:, i] * rows[:, j], 0) for i, j in ((0, 0), (1, 1), (0, 1)))
+    determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    return np.array([[ss, -cs], [-cs, cc]]) / determinant, cc + ss

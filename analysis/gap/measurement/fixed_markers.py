@@ -32,6 +32,14 @@ TOGETHER, GROWS, TURNS = "move together", "change their distances", "turn"
 LEAST_OF_NOISE = 0.7
 
 
+def still_px(series: Series) -> float:
+    """What a still marker may move, in pixels of the second camera; for a series with cameras."""
+    assert series.cameras is not None
+    camera = series.cameras[1]
+    away_m = float(np.linalg.norm(camera.centre_m))
+    return STILL_SHARE * series.contact_radius_m * float(camera.matrix[0, 0]) / away_m
+
+
 def ground_motion(series: Series) -> list[Structure]:
     """:class:`analysis.gap.cause.Structure` when the ground markers move, together from frame to frame or in any way
     over the runs, by more than their noise; else nothing.

@@ -1,7 +1,7 @@
 """Centres that follow a grid of the picture: the pixels themselves, a colour mosaic, the blocks of a compressed film.
 
-A marker's place is then off by waves of itself, once in so many pixels (of one pixel: peak locking, Westerweel, Meas.
-Sci. Technol. 8, 1379 (1997)), which no lens, window or motion is; both views miss each other by it.
+A marker's place is then off by waves of itself, once in so many pixels (of one pixel: peak locking, Christensen,
+Exp. Fluids 36, 484 (2004)), which no lens, window or motion is; both views miss each other by it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import over_runs
-from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.measurement.fixed_markers import still_px
 from analysis.gap.series import Series
 from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import least_squares
@@ -35,13 +35,11 @@ FEWEST_POINTS = 400
 def picture_grid(series: Series) -> list[Structure]:
     """What says that centres follow a grid of the picture, the strongest; nothing without two views and their
     tracks."""
-    if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
+    if series.points is None or series.tracks is None or series.cameras is None:
         return []
-    if series.tracks is None:
+    if "epipolar_px" not in series.points[0]:
         return []
-    camera = series.cameras[1]
-    away_m = float(np.linalg.norm(camera.centre_m))
-    least_px = STILL_SHARE * series.contact_radius_m * float(camera.matrix[0, 0]) / away_m
+    least_px = still_px(series)
     bodies = series.recordings[0].bodies
     markers = [marker for name in ("host", "nes") if name in bodies for marker in bodies[name].markers]
     names = [camera.name for camera in series.cameras]

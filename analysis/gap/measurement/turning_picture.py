@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import SURE_SD, over_runs
 from analysis.gap.measurement.body_rows import BodyRows, body_rows
-from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.measurement.fixed_markers import still_px
 from analysis.gap.series import Series
 from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import least_squares
@@ -32,9 +32,7 @@ def turning_picture(series: Series) -> list[Structure]:
     """What says that the disk's markers are off by a cosine of its angle; nothing without two views."""
     if series.points is None or series.cameras is None or "epipolar_px" not in series.points[0]:
         return []
-    camera = series.cameras[1]
-    away_m = float(np.linalg.norm(camera.centre_m))
-    least_px = STILL_SHARE * series.contact_radius_m * float(camera.matrix[0, 0]) / away_m
+    least_px = still_px(series)
     seen = list(_runs(series))
     if not seen:
         return []
