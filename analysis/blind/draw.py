@@ -12,6 +12,7 @@ from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.named import CAUSES, may_stand_together
 from analysis.blind.causes.newest import NEWEST
+from analysis.blind.causes.plausible import PLAUSIBLE
 from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.causes.unexpected import UNEXPECTED
 from analysis.blind.causes.unforeseen import UNFORESEEN
@@ -39,6 +40,7 @@ MADE_OF = {  # the pool that each of a series' causes is drawn from
     "unsuspected": ("unsuspected",),
     "unexpected": ("unexpected",),
     "untold": ("untold",),
+    "plausible": ("plausible",),
     "beside": ("listed", "any unknown"),
 }
 POOLS = {
@@ -53,10 +55,11 @@ POOLS = {
     "unsuspected": tuple(c.name for c in UNSUSPECTED),
     "unexpected": tuple(c.name for c in UNEXPECTED),
     "untold": tuple(c.name for c in UNTOLD),
+    "plausible": tuple(c.name for c in PLAUSIBLE),
     "any unknown": tuple(c.name for c in UNLISTED + LATER + LATEST),
 }
 # Pools that are drawn from only where they are among the kinds, the later first.
-ASKED_FOR = ("untold", "unexpected", "unsuspected", "undreamt", "unimagined", "unforeseen", "newest")
+ASKED_FOR = ("plausible", "untold", "unexpected", "unsuspected", "undreamt", "unimagined", "unforeseen", "newest")
 SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
 WALL_SHARES = {"round": 0.76, "triangle": 0.06, "square": 0.06, "cylinder": 0.12}
 DRIVE_SHARES = {"sine": 0.65, "start_up": 0.07, "two_axes": 0.07, "two_lines": 0.07, "chirp": 0.07, "random": 0.07}
@@ -113,8 +116,8 @@ class _Decks:
 
 
 def _pools(group: str, kinds: tuple[str, ...]) -> tuple[str, ...]:
-    """What the causes of ``group`` are drawn from: beside a listed one stands one of the untold, the unexpected, the
-    unsuspected, the undreamt, the unimagined, the unforeseen or the newest where these are asked for."""
+    """What the causes of ``group`` are drawn from: beside a listed one stands one of the plausible, the untold, the
+    unexpected, the unsuspected, the undreamt, the unimagined, the unforeseen or the newest where they are asked for."""
     beside = next((pool for pool in ASKED_FOR if pool in kinds), "any unknown")
     return tuple(beside if pool == "any unknown" else pool for pool in MADE_OF[group])
 
@@ -142,8 +145,8 @@ def draw_cases(
     that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
     Walls, drives and numbers of runs are dealt in their shares, but for causes asked for by name: those are of a round
     wall, a sine and ``runs`` runs.  With ``newest``, ``unforeseen``, ``unimagined``, ``undreamt``, ``unsuspected``,
-    ``unexpected`` or ``untold`` among the kinds the unlisted part of ``beside`` is one of them (with several, of the
-    last named here), from the same deck: none comes twice before all have come.
+    ``unexpected``, ``untold`` or ``plausible`` among the kinds the unlisted part of ``beside`` is one of them (with
+    several, of the last named here), from the same deck: none comes twice before all have come.
     Noise kinds take turns within a kind of case.
     """
     _refuse_strange(kinds)

@@ -15,6 +15,7 @@ from analysis.blind.recording.files import Poses, Series, calibration_of, record
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
 from analysis.blind.recording.place import HOME, Place, draw_place
+from analysis.blind.recording.plausible import dropped_s, shadowed, tripod_px
 from analysis.blind.recording.undreamt import bent_m, free_running_s, risen_m
 from analysis.blind.recording.unexpected import flung, pulsed_s
 from analysis.blind.recording.unforeseen import shake_px
@@ -203,6 +204,7 @@ def _one_run(
         first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
     second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors) + pulsed_s(first, errors)
     second_late_s += shocked_s(first, motion.impacts[:, 0], motion.kicks, errors)
+    second_late_s += dropped_s(len(first), run, rate, errors)
     times = [first, first + errors.clock_s + second_late_s]
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
@@ -216,9 +218,13 @@ def _one_run(
         for p, t in zip(poses, times, strict=True)
     ]
     points = [flung(q, p.nes[:, 3], t, errors) for q, p, t in zip(points, poses, times, strict=True)]
+    points = [shadowed(q, p.host, errors) for q, p in zip(points, poses, strict=True)]
     shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
     turned = twist_rad(first, motion.lines, errors) if errors.twisted_rad else None
-    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken, turned)
+    swayed = tripod_px(first, motion.lines, errors) if errors.tripod_px else None
+    tracks = tracks_of(
+        points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken, turned, swayed
+    )
     tracks["time_s"] *= place.slower
     if place.start_s:
         tracks = tracks.assign(

@@ -12,6 +12,7 @@ from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.listed import LISTED
 from analysis.blind.causes.newest import NEWEST
+from analysis.blind.causes.plausible import PLAUSIBLE
 from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.causes.unexpected import UNEXPECTED
 from analysis.blind.causes.unforeseen import UNFORESEEN
@@ -27,6 +28,7 @@ from analysis.blind.recording.views import ViewErrors
 GROUPS = (
     *(LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED),
     UNTOLD,
+    PLAUSIBLE,
 )
 CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in group}
 
@@ -34,7 +36,9 @@ CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in g
 # Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
 RIVALS = (
     ("floor_friction", "spin_coupling", "friction_drift"),
-    ("nes_rocking", "unknown_hop"),
+    ("nes_rocking", "unknown_hop", "unknown_lifted_disk"),
+    ("wall_lobes", "unknown_chucked_ring"),
+    ("restitution_drift", "unknown_warming_ring"),
     ("host_recoil", "host_ringing", "host_sway"),
     # A contact that lasts keeps nothing of the last impact.
     ("finite_contact_time", "unknown_glue_thread"),
@@ -58,6 +62,7 @@ ROUND_ONLY = (
     *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_split_ring"),
     *("unknown_swinging_ring", "unknown_packing_felt"),
     *("unknown_eddy_ring", "unknown_poled_disk"),
+    *("unknown_chucked_ring", "unknown_wall_bead", "unknown_marker_shadow"),
 )
 STEADY_ONLY = ("unknown_drive_phase_restitution",)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import add_newest_forces, newest_traction
+from analysis.blind.plant.plausible import add_dish, plausible_friction, ring_torque
 from analysis.blind.plant.state import STATES, PlantParameters
 from analysis.blind.plant.undreamt import add_undreamt_forces, rim_traction, undreamt_friction, undreamt_load
 from analysis.blind.plant.unexpected import add_unexpected_forces, unexpected_friction
@@ -199,7 +200,8 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     mu *= unimagined_friction((x, y), (slip_x, slip_y), turning, acceleration, p) * undreamt_friction(state[4], p)
     mu *= unexpected_friction((slip_x, slip_y), turning, state, velocity, p)
     mu *= untold_friction(time, (x, y), (slip_x, slip_y), turning, acceleration, p)
-    force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn
+    mu *= plausible_friction(time, (x, y), (slip_x, slip_y), state[6], p)
+    force_x, force_y, turn = -mu * load * force_x, -mu * load * force_y, -mu * load * turn * ring_torque(p)
     speed = np.sqrt(state[2] ** 2 + state[3] ** 2)
     drag = p.viscous_per_s + p.air_per_m * speed
     out = np.zeros(STATES)
@@ -228,4 +230,5 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_unsuspected_forces((slip_x, slip_y), state, velocity, p, out)
     add_unexpected_forces(time, x, y, (slip_x, slip_y), state, p, out)
     add_untold_forces(x, y, from_host, state, spin - velocity[2], acceleration, p, out)
+    add_dish(x, y, p, out)
     return out

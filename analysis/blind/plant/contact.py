@@ -6,6 +6,7 @@ import numpy as np
 from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.newest import SPRINGY_AT_M_PER_S2, chip_reach, newest_grip, newest_losses, newest_reach
+from analysis.blind.plant.plausible import plausible_reach, plausible_rebound, plausible_slide
 from analysis.blind.plant.state import PlantParameters
 from analysis.blind.plant.undreamt import (
     band_slips,
@@ -44,6 +45,8 @@ def _reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -
     joint, along = joint_reach(azimuth, p)
     split, askew = split_reach(azimuth, p)
     back, slope = back + more + joint + split + p.packed_m, slope + steeper + along + askew
+    more, steeper = plausible_reach(azimuth, p)
+    back, slope = back + more, slope + steeper
     return p.contact_radius_m * reach - dent + back, p.contact_radius_m * rise + dent * away / p.dent_width_rad + slope
 
 
@@ -219,7 +222,7 @@ def impact(
     wall.
     """
     gap, nx, ny = wall_gap(time, state, p, host)
-    leans = p.rough_rad * scatter[1] + p.saw_rad * bounce  # what is held lies against the teeth's tips
+    leans = (p.rough_rad + p.ragged_rad) * scatter[1] + p.saw_rad * bounce  # what is held lies against the teeth's tips
     if leans != 0.0:
         c, s = np.cos(leans), np.sin(leans)
         nx, ny = c * nx - s * ny, s * nx + c * ny
@@ -249,6 +252,7 @@ def impact(
     rebound = unsuspected_rebound(rebound, time, azimuth, state[4], p)
     rebound = unexpected_rebound(rebound, slip, np.arctan2(ny, nx), state, p)
     rebound = untold_rebound(rebound, azimuth - state[4], acceleration, state, p)
+    rebound = plausible_rebound(rebound, approach, slip, np.arctan2(ny, nx), p)
     rebound += p.clamps * np.cos(3.0 * (azimuth - p.clamps_rad))
     rebound += p.yielding_s_per_m * (velocity[0] * nx + velocity[1] * ny)
     rebound -= newest_losses(azimuth, state, scatter[1], p)
@@ -261,6 +265,7 @@ def impact(
     elastic, pressed = unimagined_grip(approach, slip, p)
     mu = _wall_friction(time, azimuth, slip, p) * (slide * pressed) * unsuspected_slide(time, approach, slip, state, p)
     mu *= unexpected_slide(azimuth - state[4], slip, state, p) * untold_slide(slip, np.arctan2(ny, nx), p)
+    mu *= plausible_slide(slip, p)
     back = p.tangential_restitution * grip * elastic * taped_grip(azimuth - state[4], p) * bounce
     inertia = p.inertia_factor * p.disk_radius_m**2  # everything per unit mass
     lever_n, lever_t = arm_x * ny - arm_y * nx, arm_x * ty - arm_y * tx

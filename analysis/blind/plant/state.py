@@ -315,3 +315,22 @@ class PlantParameters(NamedTuple):
     shot: float = 0.0  # restitution lost at 8 g of the Host, whichever way
     leaking_m: float = 0.0  # the wall stands back by at most this after many hard blows, stands in by it after none
     swollen_m: float = 0.0  # the disk's radius is more by this at a fast spin, less by it at none
+    # causes in nobody's list that came after those (`causes.plausible`)
+    stribeck: float = 0.0  # floor friction more by this share at rest, gone beyond stribeck_m_per_s
+    stribeck_m_per_s: float = 0.75
+    worn: float = 0.0  # floor friction more by this share at the Host's centre
+    scratched: float = 0.0  # floor friction more by this share for slips along one direction, less across it ...
+    scratched_rad: float = 0.0  # ... this one
+    dished_per_m: float = 0.0  # curvature of the Host's floor, lowest at its centre
+    lifted: float = 0.0  # share of the floor friction lost just after a blow, back within lifted_s
+    lifted_s: float = 0.04
+    ring_foot: float = 0.0  # the floor's torque is more by this share
+    armature: float = 0.0  # share of the restitution lost in blows along x, none across it
+    ragged_rad: float = 0.0  # standard deviation of the wall's normals from blow to blow
+    rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
+    warmed: float = 0.0  # of each run: share of the restitution lost
+    oblique: float = 0.0  # share of the restitution lost in blows that only slip
+    chucked_m: float = 0.0  # the wall's radius is more by this at three places, less between them
+    chucked_rad: float = 0.0
+    seam_bead_m: float = 0.0  # the wall stands in by this at one place
+    seam_bead_rad: float = 0.0

@@ -84,9 +84,10 @@ def tracks_of(
     rng: np.random.Generator,
     shake_px: np.ndarray | float = 0.0,
     twist_rad: np.ndarray | None = None,
+    tripod_px: np.ndarray | None = None,
 ) -> pd.DataFrame:
     """`tracks` of one run. `points_m` and `true_time_s`: per camera (frames, 12, 3) and (frames,); `shake_px` (frames,)
-    of the first camera along u, `twist_rad` (frames,) about its axis."""
+    of the first camera along u, `twist_rad` (frames,) about its axis, `tripod_px` (frames, 2) along u and v."""
     parts = []
     for index, view in enumerate(views):
         pixels = glared(view.pixels(points_m[index]), index, view, errors)
@@ -100,6 +101,8 @@ def tracks_of(
             pixels = pixels + noise.warp_px * np.stack([np.sin(u + q[0]) * np.sin(v + q[1]) for q in phase], axis=-1)
         if index == 0 and twist_rad is not None:
             pixels = twisted(pixels, twist_rad, view)
+        if index == 0 and tripod_px is not None:
+            pixels = pixels + tripod_px[:, None]
         if index == 0:
             pixels[..., 0] += np.reshape(shake_px, (-1, 1))
             pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * true_time_s[0])[:, None]

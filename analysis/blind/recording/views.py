@@ -138,5 +138,10 @@ class ViewErrors:
     blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this
     card_s: float = 0.0  # the disk's markers swing about its middle after a blow, by its change of spin times this ...
     card_hz: float = 40.0  # ... so many times a second
+    tripod_px: float = 0.0  # the first camera's picture moves by this much at 8 g of the Host along x ...
+    tripod_rad: float = 0.0  # ... in this direction of it ...
+    tripod_s: float = 0.0  # ... this much later
+    dropped_from: tuple[float, ...] = ()  # of each run: from this share on the second camera's frames are one early
+    shadow_m: float = 0.0  # the disk's markers are found this much too far inwards at the wall
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
