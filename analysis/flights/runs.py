@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 # Added to CONTACT_MARGIN_M: so many sds of the cameras' noise.
 CONTACT_MARGIN_SD = 3.0
+# A frame's own noise counts, up to so many times the run's usual: a fast disk smears, a hidden one is not at the wall.
+MOST_NOISE = 6.0
 # What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the
 # angle.
 FINEST_SD_M = 1e-6
@@ -124,7 +126,7 @@ def cut(
         sd,
         relative / length,
         wall.gap(relative, host_angle) / length,
-        CONTACT_MARGIN_M + CONTACT_MARGIN_SD * noise,
+        CONTACT_MARGIN_M + CONTACT_MARGIN_SD * np.clip(sd, noise, MOST_NOISE * noise),
         wall.size_m / length,
     )
     segments = replace(segments, steps_m_per_s=segments.steps_m_per_s * (length / time))

@@ -115,7 +115,7 @@ def wall_law_instead(
     candidates = wall_candidates(problem.known)
     for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
         found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(), most)
-        if found is not None and _instead(found, named, len(shapes)):
+        if found is not None and _instead(found, named, len(shapes)) and not _holds(found, shapes):
             break
     else:
         return None
@@ -131,6 +131,12 @@ def _instead(found: Found, named: float, unknowns: int) -> bool:
     fewer."""
     more = sum(part.unknowns for part in found.parts) - unknowns
     return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
+
+
+def _holds(found: Found, shapes: Sequence[Term]) -> bool:
+    """Whether a part of a formula is a named shape itself: the others stand beside it, not in its place."""
+    named = {term.factors for term in shapes}
+    return any({term.factors for term in part.terms} <= named for part in found.parts)
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:
