@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.contact.held_laws import known_at_impacts
-from analysis.contact.restitution import RESTITUTION_EFFECTS
+from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -153,9 +153,11 @@ def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits
     return tuple(gain.name for gain in kept if not law_accepted(gain, least, data))
 
 
-def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> dict[str, tuple[float, float]]:
-    """Target -> how much a law changes it from impact to impact (RMS about the mean), and what of that is
-    negligible."""
+def impact_law_sizes(
+    law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits], restitution_terms: Sequence[str] = ()
+) -> dict[str, tuple[float, float]]:
+    """Target -> how much a law changes it from impact to impact (RMS about the mean, of the restitution about what its
+    named effects may take), and what of that is negligible."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     nominal = impacts.law
     least = {
@@ -169,5 +171,8 @@ def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFit
     for target, size in least.items():
         values = of_target(target, law.rig_law, known)
         if values is not None:
+            if target == "restitution":
+                named = restitution_design(impacts.data, restitution_terms)
+                values = values - named @ np.linalg.lstsq(named, values, rcond=None)[0]
             sizes[target] = float(np.std(values)), size
     return sizes
