@@ -101,7 +101,11 @@ def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
     # approach line through frames 0 and 1, leave line through 3 and 4
     later = time[at, 3] - time[at, 1]
     way = (seen[at, 3] - seen[at, 1] - leave[at] * later) / (approach[at] - leave[at])
-    meet = seen[at, 1] + approach[at] * way
+    # Where the lines are then, not how far: the wall is curved.
+    before = relative[at + 1] + (relative[at + 1] - relative[at]) * (way / (time[at, 1] - time[at, 0]))[:, None]
+    back = (later - way) / (time[at, 4] - time[at, 3])
+    after = relative[at + 3] - (relative[at + 4] - relative[at + 3]) * back[:, None]
+    meet = design.outline_gap(0.5 * (before + after), angle[at + 2])
     place, turn = relative[at + 2], angle[at + 2]
     c, s, h = np.cos(turn), np.sin(turn), 1e-6 * design.size_m
     slopes = [
