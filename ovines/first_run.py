@@ -83,9 +83,9 @@ def _identification_calls() -> list[Called]:
     from analysis.bounces.contact import BounceRig
     from analysis.bounces.model import BounceFrames, bounce_residual
     from analysis.contact.tangential_search import Impulses, likeliest
+    from analysis.flights.cutting.flight_rig import FlightRig
+    from analysis.flights.cutting.kinks import find_kinks
     from analysis.flights.evidence import _without_states
-    from analysis.flights.model import FlightRig
-    from analysis.flights.segments import find_kinks
     from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state, whiten
     from analysis.identification.intervals import _best_scatter, _deviance, _tangential
     from analysis.motion.host_table import HostTable

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import FlightFits, RunData
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.fit import FlightFits
 from analysis.walls.wall import Ring, Wall
 
 Array = NDArray[np.float64]

@@ -11,7 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import Flight, FlightFits, RunData, seen_frames
+from analysis.flights.cutting.pieces import Flight, seen_frames
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
 
 Array = NDArray[np.float64]

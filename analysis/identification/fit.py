@@ -31,10 +31,10 @@ from analysis.contact.middle import middle_of_disk, with_middle
 from analysis.contact.restitution import EffectsFit, Sizes, conditions
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, usable
 from analysis.contact.wall_force import WallForce, wall_force
+from analysis.flights.cutting.kinks import SMOOTH_M_PER_S2
+from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.evidence import columns_of
-from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.runs import Run, cut_again
-from analysis.flights.segments import SMOOTH_M_PER_S2
 from analysis.identification.floor import FloorFit
 from analysis.identification.floor_law import SURE_FORCE, choose_floor
 from analysis.identification.floor_priors import HELD_M, WEAK_SD, prior_sd

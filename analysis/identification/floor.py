@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.along_flights import unit_accelerations
+from analysis.flights.cutting.run_data import LENS_TERMS, NO_ANGLE_SD_RAD, RunData
 from analysis.flights.evidence import (
     Evidence,
     RunRows,
@@ -18,7 +19,7 @@ from analysis.flights.evidence import (
     weighed,
     without_own,
 )
-from analysis.flights.fit import LENS_TERMS, NO_ANGLE_SD_RAD, ORIGIN, SHARED, FlightFits, RunData, fit_flights
+from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise, at_least, frame_noise
 from analysis.flights.parameters import INDEX, PARAMETERS

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.evidence import Evidence, columns_of, linearised, usable_flights
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run

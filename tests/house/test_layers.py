@@ -25,6 +25,7 @@ ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.
 vision.one_view
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
+analysis.flights.cutting
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
     vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.along_flights import unit_accelerations
+from analysis.flights.cutting.run_data import LENS_TERMS, RunData
 from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData, fit_flights
+from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, LAW, LAW_TERMS, PARAMETERS
 from analysis.flights.runs import Run

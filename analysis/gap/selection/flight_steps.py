@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import RunData
+from analysis.flights.cutting.run_data import RunData
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
