@@ -22,7 +22,7 @@ from analysis.identification.intervals import Interval
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import RigFrame, rig_frame
-from analysis.walls.wall import stated_wall
+from analysis.walls.drawn import stated_wall
 from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
 from ovines.recording_schema import Nominal

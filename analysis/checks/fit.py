@@ -19,7 +19,8 @@ from analysis.identification.floor_law import FORMS, SURE_FORCE
 from analysis.identification.floor_priors import HELD_M
 from analysis.identification.parameters import LENS_SHARE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
-from analysis.walls.wall import Wall, stated_wall
+from analysis.walls.drawn import stated_wall
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

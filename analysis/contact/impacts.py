@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.fit import FlightFits
-from analysis.walls.wall import Ring, Wall
+from analysis.walls.outlines import Ring
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 

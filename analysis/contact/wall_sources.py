@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from analysis.motion.host_circle import fit_circles
 from analysis.statistics.robust import MEDIAN_SD
-from analysis.walls.wall import Sides, Wall, drawn_wall, identified_wall, side_term, wall_parameter
+from analysis.walls.drawn import drawn_wall, identified_wall
+from analysis.walls.outlines import Sides, side_term, wall_parameter
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 from ovines.robust import residual_sd
 

@@ -19,7 +19,8 @@ from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
 from analysis.statistics.robust import smooth_noise
-from analysis.walls.wall import Wall, stated_wall
+from analysis.walls.drawn import stated_wall
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

@@ -42,7 +42,7 @@ from analysis.identification.intervals import best_tangential
 from analysis.identification.lens_residual import LensResidual, lens_residual
 from analysis.identification.restitution_rows import restitution_fit, without_effects
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
-from analysis.walls.wall import DISK_TERMS, ELLIPSE_TERMS, Ring
+from analysis.walls.outlines import DISK_TERMS, ELLIPSE_TERMS, Ring
 
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
 # An ellipse is taken where it makes the scatter of the contact distances this much smaller, on enough impacts, and

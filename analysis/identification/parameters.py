@@ -26,7 +26,7 @@ from analysis.identification.lens_residual import restitution_sd
 from analysis.identification.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.motion.rig_frame import RigFrame
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
-from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
+from analysis.walls.outlines import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 
 Array = NDArray[np.float64]
 Row = tuple[str, Interval, int | None]

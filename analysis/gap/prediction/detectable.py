@@ -28,7 +28,7 @@ from analysis.gap.selection.impact_candidates import ImpactGain
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
-from analysis.walls.wall import Ring
+from analysis.walls.outlines import Ring
 
 _MEASURED = {
     "camera_clock_offset": "offset_s",

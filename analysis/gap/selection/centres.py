@@ -20,7 +20,8 @@ from analysis.gap.thresholds import (
     SIGNIFICANCE,
     STATED_SHARE,
 )
-from analysis.walls.wall import DISK_TERMS, Sides, Wall, side_term
+from analysis.walls.outlines import DISK_TERMS, Sides, side_term
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

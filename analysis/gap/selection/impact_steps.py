@@ -40,7 +40,7 @@ from analysis.gap.thresholds import (
     USUAL_DISTANCE,
 )
 from analysis.walls.lobes import LOBE_TERMS
-from analysis.walls.wall import ELLIPSE_TERMS
+from analysis.walls.outlines import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
