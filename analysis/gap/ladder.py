@@ -26,12 +26,12 @@ from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.measurement.turning_picture import turning_picture
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.flight_steps import (
     FlightSteps,
     first_flights,
     select_flight_effects,
 )
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.selection.inertia import (

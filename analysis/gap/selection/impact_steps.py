@@ -16,7 +16,7 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS, fit_effects, resti
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.impact_fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.null_distribution import (

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from analysis.flights.runs import Run
 from analysis.gap.cause import Structure
-from analysis.gap.selection.flight_candidates import FlightFit, Units
+from analysis.gap.selection.flight_candidates import Units
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.missing_acceleration import (
     CIRCULAR,
     COMPONENTS,
