@@ -87,7 +87,7 @@ def _identification_calls() -> list[Called]:
     from analysis.flights.cutting.kinks import find_kinks
     from analysis.flights.evidence import _without_states
     from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state, whiten
-    from analysis.identification.intervals import _best_scatter, _deviance, _tangential
+    from analysis.identification.contact_law.deviance import _tangential, best_scatter, scatter_deviance
     from analysis.motion.host_table import HostTable
     from analysis.walls.surfaces import surfaces_seen
 
@@ -108,8 +108,8 @@ def _identification_calls() -> list[Called]:
         (likeliest, (places, line, 1, Impulses(*(line,) * 7, 1.0, places), line)),
         (_tangential, (column, line, line, line, line, line, 1.0, 1.0)),
         (bounce_residual, (line, line, bounce_frames, bounce_rig, blocks, places, places)),
-        (_best_scatter, (line, line, column, 1.0)),
-        (_deviance, (1.0, line, line, line, 1.0)),
+        (best_scatter, (line, line, column, 1.0)),
+        (scatter_deviance, (1.0, line, line, line, 1.0)),
     ]
 
 

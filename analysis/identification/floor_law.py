@@ -16,7 +16,8 @@ from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import RESTS_SD, FloorFit, disagreement, fit_floor
+from analysis.identification.floor import RESTS_SD, FloorFit, fit_floor
+from analysis.identification.floor_errors import disagreement
 from analysis.identification.floor_priors import lens_priors, prior_of
 from analysis.identification.restitution_rows import few
 

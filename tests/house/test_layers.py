@@ -31,6 +31,7 @@ ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vi
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \
     analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.draw
+analysis.identification.contact_law
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.blind.trial
 analysis.gap.selection.flights

@@ -17,7 +17,7 @@ from analysis.flights.parameters import INDEX, LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.model import FlightModel, RunPlace, moved, run_places
-from analysis.identification.floor import noise_of
+from analysis.identification.floor_errors import noise_of
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
