@@ -35,7 +35,7 @@ def calls(stages: Sequence[str]) -> list[Called]:
 
 
 def _calibration_calls() -> list[Called]:
-    from vision.calibration.bundle_adjustment import add_rows
+    from vision.calibration.bundle.equations import add_rows
     from vision.pinhole import fill
 
     line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
@@ -58,9 +58,10 @@ def _tracking_calls() -> list[Called]:
     from ovines.camera import Camera
     from vision.frames.dropped import _rare_changes
     from vision.identity.layouts import Layout
+    from vision.tracking.bodies.gates import status
     from vision.tracking.camera_tracker import CameraTracker
     from vision.tracking.measure import INDEPENDENT_FRAMES, Progress, follow
-    from vision.tracking.state import status, update
+    from vision.tracking.state import update
     from vision.walls.edges import slopes
 
     image, places, known = np.zeros((2, 2), np.uint8), np.zeros((2, 2)), np.zeros(2, np.int64)

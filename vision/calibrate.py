@@ -19,7 +19,9 @@ from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
 from vision.calibration.boards import WORLD_FROM_BOARD, Board
-from vision.calibration.bundle_adjustment import FIXED, N_CAMERA, Adjusted, Sighting, State, adjust, project
+from vision.calibration.bundle.adjustment import adjust
+from vision.calibration.bundle.equations import project
+from vision.calibration.bundle.unknowns import FIXED, N_CAMERA, Adjusted, Sighting, State
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once

@@ -22,7 +22,7 @@ ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video vision.pinhole \
     analysis.blind.recording
-vision.one_view
+vision.one_view vision.calibration.bundle vision.tracking.bodies
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
 analysis.flights.cutting

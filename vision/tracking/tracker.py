@@ -18,11 +18,12 @@ from ovines.recording import Recording
 from vision.identity.layouts import host_radius, layout_of
 from vision.identity.matching import Match, match_in_all, place
 from vision.markers.row import N_FIT
+from vision.tracking.bodies.gates import NAMED, SEARCH_RADIUS, disagree
 from vision.tracking.camera_tracker import CameraTracker, Measured
 from vision.tracking.ground_markers import name_ground
 from vision.tracking.manual_names import adopt_names
 from vision.tracking.measure import INDEPENDENT_FRAMES
-from vision.tracking.state import N_RECORD, NAMED, SEARCH_RADIUS, disagree
+from vision.tracking.state import N_RECORD
 
 # A body long lost is searched for in one frame of so many: a search of the whole picture costs as much as tracking
 # through them.
