@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
-from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_steps
+from analysis.gap.drive.findings import DriveSteps
+from analysis.gap.drive.steps import beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion

@@ -17,7 +17,7 @@ from analysis.contact.restitution import conditions
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.gap import thresholds as rules
-from analysis.gap.drive.steps import NEGLIGIBLE_SHARE
+from analysis.gap.drive.findings import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection import inertia
