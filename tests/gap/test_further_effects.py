@@ -21,7 +21,7 @@ from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.pushes import Pushes, answers
 from analysis.gap.estimates import improved
 from analysis.gap.ladder import run_ladder
-from analysis.gap.page.figures_drive import drive_figure
+from analysis.gap.page.figures.drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
 from analysis.identify import identify_series
 from analysis.walls.lobes import LobedWall, best_order, lobe_columns

@@ -46,6 +46,7 @@ analysis.gap.laws.frames
 analysis.gap.named_laws
 analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
+analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations
 ovines.commands ovines.notebook

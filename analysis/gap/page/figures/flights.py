@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.gap.ladder import Ladder
-from analysis.gap.page.figures import Panel
+from analysis.gap.page.figures.panels import Panel
 from analysis.gap.selection.missing_acceleration import (
     CIRCULAR,
     LONG,
