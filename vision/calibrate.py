@@ -221,6 +221,29 @@ def _joint(
 
     ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
     """
+    sightings, state = _placed(names, singles, extrinsic, board, tied)
+    setting = make_setting(sizes, state, WORLD_FROM_BOARD)
+    setting.free = np.concatenate([singles[name].setting.free for name in names])
+    setting.one_sigma = lenses_known
+    setting.spline_priors = tuple(spline_prior(singles[name], lenses_known) for name in names)
+    if lenses_known:
+        setting.prior = state.intrinsics.copy()
+        setting.prior_sd = np.stack(
+            [np.sqrt(np.diag(singles[name].adjusted.covariance))[:N_INTRINSICS] for name in names]
+        )
+    setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
+    return adjust(sightings, state, setting)
+
+
+def _placed(
+    names: Sequence[str],
+    singles: Mapping[str, Single],
+    extrinsic: Mapping[str, View],
+    board: Board,
+    tied: set[str],
+) -> tuple[list[Sighting], State]:
+    """All sightings, and cameras and boards where the cameras by themselves place them: views of one of the instants
+    `tied` share a pose, the first camera's."""
     sightings: list[Sighting] = []
     turns: list[Array] = []
     shifts: list[Array] = []
@@ -268,17 +291,7 @@ def _joint(
         np.array(shifts).reshape(-1, 3),
         tuple(singles[name].adjusted.state.splines[0] for name in names),
     )
-    setting = make_setting(sizes, state, WORLD_FROM_BOARD)
-    setting.free = np.concatenate([singles[name].setting.free for name in names])
-    setting.one_sigma = lenses_known
-    setting.spline_priors = tuple(spline_prior(singles[name], lenses_known) for name in names)
-    if lenses_known:
-        setting.prior = intrinsics.copy()
-        setting.prior_sd = np.stack(
-            [np.sqrt(np.diag(singles[name].adjusted.covariance))[:N_INTRINSICS] for name in names]
-        )
-    setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
-    return adjust(sightings, state, setting)
+    return sightings, state
 
 
 def _refuse_swapped(
