@@ -23,7 +23,7 @@ from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.missing_acceleration import LONG, missing_acceleration, residual_frames
+from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.core.laws.words import QUANTITIES, TARGETS

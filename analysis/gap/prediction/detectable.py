@@ -26,7 +26,8 @@ from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactGain
 from analysis.gap.selection.impact_fit import ImpactFit
-from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
+from analysis.gap.selection.impact_laws import HasLaw
+from analysis.gap.selection.impact_steps import contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.outlines import Ring
 

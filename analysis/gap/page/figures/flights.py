@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.panels import Panel
-from analysis.gap.selection.missing_acceleration import (
+from analysis.gap.selection.flights.missing_acceleration import (
     CIRCULAR,
     LONG,
     SHORT,
