@@ -49,7 +49,7 @@ class LawWork(NamedTuple):
 
 @compiled
 def law_work() -> LawWork:
-    """Arrays for :func:`acceleration_slopes`."""
+    """Arrays for :func:`analysis.flights.slopes.acceleration_slopes`."""
     return LawWork(np.empty(W.KNOWN_SIZE), np.empty(3), np.empty(3), np.empty((3, 3)))
 
 

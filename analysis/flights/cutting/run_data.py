@@ -90,7 +90,9 @@ class RunData:
 
     @cached_property
     def contacts(self) -> dict[tuple[int, ...], tuple[float, float, float]]:
-        """:func:`contact_before` by the frames of both flights: it is asked for at each step of each fit."""
+        """`contact_before` (:mod:`analysis.flights.cutting.impact_before`) by the frames of both flights: it is asked
+        for at each step of each fit.
+        """
         return {}
 
     @cached_property

@@ -14,7 +14,7 @@ from analysis.gap.selection.flights.missing_acceleration import (
     residual_frames,
 )
 
-# (component, covariate): columns of :func:`analysis.gap.selection.missing_acceleration.missing_acceleration`
+# (component, covariate): columns of :func:`analysis.gap.selection.flights.missing_acceleration.missing_acceleration`
 VIEWS: dict[str, tuple[tuple[str, str], ...]] = {
     "nes_rocking": (("along sliding", "time since the impact before"), ("along sliding", "sliding speed")),
     "floor_friction": (("along sliding", "sliding speed"), ("along sliding", "time in the run")),
