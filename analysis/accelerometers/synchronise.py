@@ -252,7 +252,7 @@ def _clearly_worse(one: _Fit, best: _Fit, again: Callable[[_Fit, NDArray[np.bool
     more, share = 0.0, 0.0
     for theirs, left in zip(other.residual, own.residual, strict=True):
         power = max(float(np.sum(left**2)), 1e-300)
-        more += (float(np.sum(theirs**2)) - power) / (power / len(left) * slow_mean(left) ** 2)
+        more += (float(np.sum(theirs**2)) - power) / (power / len(left) * slow_mean(left, np.inf) ** 2)
         share = max(share, float(np.sum(theirs**2)) / power - 1)
     return more > CLEAR**2 and share > CLEAR_SHARE
 

@@ -221,7 +221,7 @@ def _mean(values: Array, sd: Array | None = None) -> tuple[float, float, int]:
     middle = float(np.median(x))
     residual = x - middle
     spread = residual_sd(residual)
-    result = MEDIAN_SD * spread * slow_mean(residual) / np.sqrt(len(x)) if len(x) > 2 else float("nan")
+    result = MEDIAN_SD * spread * slow_mean(residual, np.inf) / np.sqrt(len(x)) if len(x) > 2 else float("nan")
     if sd is not None:
         result = float(np.fmax(result, np.median(sd[good]) / np.sqrt(len(x))))
     return middle, float(result), len(x)

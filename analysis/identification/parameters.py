@@ -271,7 +271,7 @@ def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:
     found = [
         (
             run.data.host.frequency_hz,
-            run.data.host.omega_sd_rad_per_s * slow_mean(run.data.host.residual[:, :2]) / (2 * np.pi),
+            run.data.host.omega_sd_rad_per_s * slow_mean(run.data.host.residual[:, :2], np.inf) / (2 * np.pi),
         )
         for run in rig.runs
         if run.data.host.omega_rad_per_s > 0 and np.isfinite(run.data.host.omega_sd_rad_per_s)
