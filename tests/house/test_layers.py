@@ -22,16 +22,19 @@ ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video vision.pinhole \
     analysis.blind.recording
-vision.one_view
+vision.one_view vision.calibration.bundle vision.tracking.bodies
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
+analysis.flights.cutting
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
     vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \
     analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.draw
+analysis.identification.contact_law
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.blind.trial
+analysis.gap.selection.flights
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
 analysis.gap.drive
@@ -43,6 +46,7 @@ analysis.gap.laws.frames
 analysis.gap.named_laws
 analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
+analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations
 ovines.commands ovines.notebook
