@@ -49,7 +49,8 @@ def plain(friction=0.25, coupling=1.0, **given):
 
 def everything(rng):
     """Every parameter of a size that it may have, all terms of the law among them."""
-    p = rng.normal(0.0, 0.3, len(NAMES))
+    p = np.zeros(len(NAMES))
+    p[UNKNOWNS] = rng.normal(0.0, 0.3, len(UNKNOWNS))
     p[P.FRICTION], p[P.COUPLING], p[P.IMPACT_BEFORE_S] = 0.25, 0.6, -0.01
     return p
 

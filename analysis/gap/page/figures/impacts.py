@@ -13,10 +13,10 @@ from analysis.contact.restitution import (
     restitution_design,
 )
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
+from analysis.gap.cause import EACH_RUN
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.impact_residuals import covariate_of, residual_of
 from analysis.gap.page.figures.panels import Panel
-from analysis.gap.selection.impact_candidates import EACH_RUN
 
 Array = NDArray[np.float64]
 
