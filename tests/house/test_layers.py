@@ -14,10 +14,10 @@ ROOT = Path(__file__).resolve().parents[2]
 ROWS = """
 ovines.core.kernel
 ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds \
-    analysis.gap.cause analysis.gap.tests_by_hand
+    analysis.gap.cause
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
-    analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding
+    analysis.compiled analysis.statistics analysis.blind.plant analysis.gap.finding analysis.gap.tests_by_hand
 ovines.core.system
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects
 ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video vision.pinhole \
