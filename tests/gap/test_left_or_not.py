@@ -10,6 +10,7 @@ import pytest
 
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series, write_series
+from analysis.flights.parameters import INDEX
 from analysis.gap import written_laws
 from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
@@ -17,7 +18,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.regression import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
-from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -40,6 +41,17 @@ def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_for
     told = next(cause for cause in ladder.causes if cause.effect == "vertical_motion").parameters["amplitude_m"]
     true = made.truth["parameters"]["vertical_motion"]["amplitude_m"]
     assert abs(told[0] - true) < 3 * max(told[1], 2e-3 * true)
+
+
+def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
+    """It goes from 0 to 1 by steps that are shortened: three of them left a tenth, and a force that followed the rise
+    and fall."""
+    _, series = series_of(tmp_path, "vertical_motion", 1.1, 3, 4, "white", "start_up")
+    steps = select_flight_effects(
+        series, ("floor_friction", "spin_coupling"), frozenset(), False, np.random.default_rng(0)
+    )
+    assert [cause.effect for cause in steps.causes] == ["vertical_motion"] and not steps.structure
+    assert steps.fitted.model.parameters[INDEX["load"]] == pytest.approx(1.0, abs=0.02)
 
 
 def test_slow_lines_of_a_few_runs_are_those_of_their_drive(tmp_path):

@@ -16,7 +16,7 @@ from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import GIVEN, INDEX, LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
-from analysis.gap.selection.flights.model import FlightModel, RunPlace, moved, run_places
+from analysis.gap.selection.flights.model import FlightModel, RunPlace, moved, run_places, too_long
 from analysis.identification.floor_errors import noise_of
 from ovines.workers.threads import in_threads
 
@@ -28,6 +28,8 @@ LENS_SD_SHARE, ORIGIN_SD_SHARE = 7.5e-4, 0.025
 # Terms of a written law are columns where a run holds one.
 ALL = tuple(i for i, name in enumerate(SHARED) if name not in (*LAW_TERMS, *GIVEN))
 DRIFT_RUN = len(SHARED)
+# Shortened steps at the most: a load of the floor that nobody stated goes from 0 to 1.
+MOST_SHORTENED = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +130,9 @@ def fit(
     frames = PLAIN if noise is None else noise
     evidence: list[Evidence] = []
     fits: list[FlightFits] = []
-    for step in range(rounds + 1):
-        last = step == rounds
+    to_go, shortened = rounds, 0
+    for step in range(rounds + MOST_SHORTENED + 1):
+        last = to_go == 0
         # Each round starts from the flights of the one before.
         fits = in_threads(
             fit_flights,
@@ -149,6 +152,9 @@ def fit(
         if last:
             break
         model = moved(model, names, estimate)
+        # A shortened step has not arrived: it takes none of the rounds.
+        more = too_long(names, estimate) and shortened < MOST_SHORTENED
+        shortened, to_go = (shortened + 1, to_go) if more else (shortened, to_go - 1)
     # What the nuisances (lens residual, origin) still explain is no misfit.
     misfit = sum(e.misfit for e in evidence) - explained
     return FlightFit(

@@ -17,6 +17,8 @@ from analysis.gap.selection.flights.terms import EFFECT_TERMS
 Array = NDArray[np.float64]
 
 START_FRICTION = 0.25
+#: the longest step of a column that its linearisation bears (1; the origin's in m)
+LONGEST = {**dict.fromkeys(("friction", "load", "coupling"), 0.3), **dict.fromkeys(ORIGIN, 2e-3), DRIFT_OF_RUN: 0.1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +89,22 @@ def nominal_model(
 def moved(model: FlightModel, names: Sequence[str], step: Array) -> FlightModel:
     """``model`` after a ``step`` (P,) in the columns ``names``; steps too long for a linearisation are shortened."""
     p, origin, drift = model.parameters.copy(), model.origin_m.copy(), model.drift_per_run
-    for name, value in zip(names, step, strict=True):
+    for name, whole in zip(names, step, strict=True):
+        value = float(np.clip(whole, -LONGEST.get(name, np.inf), LONGEST.get(name, np.inf)))
         if name in INDEX:
-            limit = 0.3 if name in ("friction", "load", "coupling") else np.inf
-            p[INDEX[name]] += float(np.clip(value, -limit, limit))
+            p[INDEX[name]] += value
         elif name in ORIGIN:
-            origin[ORIGIN.index(name)] += float(np.clip(value, -2e-3, 2e-3))
+            origin[ORIGIN.index(name)] += value
         elif name == DRIFT_OF_RUN:
-            drift += float(np.clip(value, -0.1, 0.1))
+            drift += value
         # The lens residual is a nuisance: it is known too badly to correct positions with.
     p[INDEX["friction"]] = max(p[INDEX["friction"]], 0.0)
     return replace(model, parameters=p, origin_m=origin, drift_per_run=drift)
+
+
+def too_long(names: Sequence[str], step: Array) -> bool:
+    """Whether :func:`moved` shortens a ``step`` (P,) in the columns ``names``."""
+    return any(abs(value) > LONGEST.get(name, np.inf) for name, value in zip(names, step, strict=True))
 
 
 def value_of(model: FlightModel, column: str) -> float:
