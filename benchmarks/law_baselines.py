@@ -31,9 +31,10 @@ import numpy as np
 from analysis.blind.causes.later import LATER
 from analysis.blind.causes.latest import LATEST
 from analysis.blind.causes.unlisted import UNLISTED
-from analysis.blind.plant.accelerations import derivative
-from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import IMPACT_S, STATES
 from analysis.blind.series import make_series, write_series
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
@@ -78,7 +79,9 @@ def oracle_columns(regression, made, series):
             place = back @ known[[W.X, W.Y]] + series.frame.origin_m
             speed = back @ known[[W.VX, W.VY]]
             since = known[W.TIME] - known[W.SINCE] if known[W.SINCE] < 0.5 * W.LONG_AGO_S else -1.0
-            state = np.array([*place, *speed, known[W.ANGLE] + turn, known[W.SPIN], since, 0.0, 0.0, 0.0])
+            state = np.zeros(STATES)
+            state[:IMPACT_S] = *place, *speed, known[W.ANGLE] + turn, known[W.SPIN]
+            state[IMPACT_S] = since
             more = derivative(known[W.TIME], state, whole, host, table) - derivative(
                 known[W.TIME], state, without, host, table
             )

@@ -8,7 +8,7 @@ import pandas as pd
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.draft import Draft
 from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series

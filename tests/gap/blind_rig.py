@@ -14,11 +14,13 @@ import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.accelerations import derivative, host_pose
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import run_plant, state_at
-from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import STATES
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.series import draw_start, outline_series, run_outline
 from ovines.__main__ import main
 

@@ -16,10 +16,10 @@ from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unsuspected import UNSUSPECTED
 from analysis.blind.causes.untold import UNTOLD
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.accelerations import derivative
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.state import STATES
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind_rig import DRIVE, HOST, PLACE, TIMES, random_states
 

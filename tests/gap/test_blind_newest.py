@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.blind.plant.contact import impact
 from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.wall.contact import impact
 from tests.gap.blind_rig import BARE, DRIVE, HOST, SLIDING, STILL, first_contacts, head_on, rate_of, state_of
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from analysis.blind.causes.named import draft_series, physics_of_run
 from analysis.blind.causes.undreamt import UNDREAMT
-from analysis.blind.plant.contact import impact
 from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.wall.contact import impact
 from analysis.blind.recording.observe import draw_marks, world_points
 from analysis.blind.recording.undreamt import bent_m, free_running_s
 from analysis.blind.recording.views import ViewErrors

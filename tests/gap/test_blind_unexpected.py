@@ -6,9 +6,9 @@ import pytest
 
 from analysis.blind.causes.named import draft_series, may_stand_together, physics_of_run
 from analysis.blind.causes.unexpected import FOLLOWS, UNEXPECTED
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.contact import wall_gap
 from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.wall.contact import wall_gap
 from analysis.blind.recording.unexpected import flung, pulsed_s, shaded
 from analysis.blind.recording.views import MARKERS, ViewErrors, draw_views
 from tests.gap.blind_rig import (

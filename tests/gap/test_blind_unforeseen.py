@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import may_stand_together
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.unforeseen import friction_of_flight
+from analysis.blind.plant.flight.floor_friction import friction_of_flight
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.recording.unforeseen import glared, shake_px
 from analysis.blind.recording.views import ViewErrors, draw_views
 from tests.gap.blind_rig import (

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.unimagined import UNIMAGINED
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.contact import impact
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.wall.contact import impact
 from analysis.blind.recording.unimagined import grounded_s, through_lid
 from analysis.blind.recording.views import ViewErrors, draw_views
 from tests.gap.blind_rig import (

@@ -6,10 +6,10 @@ import pytest
 
 from analysis.blind.causes.named import may_stand_together
 from analysis.blind.causes.unsuspected import FOLLOWS, UNSUSPECTED
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.contact import wall_gap
 from analysis.blind.plant.dynamics import run_plant, state_at
-from analysis.blind.plant.unsuspected import split_reach
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.wall.contact import wall_gap
+from analysis.blind.plant.wall.shape import split_reach
 from analysis.blind.recording.unsuspected import glinted, trailed, twist_rad, twisted
 from analysis.blind.recording.views import MARKERS, ViewErrors, draw_views
 from tests.gap.blind_rig import (

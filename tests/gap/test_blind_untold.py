@@ -8,10 +8,11 @@ import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
 from analysis.blind.causes.untold import FOLLOWS, UNTOLD
-from analysis.blind.plant.accelerations import derivative, host_pose
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import run_plant
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.recording.untold import blocked, carded, shocked_s
 from analysis.blind.recording.views import ViewErrors
 from tests.gap.blind_rig import (

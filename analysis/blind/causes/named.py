@@ -19,7 +19,7 @@ from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.causes.unlisted import UNLISTED
 from analysis.blind.causes.unsuspected import UNSUSPECTED
 from analysis.blind.causes.untold import UNTOLD
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
 from analysis.blind.recording.place import WALLS
 from analysis.blind.recording.views import ViewErrors

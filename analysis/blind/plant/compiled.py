@@ -13,5 +13,6 @@ from ovines.core.compiled import compiler, stamp_above
 
 Floats = npt.NDArray[np.float64]
 
-# The order of the fields of the plant's parameters is compiled in.
-compiled = compiler(stamp_above(Path(__file__).parent, ("state.py",)))
+# Compiled in are the order of the parameters' fields and the places of a state's numbers.
+CONSTANTS = ("parameters.py", "state.py")
+compiled = compiler(stamp_above(Path(__file__).parent, CONSTANTS))

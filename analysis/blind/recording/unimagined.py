@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from analysis.blind.plant.accelerations import host_pose
 from analysis.blind.plant.compiled import Floats
+from analysis.blind.plant.host import host_pose
 from analysis.blind.recording.views import View, ViewErrors
 
 TRIGGER_AT_M_PER_S2 = 78.5  # 8 g of the Host, where a trigger on the amplifier's ground is late by `grounded_s`
