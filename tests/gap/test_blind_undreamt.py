@@ -7,9 +7,9 @@ from analysis.blind.causes.named import draft_series, physics_of_run
 from analysis.blind.causes.undreamt import UNDREAMT
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.wall.contact import impact
-from analysis.blind.recording.observe import draw_marks, world_points
-from analysis.blind.recording.undreamt import bent_m, free_running_s
-from analysis.blind.recording.views import ViewErrors
+from analysis.blind.recording.clock import free_running_s
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.markers import bent_m, draw_marks, world_points
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind_rig import (
     BARE,

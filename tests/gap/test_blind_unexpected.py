@@ -9,8 +9,11 @@ from analysis.blind.causes.unexpected import FOLLOWS, UNEXPECTED
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import wall_gap
-from analysis.blind.recording.unexpected import flung, pulsed_s, shaded
-from analysis.blind.recording.views import MARKERS, ViewErrors, draw_views
+from analysis.blind.recording.clock import pulsed_s
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.light import shaded
+from analysis.blind.recording.markers import flung
+from analysis.blind.recording.views import MARKERS, draw_views
 from tests.gap.blind_rig import (
     BARE,
     DRIVE,

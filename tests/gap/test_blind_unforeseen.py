@@ -6,8 +6,10 @@ import pytest
 from analysis.blind.causes.named import may_stand_together
 from analysis.blind.plant.flight.floor_friction import friction_of_flight
 from analysis.blind.plant.wall.contact import impact, wall_gap
-from analysis.blind.recording.unforeseen import glared, shake_px
-from analysis.blind.recording.views import ViewErrors, draw_views
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.light import glared
+from analysis.blind.recording.picture import shake_px
+from analysis.blind.recording.views import draw_views
 from tests.gap.blind_rig import (
     BARE,
     DRIVE,

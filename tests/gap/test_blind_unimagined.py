@@ -6,8 +6,10 @@ import pytest
 from analysis.blind.causes.unimagined import UNIMAGINED
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import impact
-from analysis.blind.recording.unimagined import grounded_s, through_lid
-from analysis.blind.recording.views import ViewErrors, draw_views
+from analysis.blind.recording.clock import grounded_s
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.light import through_lid
+from analysis.blind.recording.views import draw_views
 from tests.gap.blind_rig import (
     BARE,
     DRIVE,

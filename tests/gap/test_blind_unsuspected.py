@@ -10,8 +10,10 @@ from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import wall_gap
 from analysis.blind.plant.wall.shape import split_reach
-from analysis.blind.recording.unsuspected import glinted, trailed, twist_rad, twisted
-from analysis.blind.recording.views import MARKERS, ViewErrors, draw_views
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.light import glinted, trailed
+from analysis.blind.recording.picture import twist_rad, twisted
+from analysis.blind.recording.views import MARKERS, draw_views
 from tests.gap.blind_rig import (
     BARE,
     FREE,

@@ -13,8 +13,10 @@ from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import impact, wall_gap
-from analysis.blind.recording.untold import blocked, carded, shocked_s
-from analysis.blind.recording.views import ViewErrors
+from analysis.blind.recording.clock import shocked_s
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.markers import carded
+from analysis.blind.recording.picture import blocked
 from tests.gap.blind_rig import (
     BARE,
     DRIVE,

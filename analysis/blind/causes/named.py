@@ -21,8 +21,8 @@ from analysis.blind.causes.unsuspected import UNSUSPECTED
 from analysis.blind.causes.untold import UNTOLD
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.draft import Cause, Draft
+from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
-from analysis.blind.recording.views import ViewErrors
 
 GROUPS = (
     *(LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED),
