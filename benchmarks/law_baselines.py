@@ -28,9 +28,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.blind.causes.later import LATER
-from analysis.blind.causes.latest import LATEST
-from analysis.blind.causes.unlisted import UNLISTED
+from analysis.blind.causes.groups import GROUPS
+from analysis.blind.causes.named import CAUSES
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.parameters import PlantParameters
@@ -88,6 +87,11 @@ def oracle_columns(regression, made, series):
             given[i, :2, 0], given[i, 2, 0] = back.T @ more[2:4], more[5]
         rows.append(_columns(flight, given))
     return np.vstack(rows)
+
+
+def _named(groups, stages):
+    """Causes of these groups and stages, joined by commas."""
+    return ",".join(name for group in groups for name in GROUPS[group] if CAUSES[name].stage in stages)
 
 
 def _switches(name):
@@ -218,7 +222,7 @@ def impact_case(kind, options, rng):
 
 def tell_impacts(options):
     print("| cause | law | closes | interval |", flush=True)
-    kinds = options.kinds or ",".join(c.name for c in LATER if c.stage in ("impact", "geometry"))
+    kinds = options.kinds or _named(("later",), ("impact", "geometry"))
     for number, kind in enumerate(kinds.split(",")):
         found = impact_case(kind, options, np.random.default_rng([options.seed, 100 + number]))
         for words, (value, low, high) in found or [("none", (0.0, 0.0, 0.0))]:
@@ -227,7 +231,7 @@ def tell_impacts(options):
 
 def tell_frames(options):
     print("| cause | severity | noise | laws | closes | halves agree |", flush=True)
-    kinds = options.kinds or ",".join(c.name for c in (*UNLISTED, *LATER, *LATEST) if c.stage == "measurement")
+    kinds = options.kinds or _named(("unlisted", "later", "latest"), ("measurement",))
     for kind in kinds.split(","):
         for number, noise in enumerate(("white", "ar1", "warp", "white")):
             size = (0.35, 0.8)[number % 2]
@@ -258,7 +262,7 @@ def main():
     if options.impacts:
         tell_impacts(options)
         return
-    kinds = options.kinds or ",".join(c.name for c in LATER if c.stage == "flight")
+    kinds = options.kinds or _named(("later",), ("flight",))
     names = ("law",) if options.law_only else ("law", "library", "sparse", "Gaussian process")
     shares = {name: [] for name in names}
     print("| cause | squares over noise | oracle takes | " + " | ".join(names) + " | law |", flush=True)

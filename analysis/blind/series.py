@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.blind.causes.draft import Draft
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
 from analysis.blind.plant.host import host_rise
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.clock import frame_times, latest_s, of_the_second_camera
-from analysis.blind.recording.draft import Draft
 from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.files import Series, calibration_of, recording_text, write_series

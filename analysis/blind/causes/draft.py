@@ -1,6 +1,5 @@
-"""A series before it runs, and what a cause is."""
+"""A series before it runs."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,35 +28,3 @@ class Draft:
     sway: tuple[float, float, float] | None = None
     ringing: tuple[float, float, float] | None = None
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)
-
-
-Rng = np.random.Generator
-Truth = dict[str, float]
-Apply = Callable[[Draft, float, Rng, int], Truth]
-
-
-@dataclass(frozen=True)
-class Cause:
-    """A cause by name: its stage, whether FORMATS.md lists it, and the function that puts it into a draft.
-    The function returns the true parameters by the names that `diagnosis.json` uses where there are any."""
-
-    name: str
-    stage: str
-    listed: bool
-    apply: Apply
-
-
-def spread(rng: Rng) -> float:
-    """A factor of 15 % either way: sizes are not to be guessed."""
-    return float(rng.uniform(0.85, 1.15))
-
-
-def vector(size: float, rng: Rng) -> tuple[float, float]:
-    """A vector of length `size` in a random direction."""
-    angle = rng.uniform(0.0, 2.0 * np.pi)
-    return float(size * np.cos(angle)), float(size * np.sin(angle))
-
-
-def sign(rng: Rng) -> float:
-    """1 or -1."""
-    return 1.0 if rng.random() < 0.5 else -1.0
