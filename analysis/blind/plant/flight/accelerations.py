@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.flight.air import add_air, drag_rate
 from analysis.blind.plant.flight.fields import add_fields
 from analysis.blind.plant.flight.floor_friction import add_oil, floor_friction
@@ -38,7 +38,7 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     return out
 
 
-@compiled
+@inlined
 def _floor(at: Instant, p: PlantParameters, table: Floats, out: Floats) -> tuple[float, float, float]:
     """The floor's friction per unit mass: force (x, y) and torque / R; into `out` the way slid and what lags."""
     along_x, along_y, turn = traction(at, p, table)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S
 from analysis.blind.plant.parameters import PlantParameters
@@ -11,13 +11,13 @@ from analysis.blind.plant.state import SPIN, VX, VY
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
 
 
-@compiled
+@inlined
 def drag_rate(vx: float, vy: float, p: PlantParameters) -> float:
     """Drag in the room over the velocity (1 / s): with it, and with its square."""
     return p.viscous_per_s + p.air_per_m * np.sqrt(vx**2 + vy**2)
 
 
-@compiled
+@inlined
 def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All that comes beside the plain drag."""
     _add_room(at.state, p, out)
@@ -26,7 +26,7 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_cushion(at, p, out)
 
 
-@compiled
+@inlined
 def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
     """Air at rest in the room: across the way of a spinning disk, with the third power of the speed, along a rail."""
     vx, vy = state[VX], state[VY]
@@ -43,7 +43,7 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
         out[VY] -= along * b
 
 
-@compiled
+@inlined
 def _add_stream(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A stream along a line across the ring."""
     if p.stream_per_s != 0.0:
@@ -54,7 +54,7 @@ def _add_stream(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += carried * (p.stream_m_per_s * b - at.state[VY])
 
 
-@compiled
+@inlined
 def _add_host(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Air that goes with the Host below a lid, and air that the Host pumps through a gap below its wall."""
     if p.enclosed_per_m != 0.0:
@@ -68,7 +68,7 @@ def _add_host(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += blown * velocity[1]
 
 
-@compiled
+@inlined
 def _add_cushion(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Air that a thick washer presses out between its rim and the wall, and draws in again."""
     if p.cushion_per_s != 0.0:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
@@ -14,7 +14,7 @@ THREAD_M, THREAD_S = 0.015, 0.03  # a thread of glue breaks at this length, and 
 THREAD_EDGE_M = 5e-4  # length within which it becomes taut: no step for the integrator
 
 
-@compiled
+@inlined
 def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All of them, with the torques of a magnetised disk."""
     _add_pulls(at, p, out)
@@ -24,7 +24,7 @@ def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_threads(at, p, out)
 
 
-@compiled
+@inlined
 def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Of a steel disk: to a magnet in the room, to the wall, round the Host's centre, to the shaker's coil, which draws
     with the square of its current as of the Host's acceleration."""
@@ -47,7 +47,7 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += pull * np.sin(p.coil_rad)
 
 
-@compiled
+@inlined
 def _add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Sliding charges a disk, and the metal ring draws it outwards; a blow discharges it: `charged_per_s2` (x, y)
     (1 - exp(-s / `CHARGE_M`)), s the way slid since the last blow."""
@@ -58,7 +58,7 @@ def _add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += pull * at.y
 
 
-@compiled
+@inlined
 def _add_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A magnetised disk between two opposed poles, and in a steel ring.
 
@@ -82,7 +82,7 @@ def _add_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[SPIN] += size * (2.0 * x * y * c - (x * x - y * y) * s) / inertia
 
 
-@compiled
+@inlined
 def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A magnet under the Host's floor brakes what moves over it; and a ring of aluminium the rim of a magnetised disk.
 
@@ -104,7 +104,7 @@ def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[SPIN] -= push / (p.inertia_factor * p.disk_radius_m)
 
 
-@compiled
+@inlined
 def _add_threads(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A thread from a point of the Host, slack at first; and a thread of glue from where the wall was hit the last
     time."""

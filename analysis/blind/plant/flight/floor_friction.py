@@ -3,7 +3,7 @@ and how the Host moves."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
@@ -19,7 +19,7 @@ SOAK_S = 0.01  # in which a disk over the middle of a drop is wetted
 WIPE_M = 0.06  # way on which it loses what it has taken up: most of a flight
 
 
-@compiled
+@inlined
 def floor_friction(at: Instant, p: PlantParameters) -> float:
     """The coefficient with every cause that acts on it."""
     mu = p.floor_friction * (1.0 + p.friction_change_per_s * (at.time - 0.5 * p.duration_s))
@@ -33,7 +33,7 @@ def floor_friction(at: Instant, p: PlantParameters) -> float:
     return mu * _by_the_host(at, p)
 
 
-@compiled
+@inlined
 def _by_place(at: Instant, p: PlantParameters) -> float:
     """What the coefficient is multiplied by at a place of the Host's floor: a patch, a seam, grooves, dust at the wall.
 
@@ -64,7 +64,7 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def _by_speed(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by at a speed: lift with its square, a film below a fast spin, chatter in a band."""
     share = 1.0
@@ -78,7 +78,7 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def _by_direction(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by in a direction of sliding, less as the rim goes round faster than the disk slides: it
     then meets the floor from all sides.
@@ -105,7 +105,7 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def _by_what_went_before(state: Floats, p: PlantParameters) -> float:
     """What it is multiplied by after a way slid, so many impacts, a drop of oil: a disk that has been through the drop
     carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that."""
@@ -115,7 +115,7 @@ def _by_what_went_before(state: Floats, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def friction_of_flight(count: float, p: PlantParameters) -> float:
     """What it is multiplied by in the flight after so many impacts: drawn evenly, of mean 1 and standard deviation
     `grit`, anew after each; `grit_draw` (0 to 1) is the run's own."""
@@ -125,7 +125,7 @@ def friction_of_flight(count: float, p: PlantParameters) -> float:
     return max(1.0 + p.grit * np.sqrt(3.0) * (2.0 * (drawn - np.floor(drawn)) - 1.0), 0.05)
 
 
-@compiled
+@inlined
 def _by_the_host(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by as the Host moves.
 
@@ -141,7 +141,7 @@ def _by_the_host(at: Instant, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def add_oil(at: Instant, p: PlantParameters, out: Floats) -> None:
     """What a disk carries of a drop (0 to 1): over it, by a bell of `DROP_M` around (`drop_x_m`, `drop_y_m`) of the
     Host's floor, it takes up what it lacks within `SOAK_S`; it loses it along the way slid, over `WIPE_M`."""

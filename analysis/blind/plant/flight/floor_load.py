@@ -1,12 +1,12 @@
 """The floor's load per unit mass (m/s^2): of a Host that moves up and down, under a disk that a blow has lifted."""
 
-from analysis.blind.plant.compiled import compiled
+from analysis.blind.plant.compiled import inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import APPROACH, IMPACT_S
 
 
-@compiled
+@inlined
 def floor_load(at: Instant, p: PlantParameters) -> float:
     """Never negative.
 

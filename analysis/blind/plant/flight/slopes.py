@@ -3,7 +3,7 @@ struck, a Host that tilts as it moves."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
@@ -13,7 +13,7 @@ RIDGE_M = 0.004  # from a ridge's line to where it is steepest
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 
 
-@compiled
+@inlined
 def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All of them; a steady tilt of the table first."""
     out[VX] += p.tilt_x_m_per_s2
@@ -23,7 +23,7 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_tilting_host(at, p, out)
 
 
-@compiled
+@inlined
 def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a ridge along a line."""
     x, y = at.x, at.y
@@ -43,7 +43,7 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
         _add_along(p.ridge_m_per_s2 * across * np.exp(0.5 - 0.5 * across**2), p.ridge_rad, out)
 
 
-@compiled
+@inlined
 def _add_table(time: float, p: PlantParameters, out: Floats) -> None:
     """A table that sways, that sags in a run, or that a blow against the room's floor has set swinging."""
     if p.sway_m_per_s2 != 0.0:
@@ -56,7 +56,7 @@ def _add_table(time: float, p: PlantParameters, out: Floats) -> None:
         _add_along(push, p.slam_rad, out)
 
 
-@compiled
+@inlined
 def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A Host that rocks with its own acceleration.
 
@@ -76,7 +76,7 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += push * at.y
 
 
-@compiled
+@inlined
 def _add_along(push: float, direction_rad: float, out: Floats) -> None:
     """A push in one direction."""
     out[VX] += push * np.cos(direction_rad)

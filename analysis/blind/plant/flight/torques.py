@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
@@ -12,7 +12,7 @@ RATCHET_EDGE_RAD_PER_S = 5.0  # spin within which a one-sided brake comes in: no
 CORE_S = 0.03  # in which a loose core takes up the disk's spin: half of a flight
 
 
-@compiled
+@inlined
 def add_torques(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All of them."""
     _add_air(at.state, p, out)
@@ -21,7 +21,7 @@ def add_torques(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_core(at.state, p, out)
 
 
-@compiled
+@inlined
 def _add_air(state: Floats, p: PlantParameters, out: Floats) -> None:
     """Drag of the spin; a draught that turns the disk like a windmill.
 
@@ -36,7 +36,7 @@ def _add_air(state: Floats, p: PlantParameters, out: Floats) -> None:
         out[SPIN] += p.vane_rad_per_s2 * speed * (state[VY] * c - state[VX] * s)
 
 
-@compiled
+@inlined
 def _add_field(at: Instant, p: PlantParameters, out: Floats) -> None:
     """The disk turns like a compass needle, to one angle or to the nearer of two; in the shaker's alternating field, as
     of the Host's acceleration, to and fro; and a wire from the ceiling turns it back by `wound_per_s2` (angle -
@@ -51,7 +51,7 @@ def _add_field(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[SPIN] -= p.wound_per_s2 * (angle - p.wound_rad)
 
 
-@compiled
+@inlined
 def _add_face(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A burr that catches in one sense of spin only.
 
@@ -65,7 +65,7 @@ def _add_face(at: Instant, p: PlantParameters, out: Floats) -> None:
     out[SPIN] += p.spiral_rad_per_s2 * np.sqrt(at.slip_x**2 + at.slip_y**2)
 
 
-@compiled
+@inlined
 def _add_core(state: Floats, p: PlantParameters, out: Floats) -> None:
     """A weight glued into the washer's hole turns in its soft glue: it takes up the spin within `CORE_S`, and holds the
     washer back by `core_per_s` times what it still lacks (rad/s)."""

@@ -3,7 +3,7 @@ turns it aside."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE
@@ -15,7 +15,7 @@ MIDDLE_M = 0.002  # from the Host's centre, within which marks around it have no
 Traction = tuple[float, float, float]
 
 
-@compiled
+@inlined
 def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
     """Of a disk that may stand on its inner part, on a burr or on a grain, with what turns the force or weighs it by
     its direction."""
@@ -36,7 +36,7 @@ def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
     return force_x, force_y, turn
 
 
-@compiled
+@inlined
 def floor_traction(slip_x: float, slip_y: float, spin: float, p: PlantParameters, table: Floats) -> Traction:
     """Of a flat disk, smoothed by one tanh of the overall rim speed; `table`: `disk_friction_table`."""
     speed = np.sqrt(slip_x**2 + slip_y**2)
@@ -57,7 +57,7 @@ def floor_traction(slip_x: float, slip_y: float, spin: float, p: PlantParameters
     return size * slip_x / speed, size * slip_y / speed, turn
 
 
-@compiled
+@inlined
 def _on_a_burr(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     """Of a disk that stands with a share of its weight on a burr around its rim."""
     if p.burr == 0.0:
@@ -73,7 +73,7 @@ def _on_a_burr(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     return rest * flat[0] + share * along_x, rest * flat[1] + share * along_y, rest * flat[2] + share * turn
 
 
-@compiled
+@inlined
 def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     """Of a disk that stands with a share of its weight on one grain."""
     if p.grain == 0.0:
@@ -92,7 +92,7 @@ def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     )
 
 
-@compiled
+@inlined
 def _weighed(force_x: float, force_y: float, line_rad: float, share: float) -> tuple[float, float]:
     """A force, more by `share` along a line and less by it across."""
     a, b = np.cos(line_rad), np.sin(line_rad)
@@ -101,7 +101,7 @@ def _weighed(force_x: float, force_y: float, line_rad: float, share: float) -> t
     return along * a - across * b, along * b + across * a
 
 
-@compiled
+@inlined
 def _on_circles(force_x: float, force_y: float, at: Instant, p: PlantParameters) -> tuple[float, float]:
     """On a floor faced on a lathe: its marks are circles around the Host's centre.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S, NORMAL, PRINT_X, PRINT_Y, VX, VY, WAY, WAY_BEFORE
@@ -12,7 +12,7 @@ BOW_M = 0.02  # way on which most of the dust that a disk can push has gathered 
 WOBBLE_S = 0.04  # in which a wobble dies out: most of a flight
 
 
-@compiled
+@inlined
 def add_mat(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A mat keeps the disk's print for `MAT_S`, and the disk would fall back into it."""
     if p.mat_per_s2 != 0.0:
@@ -22,7 +22,7 @@ def add_mat(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[PRINT_X], out[PRINT_Y] = behind_x / MAT_S, behind_y / MAT_S
 
 
-@compiled
+@inlined
 def add_dust(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A disk sweeps dust together and pushes it along, until the next blow scatters it: against its slip over the floor
     acts `bow_m_per_s2` (1 - exp(-s / `BOW_M`)), s the way slid since the last blow."""
@@ -34,7 +34,7 @@ def add_dust(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] -= push * at.slip_y
 
 
-@compiled
+@inlined
 def add_wobble(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A blow makes a washer wobble like a coin: where it stands goes round, and it is pushed towards there.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import (
     APPROACH,
@@ -23,7 +23,7 @@ from analysis.blind.plant.wall.motion import tiredness
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
-@compiled
+@inlined
 def spin_after(spin: float, blow: Blow, push_n: float, push_t: float, bounce: float, p: PlantParameters) -> float:
     """Spin of a disk that had `spin`, after both impulses (m/s) at their levers and all else that turns it.
 
@@ -44,7 +44,7 @@ def spin_after(spin: float, blow: Blow, push_n: float, push_t: float, bounce: fl
     return blow.host_velocity[2] + (max(against - most, 0.0) if against > 0.0 else min(against + most, 0.0))
 
 
-@compiled
+@inlined
 def press_down(new: Floats, blow: Blow, push_n: float, p: PlantParameters) -> None:
     """A wall that leans over the disk presses it down where it strikes: there the floor's friction takes its share of
     the blow `push_n` (m/s) from the slip that the blow has left."""
@@ -61,7 +61,7 @@ def press_down(new: Floats, blow: Blow, push_n: float, p: PlantParameters) -> No
         new[SPIN] -= held * (blow.arm_x * uy - blow.arm_y * ux) / (p.inertia_factor * p.disk_radius_m**2)
 
 
-@compiled
+@inlined
 def remember(new: Floats, state: Floats, blow: Blow, push_t: float, bounce: float, p: PlantParameters) -> None:
     """What later flights and blows follow, into the state after this one; of what is held (`bounce` 0) only where it
     is."""

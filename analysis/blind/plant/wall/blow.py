@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, X, Y
@@ -83,7 +83,7 @@ def blow_of(
     )
 
 
-@compiled
+@inlined
 def leaning(nx: float, ny: float, chance: float, bounce: float, p: PlantParameters) -> tuple[float, float]:
     """The wall's normal where a rough wall, by `chance`, or one with teeth that lean turns the blow; what is held
     (`bounce` 0) lies against the teeth's tips."""
@@ -94,7 +94,7 @@ def leaning(nx: float, ny: float, chance: float, bounce: float, p: PlantParamete
     return c * nx - s * ny, s * nx + c * ny
 
 
-@compiled
+@inlined
 def corner_lever(approach: float, rim_rad: float, p: PlantParameters) -> float:
     """How far beside the normal through the disk's middle (m, counterclockwise) the wall touches a rim that was filed
     to so many blunt corners: `cornered_m` sin(`corners` (`rim_rad` - `cornered_rad`)) tanh(`approach` /

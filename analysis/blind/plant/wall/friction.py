@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import COUNT, SLIPPED
 from analysis.blind.plant.wall.blow import Blow
@@ -18,13 +18,13 @@ SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
 TAPE_EDGE = 0.2  # of the cosine around the rim, within which one half of it goes over into the other
 
 
-@compiled
+@inlined
 def wall_friction(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """The coefficient with every cause that acts on it; `state`: the disk's as the blow begins."""
     return p.wall_friction * _by_place(blow, p) * _by_the_way_it_slips(blow, state, p) * _by_time(blow, state, p)
 
 
-@compiled
+@inlined
 def _by_place(blow: Blow, p: PlantParameters) -> float:
     """By the place on the wall, with a tacky spot, and on the disk's rim.
 
@@ -44,7 +44,7 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the sense of the slip, its speed and the blow's: grease carries a fast slip, and a hard blow squeezes it out.
 
@@ -65,7 +65,7 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     return share
 
 
-@compiled
+@inlined
 def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the time in the run, in which the wall is polished, since the last blow, and from run to run.
 
@@ -83,7 +83,7 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     return share
 
 
-@compiled
+@inlined
 def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     """How much of the slip comes back where it sticks: less in hard blows, which plough, of a soft skin the less the
     farther it is sheared, and where the rim is taped."""

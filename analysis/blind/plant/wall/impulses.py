@@ -3,14 +3,14 @@ that gives in it."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.friction import tangential_restitution, wall_friction
 from analysis.blind.plant.wall.restitution import restitution
 
 
-@compiled
+@inlined
 def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tuple[float, float]:
     """Along the normal and along the tangent (m/s); `bounce` 0: no rebound, stick at best."""
     w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
@@ -25,7 +25,7 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
     return (change_n - w_nt * most) / w_nn, most
 
 
-@compiled
+@inlined
 def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, float, float]:
     """Normal, tangential, between them: of the disk, of a mount of the wall that gives along one line, of a sleeve that
     turns."""
@@ -40,7 +40,7 @@ def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, f
     return w_nn, w_tt + (p.sleeve * bounce if blow.outer else 0.0), w_nt
 
 
-@compiled
+@inlined
 def _cut(
     change_n: float, change_t: float, slip: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float
 ) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, host_jerk
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import COUNT, IMPACT_S, NORMAL, SLEEVE, TIRED
@@ -14,7 +14,7 @@ LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a l
 Vector = tuple[float, float]
 
 
-@compiled
+@inlined
 def wall_offset(
     time: float, state: Floats, velocity: Floats, acceleration: Floats, p: PlantParameters
 ) -> tuple[float, float]:
@@ -58,21 +58,21 @@ def wall_velocity(time: float, acceleration: Floats, p: PlantParameters, host: F
     return x, y
 
 
-@compiled
+@inlined
 def _slipped(time: float, p: PlantParameters) -> Vector:
     """How far a ring has slipped in its clamps: from one side of its place to the other in a run."""
     way = p.slipping_m * (2.0 * time / p.duration_s - 1.0)
     return way * np.cos(p.slipping_rad), way * np.sin(p.slipping_rad)
 
 
-@compiled
+@inlined
 def _trailing(rate: Floats, p: PlantParameters) -> Vector:
     """How far a ring on thick soft tape is off: it trails behind the Host's velocity, by `trailing_m` at
     `HOST_M_PER_S`.  Of the Host's acceleration, in place of its velocity, it is the ring's own speed."""
     return -p.trailing_m * rate[0] / HOST_M_PER_S, -p.trailing_m * rate[1] / HOST_M_PER_S
 
 
-@compiled
+@inlined
 def _orbit(time: float, p: PlantParameters) -> Vector:
     """How far a ring is off that rolls round in a seat too wide for it, as the drive shakes it: by `orbit_m` towards
     `orbit_rad` + `orbit_rad_per_s` times the time in the run."""
@@ -80,7 +80,7 @@ def _orbit(time: float, p: PlantParameters) -> Vector:
     return p.orbit_m * np.cos(at), p.orbit_m * np.sin(at)
 
 
-@compiled
+@inlined
 def squashed(azimuth: float, acceleration: Floats, p: PlantParameters) -> Vector:
     """How much farther the disk's middle gets along `azimuth` in a ring that the Host's `acceleration` squashes, and
     the slope of that (m, m per rad); of the Host's jerk the first is the wall's own speed."""
@@ -89,7 +89,7 @@ def squashed(azimuth: float, acceleration: Floats, p: PlantParameters) -> Vector
     return size * np.cos(turned), -2.0 * size * np.sin(turned)
 
 
-@compiled
+@inlined
 def leaked(time: float, state: Floats, p: PlantParameters) -> float:
     """How much farther the disk's middle gets (m) in a ring with a liner full of air, which blows press out through a
     narrow hole and a pump brings back: `leaking_m` (w - `LEAK_M2_PER_S2`) / (w + `LEAK_M2_PER_S2`), w the sum of the
@@ -100,19 +100,19 @@ def leaked(time: float, state: Floats, p: PlantParameters) -> float:
     return p.leaking_m * (pressed - LEAK_M2_PER_S2) / (pressed + LEAK_M2_PER_S2)
 
 
-@compiled
+@inlined
 def tiredness(time: float, state: Floats) -> float:
     """Of a liner that has not recovered from the blows before: the sum of their squared speeds, each as it is left."""
     return state[TIRED] * np.exp(-max(time - state[IMPACT_S], 0.0) / TIRED_S)
 
 
-@compiled
+@inlined
 def sleeve_speed(time: float, state: Floats, p: PlantParameters) -> float:
     """How fast the surface of a loose sleeve still goes round after the blow before (m/s, counterclockwise)."""
     return 0.0 if p.sleeve == 0.0 else state[SLEEVE] * np.exp(-max(time - state[IMPACT_S], 0.0) / SLEEVE_S)
 
 
-@compiled
+@inlined
 def swinging_speed(host_velocity: Floats, p: PlantParameters) -> float:
     """How fast the surface of a ring goes round (m/s, counterclockwise) that is heavier at one side and can turn in its
     seat: it swings with the Host, by `swinging_m_per_s` at `HOST_M_PER_S` along `swinging_rad`."""

@@ -3,7 +3,7 @@ before and the Host's motion."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, IMPACT_S, NORMAL, SPIN, STRUCK
@@ -19,7 +19,7 @@ SHINGLE_M_PER_S = 0.4  # slip from which on a blow meets the edges of shingles s
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
 
-@compiled
+@inlined
 def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """With every cause that acts on it; `state`: the disk's as the blow begins."""
     value = _of_the_wall(blow, state, p)
@@ -33,13 +33,13 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     return max(value - (p.damage if state[HARDEST] > p.damage_m_per_s else 0.0), LEAST)
 
 
-@compiled
+@inlined
 def _raised(value: float, gain: float) -> float:
     """A restitution with a gain, or a loss, that does not raise it above `MOST`: no wall gives back all."""
     return min(value + gain, max(value, MOST))
 
 
-@compiled
+@inlined
 def _of_the_wall(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """Of the wall as it ages and scatters: by speed, direction, a soft spot, the drive's phase, spin, slip and the time
     to rest."""
@@ -58,13 +58,13 @@ def _of_the_wall(blow: Blow, state: Floats, p: PlantParameters) -> float:
     return min(max(value + p.restitution_scatter * blow.chance, LEAST), MOST)
 
 
-@compiled
+@inlined
 def _bell(off_rad: float, width_rad: float) -> float:
     """1 at a place around a circle, falling off to either side."""
     return np.exp(-0.5 * (np.arctan2(np.sin(off_rad), np.cos(off_rad)) / width_rad) ** 2)
 
 
-@compiled
+@inlined
 def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the place on the disk's rim: less at a nick.
 
@@ -79,7 +79,7 @@ def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> 
     return value
 
 
-@compiled
+@inlined
 def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the place on the wall: more and less at three clamps, less where it was hit the last time.
 
@@ -94,7 +94,7 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     return value
 
 
-@compiled
+@inlined
 def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> float:
     """Less where a loose chip happens to lie between.
 
@@ -105,7 +105,7 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     return _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
 
 
-@compiled
+@inlined
 def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By how many there were, how hard and how long ago: the disk's two edges strike in turn, a liner tires.
 
@@ -122,7 +122,7 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     return value - p.tired * tiredness(blow.time, state)
 
 
-@compiled
+@inlined
 def _by_the_host(value: float, blow: Blow, p: PlantParameters) -> float:
     """By the Host's motion: less where the wall gives way before the disk, more where its own inertia presses the ring
     into its seat.

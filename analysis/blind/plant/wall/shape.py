@@ -3,7 +3,7 @@ rad)."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import compiled
+from analysis.blind.plant.compiled import inlined
 from analysis.blind.plant.parameters import PlantParameters
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
@@ -15,7 +15,7 @@ SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 Reach = tuple[float, float]
 
 
-@compiled
+@inlined
 def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
     """Along `azimuth` of a round wall with its ellipse and lobes, of a disk that is oval or has three lobes; and what
     either shape has in metres."""
@@ -31,7 +31,7 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
     return p.contact_radius_m * share + (more + chip), p.contact_radius_m * rise + (steeper + flank)
 
 
-@compiled
+@inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     """How much farther a wall lets the disk that is dented, stepped, jointed or split, or that changes in a run: by an
     oval liner that turns, by a radius that grows."""
@@ -49,7 +49,7 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     return step + liner + joint + split + wider - dent, rise + round_ + along + askew + dent * away / p.dent_width_rad
 
 
-@compiled
+@inlined
 def joint_reach(azimuth: float, p: PlantParameters) -> Reach:
     """How much farther the disk's middle gets in a ring bent of a strip whose ends overlap."""
     away = np.arctan2(np.sin(azimuth - p.joint_rad), np.cos(azimuth - p.joint_rad))
@@ -60,7 +60,7 @@ def joint_reach(azimuth: float, p: PlantParameters) -> Reach:
     )
 
 
-@compiled
+@inlined
 def split_reach(azimuth: float, p: PlantParameters) -> Reach:
     """How much farther the disk's middle gets in a ring made of two halves that were put together askew.
 
@@ -73,7 +73,7 @@ def split_reach(azimuth: float, p: PlantParameters) -> Reach:
     return 0.5 * p.split_m * c * half, 0.5 * p.split_m * (c * c * (1.0 - half**2) / SPLIT_RAD - s * half)
 
 
-@compiled
+@inlined
 def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
     """How much farther a chipped rim lets the disk."""
     off = azimuth - disk_angle - p.chip_rad
@@ -82,7 +82,7 @@ def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
     return chip, -chip * away / CHIP_WIDTH_RAD
 
 
-@compiled
+@inlined
 def flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tuple[float, float, float]:
     """Distance of the disk's middle, x, y from the wall's (m), from the nearest side of a polygon, and that side's
     outward normal."""
@@ -95,7 +95,7 @@ def flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tuple
     return gap, nx, ny
 
 
-@compiled
+@inlined
 def rim_middle(angle: float, p: PlantParameters) -> tuple[float, float]:
     """From the disk's middle to that of its rim (x, y in m), which a tyre thicker at one side has; `angle` the
     disk's."""
@@ -104,7 +104,7 @@ def rim_middle(angle: float, p: PlantParameters) -> tuple[float, float]:
     return p.tyre_m * np.cos(angle + p.tyre_rad), p.tyre_m * np.sin(angle + p.tyre_rad)
 
 
-@compiled
+@inlined
 def swollen(spin: float, p: PlantParameters) -> float:
     """How much wider the disk's radius is (m) with a slack rubber band around it, which the spin draws wide:
     `swollen_m` (w^2 - `SWOLLEN_RAD_PER_S`^2) / (w^2 + `SWOLLEN_RAD_PER_S`^2)."""
