@@ -15,6 +15,7 @@ from analysis.blind.recording.clock import frame_times, latest_s, of_the_second_
 from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.files import Series, calibration_of, recording_text, write_series
+from analysis.blind.recording.light import shadowed
 from analysis.blind.recording.markers import Marks, Poses, bent_m, blurred, carded, draw_marks, flung, world_points
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import tracks_of
@@ -111,17 +112,16 @@ def _with_sway(harmonics: np.ndarray, sway: tuple[float, float, float], phase_ra
 
 
 def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
-    """What the Host's markers do beside the Host (n, 2): after each impact they swing along its normal's impulse."""
+    """What the Host's markers do beside the Host (n, 2): after each impact they swing along the wall's normal, by the
+    impulse along it."""
     out = np.zeros((len(time_s), 2))
     if draft.ringing is None:
         return out
     mass, hz, damping = draft.ringing
     omega = 2.0 * np.pi * hz
     swing = omega * np.sqrt(1.0 - damping**2)
-    for (instant, *_), kick in zip(motion.impacts, motion.kicks, strict=True):
-        at = np.array([instant])
-        away = state_at(motion, at)[0, :2] - host_at(motion, at)[0, :2]
-        away /= np.hypot(*away)
+    for (instant, *_), kick, normal in zip(motion.impacts, motion.kicks, motion.normals, strict=True):
+        away = np.array([np.cos(normal), np.sin(normal)])
         late = np.maximum(time_s - instant, 0.0)
         start = -PlantParameters().mass_kg * (kick @ away) / mass
         out += (start / swing * np.exp(-damping * omega * late) * np.sin(swing * late))[:, None] * away
@@ -154,15 +154,16 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     return Poses(middle, host)
 
 
-def _times(motion: Motion, place: Place, errors: ViewErrors, rng: np.random.Generator) -> list[np.ndarray]:
-    """When either camera takes its frames (n,), as many as the motion has for both."""
+def _times(motion: Motion, run: int, place: Place, errors: ViewErrors, rng: np.random.Generator) -> list[np.ndarray]:
+    """When either camera takes its frames (n,) in `run`, as many as the motion has for both."""
     rate = place.frame_rate_hz * errors.rate_ratio
     frames = min(
         int((motion.nodes[-1, 0] - latest_s(errors, LONGEST_S)) * rate),
         int(LONGEST_S * place.frame_rate_hz),
     )
     first = frame_times(frames, rate, errors, rng)
-    return [first, of_the_second_camera(first, motion.lines, motion.impacts[:, 0], motion.kicks, errors)]
+    second = of_the_second_camera(first, motion.lines, motion.impacts[:, 0], motion.kicks, run, rate, errors)
+    return [first, second]
 
 
 def _points(
@@ -173,7 +174,7 @@ def _points(
     for pose, time_s in zip(poses, times, strict=True):
         card = carded(pose.nes, time_s, blows, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
-        out.append(flung(points, pose.nes[:, 3], time_s, errors))
+        out.append(shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors))
     return out
 
 
@@ -194,7 +195,7 @@ def _one_run(
         motion = run_plant(physics, harmonics, start, LONGEST_S + 2e-3, rng)
         if motion.nodes[-1, 0] > SHORTEST_S:
             break
-    times = _times(motion, place, errors, rng)
+    times = _times(motion, run, place, errors, rng)
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
         smeared = int(rng.integers(2**63))

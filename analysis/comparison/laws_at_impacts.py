@@ -57,7 +57,10 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     known[:, W.PHASE] = host_motion.omega_rad_per_s * (time_s - host_motion.zero_s) + host_motion.phase_rad
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
     known[1:, W.LAST_X], known[1:, W.LAST_Y] = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
-    known[1:, W.LAST_APPROACH] = known[:-1, W.APPROACH]
+    known[1:, W.LAST_APPROACH], known[1:, W.LAST_SLIP] = known[:-1, W.APPROACH], known[:-1, W.SLIP]
+    for i in range(min(W.MOST_BLOWS, len(known) - 1)):
+        known[i + 1 :, W.BLOW_TIMES + i] = known[: -i - 1, W.TIME]
+        known[i + 1 :, W.BLOW_SPEEDS + i] = known[: -i - 1, W.APPROACH]
     known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
     normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
     rate = host_motion.at(time_s, 1)

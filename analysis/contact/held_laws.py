@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions
 from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
-from analysis.flights.fit import FlightFits, contact_before, impact_before
+from analysis.flights.fit import FlightFits, blows_before, contact_before, impact_before
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
 from ovines.core.laws.words import TARGETS
@@ -64,7 +64,11 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
     flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)]
     before = [impact_before(*one) for one in flights]
-    known[:, [W.LAST_X, W.LAST_Y, W.LAST_APPROACH]] = np.reshape([contact_before(*one) for one in flights], (-1, 3))
+    last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP]
+    known[:, last] = np.reshape([contact_before(*one) for one in flights], (-1, len(last)))
+    blows = np.reshape([blows_before(*one) for one in flights], (-1, 2, W.MOST_BLOWS))
+    known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.run, None]
+    known[:, W.BLOW_SPEEDS : W.BLOW_SPEEDS + W.MOST_BLOWS] = blows[:, 1]
     for r, fit in enumerate(fits):
         own = data.run == r
         known[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = fit.run.host.at(time_s[own], 2)[:, :2]

@@ -262,10 +262,12 @@ def measure(junctions: Junctions, wall: Wall) -> Impacts:
     further = every[0][count:].reshape(len(STEPS), count, len(QUANTITIES))
     derivative = np.ascontiguousarray(((further - value) / STEPS[:, None, None]).transpose(1, 2, 0))
     covariance = derivative @ junctions.covariance @ derivative.transpose(0, 2, 1)
-    normal, azimuth = seen[:, 1], seen[:, 2]
-    # On a ring the azimuth itself, which its slight ellipse does not turn.
-    facing = np.where(surface == 0, azimuth, normal) if isinstance(wall.outline, Ring) else normal
+    normal = seen[:, 1]
+    # On a ring the azimuth about its centre, which its slight ellipse does not turn.
+    facing = np.where(surface == 0, seen[:, 2], normal) if isinstance(wall.outline, Ring) else normal
     angle = 0.5 * (state[:, 2] + state[:, 8])
+    contact = place + junctions.radius_m * np.column_stack([np.cos(normal), np.sin(normal)])
+    azimuth = np.arctan2(contact[:, 1], contact[:, 0])
     return Impacts(value, covariance, azimuth, facing - angle, normal, surface, wall, junctions)
 
 

@@ -15,14 +15,14 @@ from analysis.flights import parameters as P
 from analysis.flights.fit import (
     NO_ANGLE_SD_RAD,
     FlightFits,
-    contact_before,
     impact_before,
     seen_frames,
+    with_contacts_before,
     with_impact_before,
 )
 from analysis.flights.model import ANGLE, STATES, FlightRig, acceleration, known_of
 from analysis.flights.noise import CLIP_SD
-from analysis.flights.parameters import CONTACT_BEFORE, INDEX, PARAMETERS
+from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.slopes import acceleration_slopes, law_work
 from analysis.motion.host_table import host_at
 from ovines.core.laws import words as W
@@ -75,7 +75,7 @@ def known_states(fits: FlightFits, k: int, times: Array) -> tuple[Array, Array]:
     times = np.ascontiguousarray(times)
     states = fits.flown(k, times, derivatives=False)[0] + _missed(fits, k, times)
     p = with_impact_before(fits.parameters, fits.run, fits.flights, k)
-    p[CONTACT_BEFORE] = contact_before(fits.run, fits.flights, k)
+    p = with_contacts_before(p, fits.run, fits.flights, k)
     without, known, damping = p.copy(), np.zeros((len(times), W.KNOWN_SIZE)), np.zeros((len(times), 3, 3))
     without[P.FRICTION] = 0.0
     _fill(times, states, p, without, fits.run.flight_rig, known, damping)

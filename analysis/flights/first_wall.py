@@ -42,7 +42,8 @@ def reached_wall(datas: Sequence[RunData]) -> Wall:
     hits the wall but once and fast, never shows it.  The design where no run comes near it.
     """
     design = datas[0].wall
-    design = design.shifted(off_place(datas, design))
+    shift, distance_m = off_place(datas, design)
+    design = design.shifted(shift)
     reached = []
     for data in datas:
         gap = design.outline_gap(*from_host(data))
@@ -50,12 +51,14 @@ def reached_wall(datas: Sequence[RunData]) -> Wall:
         if len(gap) > 2:
             reached.append(float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(gap, 3), axis=1))))
     near = [one for one in reached if abs(one) < WALL_OFF_SHARE * design.size_m]
-    return design.grown(float(np.quantile(near, HIGH_QUANTILE))) if near else design
+    # The farthest of many frames is the farthest of their noise; where rebounds turn it is not.
+    most_m = distance_m + OFF_SHARE * CONTACT_MARGIN_M * datas[0].own_units[0]
+    return design.grown(min(float(np.quantile(near, HIGH_QUANTILE)), most_m)) if near else design
 
 
-def off_place(datas: Sequence[RunData], design: Wall) -> Array:
-    """How far (2,) the outline stands off its designed place, in the Host's frame; nil where that is not sure or too
-    little to matter.
+def off_place(datas: Sequence[RunData], design: Wall) -> tuple[Array, float]:
+    """How far (2,) the outline stands off its designed place, in the Host's frame, nil where that is not sure or too
+    little to matter; and how far beyond it rebounds turn (m; infinite where too few do).
 
     Two frames before and two after each rebound, each on a line, meet at the wall: a least absolute fit of these gaps
     on the wall's normals, beside a distance that all share.
@@ -65,7 +68,7 @@ def off_place(datas: Sequence[RunData], design: Wall) -> Array:
     near = np.abs(gap) < WALL_OFF_SHARE * design.size_m
     gap, normal = gap[near], normal[near]
     if len(gap) < FEWEST_REBOUNDS:
-        return np.zeros(2)
+        return np.zeros(2), np.inf
     rows = np.column_stack([normal, np.ones(len(gap))])
     found, weight = np.zeros(3), np.ones(len(gap))
     for _ in range(ABSOLUTE_ROUNDS):
@@ -77,7 +80,7 @@ def off_place(datas: Sequence[RunData], design: Wall) -> Array:
     far = float(np.hypot(*found[:2]))
     surely = far > SURELY_OFF_SD * float(np.sqrt(np.max(np.linalg.eigvalsh(variance))))
     matters = far > OFF_SHARE * CONTACT_MARGIN_M * datas[0].own_units[0]
-    return found[:2] if surely and matters else np.zeros(2)
+    return (found[:2] if surely and matters else np.zeros(2)), float(found[2])
 
 
 def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
@@ -98,7 +101,11 @@ def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
     # approach line through frames 0 and 1, leave line through 3 and 4
     later = time[at, 3] - time[at, 1]
     way = (seen[at, 3] - seen[at, 1] - leave[at] * later) / (approach[at] - leave[at])
-    meet = seen[at, 1] + approach[at] * way
+    # Where the lines are then, not how far: the wall is curved.
+    before = relative[at + 1] + (relative[at + 1] - relative[at]) * (way / (time[at, 1] - time[at, 0]))[:, None]
+    back = (later - way) / (time[at, 4] - time[at, 3])
+    after = relative[at + 3] - (relative[at + 4] - relative[at + 3]) * back[:, None]
+    meet = design.outline_gap(0.5 * (before + after), angle[at + 2])
     place, turn = relative[at + 2], angle[at + 2]
     c, s, h = np.cos(turn), np.sin(turn), 1e-6 * design.size_m
     slopes = [

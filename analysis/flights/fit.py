@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,13 @@ from numpy.typing import NDArray
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import NO_LAW, STATES, FlightRig
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import CONTACT_BEFORE, DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
+from analysis.flights.parameters import BLOW_TIMES, CONTACT_BEFORE, DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
 from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
-from ovines.core.laws.terms import asks_for_last_contact
+from ovines.core.laws.terms import asks_for_contacts
+from ovines.core.laws.words import MOST_BLOWS
 
 Array = NDArray[np.float64]
 
@@ -54,6 +56,20 @@ FEWEST_IN_PIECE = 8
 BESIDE_FRAMES = 0.3
 # Frames of a piece at the most: its errors are weighed all against all.
 MOST_IN_PIECE = 150
+
+
+class Contact(NamedTuple):
+    """Where the disk touched the wall, from the Host's centre (m), its normal speed before that (m/s), its angle then
+    (rad), and the tangential speed of the contact point before (m/s)."""
+
+    x_m: float
+    y_m: float
+    approach_m_per_s: float
+    angle_rad: float
+    slip_m_per_s: float
+
+
+NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0)
 #: every shared unknown, in the order of the columns of the evidence
 SHARED: list[str] = [*PARAMETERS, *ORIGIN, *LENS_TERMS]
 # An impact that never was: long ago (s).
@@ -118,11 +134,11 @@ class RunData:
 
     @cached_property
     def remembers(self) -> bool:
-        """Whether the law that the run holds asks for the contact before a flight."""
-        return asks_for_last_contact(self.law)
+        """Whether the law that the run holds asks for contacts before a flight."""
+        return asks_for_contacts(self.law)
 
     @cached_property
-    def contacts(self) -> dict[tuple[int, ...], tuple[float, float, float]]:
+    def contacts(self) -> dict[tuple[int, ...], Contact]:
         """:func:`contact_before` by the frames of both flights: it is asked for at each step of each fit."""
         return {}
 
@@ -279,7 +295,15 @@ def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight
     own[DRIFT] /= later
     own[IMPACT_BEFORE_S] = impact_before(run, flights, k)
     if run.remembers:
-        own[CONTACT_BEFORE] = contact_before(run, flights, k)
+        own = with_contacts_before(own, run, flights, k)
+    return own
+
+
+def with_contacts_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
+    """``parameters`` of flight ``k``, which know the contact before it, and the blows before that."""
+    own = parameters.copy()
+    own[CONTACT_BEFORE] = contact_before(run, flights, k)
+    own[BLOW_TIMES : BLOW_TIMES + 2 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
     return own
 
 
@@ -302,15 +326,14 @@ def first_piece(flights: Sequence[Flight], k: int) -> int:
     return k
 
 
-def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> tuple[float, float, float]:
-    """Where the disk touched the wall before flight ``k``, from the Host's centre (m, m), and its normal speed before
-    that (m/s); zeros without such a contact.
+def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
+    """The contact with which flight ``k`` began; zeros without such a contact.
 
     From the few frames on either side of it, as they were seen: what a law asks for, not what a fit is made of.  The
     normal is the direction in which the velocity jumped."""
     k = first_piece(flights, k)
     if k == 0 or not flights[k - 1].joined:
-        return 0.0, 0.0, 0.0
+        return NO_CONTACT
     before, after = flights[k - 1], flights[k]
     asked = before.first, before.last, after.first, after.last
     if asked not in run.contacts:
@@ -318,25 +341,49 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> tuple[flo
     return run.contacts[asked]
 
 
-def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float) -> tuple[float, float, float]:
+def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
+    """Times (s) and normal speeds (m/s) of the impacts before flight ``k`` (2, MOST_BLOWS), the latest first, as far
+    back as flights meet; zeros further back."""
+    out, k = np.zeros((2, MOST_BLOWS)), first_piece(flights, k)
+    for i in range(MOST_BLOWS):
+        if k == 0 or not flights[k - 1].joined:
+            break
+        out[:, i] = impact_before(run, flights, k), contact_before(run, flights, k).approach_m_per_s
+        k = first_piece(flights, k - 1)
+    return out
+
+
+def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float) -> Contact:
     host, rate = run.host.at(np.array([time_s]))[0, :2], run.host.at(np.array([time_s]), 1)[0, :2]
     sides = [seen_frames(run, before)[-CONTACT_FRAMES:], seen_frames(run, after)[:CONTACT_FRAMES]]
     lines = [_line(run.time_s[at] - time_s, run.xy_m[at]) for at in sides if len(at)]
     if not lines:
-        return 0.0, 0.0, 0.0
+        return NO_CONTACT
     place = np.mean([line[0] for line in lines], 0) - host
-    jump = lines[-1][1] - lines[0][1]
+    velocity, jump = lines[0][1] - rate, lines[-1][1] - lines[0][1]
     size = float(np.hypot(*jump))
-    approach = float(-(lines[0][1] - rate) @ jump / size) if size > 0 else 0.0
-    return float(place[0]), float(place[1]), max(approach, 0.0)
+    normal = -jump / size if size > 0 else np.zeros(2)
+    angle, spin = _turning(run, sides, time_s)
+    slip = float(velocity[1] * normal[0] - velocity[0] * normal[1]) + run.radius_m * spin
+    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip)
 
 
-def _line(time_s: Array, xy_m: Array) -> tuple[Array, Array]:
-    """Place (2,) at time 0 and velocity (2,) of the straight line through places (N, 2); at rest with one frame."""
+def _turning(run: RunData, sides: Sequence[NDArray[np.int64]], time_s: float) -> tuple[float, float]:
+    """The disk's angle (rad) at a contact between frames of two ``sides``, and its spin before (rad/s); zeros where no
+    angle was seen."""
+    seen = [at[run.angle_sd_rad[at] < NO_ANGLE_SD_RAD] for at in sides]
+    lines = [_line(run.time_s[at] - time_s, run.angle_rad[at]) for at in seen if len(at)]
+    if not lines:
+        return 0.0, 0.0
+    return float(np.mean([line[0] for line in lines])), float(lines[0][1]) if len(seen[0]) else 0.0
+
+
+def _line(time_s: Array, values: Array) -> tuple[Array, Array]:
+    """Value at time 0 and slope of the straight line through ``values`` (N,) or (N, 2); at rest with one frame."""
     if len(time_s) < LINE:
-        return xy_m.mean(0), np.zeros(2)
-    slope, place = np.polyfit(time_s, xy_m, 1)
-    return place, slope
+        return values.mean(0), np.zeros(values.shape[1:])
+    slope, value = np.polyfit(time_s, values, 1)
+    return value, slope
 
 
 def without_lens(run: RunData, shared: Array) -> Array:

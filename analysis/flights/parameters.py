@@ -6,8 +6,19 @@ else: one may be inserted anywhere.
 
 from __future__ import annotations
 
-from ovines.core.laws import terms
+from ovines.core.laws import terms, words
 
+#: name -> (unit, what it is) of what differs from flight to flight, and is no unknown
+GIVEN: dict[str, tuple[str, str]] = {
+    "impact_before_s": ("s", "time of the impact before"),
+    "contact_before_x": ("m", "place of the disk at the contact before, from the Host's centre"),
+    "contact_before_y": ("m", "the same along y"),
+    "approach_before": ("m/s", "normal speed before that contact"),
+    "angle_before_rad": ("rad", "angle of the disk at that contact"),
+    "slip_before": ("m/s", "tangential speed of the contact point before that contact"),
+    **{f"blow_{i + 1}_s": ("s", "time of an impact before, the latest first") for i in range(words.MOST_BLOWS)},
+    **{f"blow_{i + 1}": ("m/s", "normal speed before that impact") for i in range(words.MOST_BLOWS)},
+}
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
 PARAMETERS: dict[str, tuple[str, str]] = {
     "friction": ("1", "floor friction coefficient mu_s"),
@@ -55,11 +66,7 @@ PARAMETERS: dict[str, tuple[str, str]] = {
         name: ("1", "times the term of that number of the written law that the run holds")
         for name in (f"law_{i + 1}" for i in range(terms.MOST_TERMS))
     },
-    # No unknowns: they differ from flight to flight.
-    "impact_before_s": ("s", "time of the impact before"),
-    "contact_before_x": ("m", "place of the disk at the contact before, from the Host's centre"),
-    "contact_before_y": ("m", "the same along y"),
-    "approach_before": ("m/s", "normal speed before that contact"),
+    **GIVEN,
 }
 #: name -> place in the parameter vector
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
@@ -107,4 +114,6 @@ FRICTION_SINCE = INDEX["friction_since"]
 FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
 CONTACT_BEFORE_X, CONTACT_BEFORE_Y = INDEX["contact_before_x"], INDEX["contact_before_y"]
 APPROACH_BEFORE = INDEX["approach_before"]
-CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE]
+ANGLE_BEFORE, SLIP_BEFORE = INDEX["angle_before_rad"], INDEX["slip_before"]
+CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEFORE, SLIP_BEFORE]
+BLOW_TIMES, BLOW_SPEEDS = INDEX["blow_1_s"], INDEX["blow_1"]

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from analysis.flights.first_wall import CONTACT_MARGIN_M, from_host, reached_wall
 from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, RunData, flights_from_segments, shortened
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 # Added to CONTACT_MARGIN_M: so many sds of the cameras' noise.
 CONTACT_MARGIN_SD = 3.0
+# A fast disk smears: where most of so many frames are worse than the run's usual one, theirs counts.
+SMEARED_FRAMES = 9
 # What the flight model, the exposure and the lens leave over however sharp the markers are (m); at the rim for the
 # angle.
 FINEST_SD_M = 1e-6
@@ -124,7 +127,7 @@ def cut(
         sd,
         relative / length,
         wall.gap(relative, host_angle) / length,
-        CONTACT_MARGIN_M + CONTACT_MARGIN_SD * noise,
+        CONTACT_MARGIN_M + CONTACT_MARGIN_SD * np.maximum(median_filter(sd, SMEARED_FRAMES), noise),
         wall.size_m / length,
     )
     segments = replace(segments, steps_m_per_s=segments.steps_m_per_s * (length / time))

@@ -200,11 +200,11 @@ class Segments:
     smeared: NDArray[np.int64]
 
 
-def find_contact(gap_m: Array, margin_m: float, at_least: int = FEWEST_IN_CONTACT) -> NDArray[np.int64]:
-    """Stretches of at least ``at_least`` frames in a row no farther than ``margin_m`` inside the wall (a missing frame
-    does not end one); ``gap_m`` (N,) past it.
+def find_contact(gap_m: Array, margin_m: Array | float, at_least: int = FEWEST_IN_CONTACT) -> NDArray[np.int64]:
+    """Stretches of at least ``at_least`` frames in a row no farther than ``margin_m`` (one, or one per frame) inside
+    the wall (a missing frame does not end one); ``gap_m`` (N,) past it.
     """
-    near = gap_m >= -margin_m
+    near = gap_m >= -np.asarray(margin_m)
     unknown = ~np.isfinite(gap_m)
     stretches, start, last = [], -1, -1
     for i in range(len(gap_m)):
@@ -221,13 +221,14 @@ def find_contact(gap_m: Array, margin_m: float, at_least: int = FEWEST_IN_CONTAC
 
 
 def segment(
-    time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, gap_m: Array, margin_m: float, size_m: float
+    time_s: Array, xy_m: Array, sd_m: Array, relative_m: Array, gap_m: Array, margin_m: Array | float, size_m: float
 ) -> Segments:
     """Kinks and contact stretches of one run.
 
     ``relative_m`` (N, 2) from the Host's centre, ``gap_m`` (N,) past the wall; a frame counts as at the wall from
-    ``margin_m`` inside it; ``size_m`` of the wall.
+    ``margin_m`` inside it (one, or one per frame: a disk that smears is not seen as well); ``size_m`` of the wall.
     """
+    margin_m = np.broadcast_to(margin_m, gap_m.shape)
     at_least = max(FEWEST_IN_CONTACT, _frames_in(LEAST_CONTACT_S, time_s)) if len(time_s) > 1 else FEWEST_IN_CONTACT
     contact = find_contact(gap_m, margin_m, at_least)
     x, y = xy_m[:, 0].copy(), xy_m[:, 1].copy()
@@ -244,7 +245,8 @@ def segment(
     gaps = kinks[:, 0].astype(np.int64)
     hopping = find_hops(gap_m, margin_m, sd_m, gaps) | find_rebounds(time_s, gap_m, sd_m, gaps, reach)
     contact = find_contact(np.where(hopping, -size_m, gap_m), margin_m, at_least)
-    off_m = margin_m + WALL_OFF_SHARE * (size_m - margin_m)
+    off_m = float(np.median(margin_m))
+    off_m += WALL_OFF_SHARE * (size_m - off_m)
     kinks = kinks[_near_wall(relative_m, gap_m, off_m, kinks[:, 0].astype(np.int64))]
     gaps = kinks[:, 0].astype(np.int64)
     # Inside a stretch of contact the wall itself bends the path: those are not impacts.
@@ -277,7 +279,7 @@ def without_doubles(time_s: Array, x: Array, y: Array, sd_m: Array, kinks: Array
     return np.array(kept).reshape(-1, 4)
 
 
-def find_hops(gap_m: Array, margin_m: float, sd_m: Array, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:
+def find_hops(gap_m: Array, margin_m: Array, sd_m: Array, gaps: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which frames (N,) belong to hops near the wall: pieces between kinks at ``gaps`` all of whose frames are within
     ``margin_m`` of it, and whose way past it (``gap_m``) dips as a flight's does.
     """
@@ -285,7 +287,7 @@ def find_hops(gap_m: Array, margin_m: float, sd_m: Array, gaps: NDArray[np.int64
     edges = np.sort(gaps)
     for first, last in zip(edges[:-1] + 1, edges[1:], strict=True):
         index = np.arange(first, last + 1)[np.isfinite(gap_m[first : last + 1])]
-        if len(index) < FEWEST_IN_HOP or not np.all(gap_m[index] > -margin_m):
+        if len(index) < FEWEST_IN_HOP or not np.all(gap_m[index] > -margin_m[index]):
             continue
         along = (2 * index - first - last) / (last - first)
         dip_m = float(np.polyfit(along, gap_m[index], 2)[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from analysis.gap.selection.impact_candidates import EACH_RUN
+
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
     "stopping distance gives mu_s alone.",
@@ -65,6 +67,12 @@ NONE_TEST = (
 
 def unknown_test(stage: str, goes_with: str) -> str:
     """The next test where structure has no name: change what it goes with, keep the rest."""
+    if goes_with == EACH_RUN:
+        return (
+            f"The structure lies in the {stage}, and each run has its own, in no order. Note what is done between runs "
+            "(wiping, touching, taking apart, warming up). Record one setting twice with nothing done in between, then "
+            "twice with one of these: what makes the difference is its cause."
+        )
     return (
         f"The structure lies in the {stage} and goes with {goes_with}. Change that alone in two recordings (twice as "
         f"much, half as much; or turn "

@@ -192,7 +192,7 @@ def _asked_impact_law(
     law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level)
     if law is None or asked:
         return law, ()
-    sizes = impact_law_sizes(law, impacts, fits)
+    sizes = impact_law_sizes(law, impacts, fits, ladder.impacts.restitution_terms)
     target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
     law = _believed(law, *sizes[target])
     return law, () if law is None else (_law_structure(law, "impact", COORDINATES[target], *sizes[target]),)

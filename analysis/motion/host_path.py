@@ -38,6 +38,9 @@ OVERTONES = 3
 HIGHEST_SHARE = 0.9
 # A main line that leaves more than this share of the Host's variance is none.
 MAIN_SHARE = 0.3
+# Fall of -2 log L by which one line must follow the Host's height better than the drive's own do: three unknowns gain
+# 16 once in a thousand runs.
+BETTER_LINE = 20.0
 # How well a table's pieces follow a line: its place (m, rad), and its share of all lines' accelerations.
 TABLE_M, TABLE_SHARE = 5e-11, 5e-7
 # A table goes on beyond a run's frames by this share of its length.
@@ -265,13 +268,18 @@ def _with_rise_and_fall(time_s: Array, position: Array, sd: Array, fit: LineFit)
     """``fit`` with the one line that the Host's height is, where it is one, whatever happens in the plane: a path that
     only follows its frames is a poor load of the floor when it is differentiated twice."""
     height = np.where(np.arange(4) == 2, position, np.nan)
-    if not excess(time_s, fit.residual)[2].there:
-        return fit
     level = fit_lines(time_s, height, sd, np.zeros(0), 0)
-    peak = excess(time_s, level.residual)[2].omega_rad_per_s
-    line = fit_lines(time_s, height, sd, np.array([peak]), 0)
-    before, after = (float(np.nanmean(one.residual[:, 2] ** 2)) for one in (level, line))
+    found = excess(time_s, level.residual)[2]
+    if not found.there:
+        return fit
+    line = fit_lines(time_s, height, sd, np.array([found.omega_rad_per_s]), 0)
+    before, after, now = (float(np.nanmean(one.residual[:, 2] ** 2)) for one in (level, line, fit))
     if not after < OWN_SHARE**2 * before:
+        return fit
+    # A drive that starts has no frequency that its height would keep: the frames say which is the better one.
+    seen = np.isfinite(line.residual[:, 2])
+    gain = np.count_nonzero(seen) * np.log(now / after) / slow_mean(line.residual[seen, 2]) ** 2
+    if not (excess(time_s, fit.residual)[2].there or gain > BETTER_LINE):
         return fit
     return fit_lines(time_s, position, sd, np.append(fit.frequencies, line.frequencies), fit.overtones, held=1)
 

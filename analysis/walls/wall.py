@@ -335,6 +335,10 @@ class Wall:
         found = np.where(rows[:, 0] == SIDE, rows[:, 1] + host_angle_rad, azimuth_rad + turn)
         return np.asarray(np.where(rows[:, 0] == CYLINDER, azimuth_rad + np.pi, found), float)
 
+    def on_cylinder(self, which: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether surfaces ``which`` (N,) are the cylinder in the middle."""
+        return np.asarray(self.surfaces[which, 0] == CYLINDER, bool)
+
     def numbers(self, impacts: pd.DataFrame) -> NDArray[np.int64]:
         """Number of the surface (N,) that each row of table ``impacts`` is on; the first where the table does not
         tell."""

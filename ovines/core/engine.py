@@ -19,7 +19,7 @@ from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
 from ovines.core.system.impact import effective_restitution
 from ovines.core.system.kinematics import place
-from ovines.core.system.known import remember_contact
+from ovines.core.system.known import forget_contacts, remember_contact
 from ovines.core.system.packed import Samples, System
 
 
@@ -151,10 +151,10 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    p[P.LAST_IMPACT], p[P.LAST_X], p[P.LAST_Y] = -math.inf, 0.0, 0.0
+    forget_contacts(p)
     if p[P.BEGINS_WITH] >= 0.0:
         place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
-        remember_contact(0.0, work[P.PLACE], p[P.BEGINS_WITH], p)
+        remember_contact(0.0, work[P.PLACE], y[4], (p[P.BEGINS_WITH], 0.0), p)
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
@@ -189,7 +189,8 @@ def run(
         t += duration
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
-            remember_contact(t, work[P.PLACE], record[P.NORMAL_BEFORE], p)
+            speeds = record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE]
+            remember_contact(t, work[P.PLACE], y[4], speeds, p)
             if n_impacts < impacts.shape[0]:
                 copy_into(impacts[n_impacts], record)
             n_impacts += 1

@@ -21,7 +21,7 @@ from ovines.core.system.packed import Packed, Samples
 IMPACT_COLUMNS = (
     "time_s", "azimuth_rad", "normal_speed_before_m_per_s", "normal_speed_after_m_per_s",
     "tangential_speed_before_m_per_s", "tangential_speed_after_m_per_s", "spin_before_rad_per_s",
-    "spin_after_rad_per_s", "stuck", "wall", "energy_lost_j", "wall_friction_loss_j", "work_j",
+    "spin_after_rad_per_s", "stuck", "wall", "energy_lost_j", "wall_friction_loss_j", "work_j", "normal_rad",
 )  # fmt: skip
 
 

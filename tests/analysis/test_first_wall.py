@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analysis.blind.series import Place, make_series, write_series
-from analysis.flights.first_wall import CONTACT_MARGIN_M, off_place
+from analysis.flights.first_wall import CONTACT_MARGIN_M, off_place, reached_wall
 from analysis.gap.ladder import run_ladder
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
@@ -32,13 +34,34 @@ def in_host(series, truth):
 def test_rebounds_show_where_the_wall_stands(wall, tmp_path):
     series, truth = series_of("wall_centre_offset", 1.0, tmp_path, place=Place(wall=wall))
     datas = [run.data for run in series.runs]
-    assert off_place(datas, datas[0].wall) == pytest.approx(in_host(series, truth), abs=0.5 * CONTACT_MARGIN_M)
+    shift, distance_m = off_place(datas, datas[0].wall)
+    assert shift == pytest.approx(in_host(series, truth), abs=0.5 * CONTACT_MARGIN_M)
+    assert abs(distance_m) < CONTACT_MARGIN_M
 
 
 def test_a_wall_in_its_place_is_left_there(tmp_path):
     series, _ = series_of("none", 1.0, tmp_path)
     datas = [run.data for run in series.runs]
-    assert off_place(datas, datas[0].wall).tolist() == [0.0, 0.0]
+    shift, distance_m = off_place(datas, datas[0].wall)
+    assert shift.tolist() == [0.0, 0.0]
+    assert abs(distance_m) < 0.3 * CONTACT_MARGIN_M
+
+
+def test_a_disk_that_smears_reaches_no_farther(tmp_path):
+    """The farthest of many smeared frames is their noise; rolling there is no row of impacts."""
+    series, _ = series_of("motion_blur", 1.2, tmp_path, runs=4)
+    datas = [run.data for run in series.runs]
+    smeared = []
+    for data in datas:
+        speed = np.hypot(*np.gradient(np.nan_to_num(data.xy_m), data.time_s, axis=0).T)
+        smeared.append(
+            replace(
+                data,
+                xy_m=data.xy_m
+                + 1e-4 * np.random.default_rng(0).normal(size=data.xy_m.shape) * (speed / np.median(speed))[:, None],
+            )
+        )
+    assert abs(reached_wall(smeared).size_m - datas[0].wall.size_m) < CONTACT_MARGIN_M
 
 
 def test_rolling_along_a_wall_off_its_place_is_no_row_of_impacts(tmp_path):

@@ -33,8 +33,7 @@ LAW = rows_of(
     ]
 )
 #: everything but the instant of the impact before, which is no unknown
-NONE = ("impact_before_s", "contact_before_x", "contact_before_y", "approach_before")
-UNKNOWNS = [place for name, place in P.INDEX.items() if name not in NONE]
+UNKNOWNS = [place for name, place in P.INDEX.items() if name not in P.GIVEN]
 NAMES = list(P.INDEX)
 
 

@@ -301,9 +301,27 @@ def test_a_heavy_host_does_not_recoil():
         assert np.allclose(shown.motion[name][early], plain.motion[name][early], atol=1e-7)
 
 
-def test_host_ringing():
-    """After each impact the markers swing as damped oscillators of a modal mass; the motion itself stays the same."""
+SQUARE_M = ((0.05, -0.05), (0.05, 0.05), (-0.05, 0.05), (-0.05, -0.05))
+
+
+def outward_normal_rad(azimuth_rad, wall):
+    """Of the ring, the square or the cylinder in the middle, where the disk touches it."""
+    if wall == "square":
+        return 0.5 * math.pi * round(azimuth_rad / (0.5 * math.pi))
+    return azimuth_rad + (math.pi if wall == "cylinder" else 0.0)
+
+
+@pytest.mark.parametrize("wall", ["ring", "square", "cylinder"])
+def test_host_ringing(wall):
+    """After each impact the markers swing along the wall's normal as damped oscillators of a modal mass; the motion
+    itself stays the same."""
     scenario = replace(SHAKEN, sample_rate_hz=2e4, duration_s=0.2)
+    host, start = scenario.host, scenario.initial_nes
+    if wall == "square":
+        host, start = replace(host, radius_m=None, polygon_m=SQUARE_M), (0, 0, 2, 1.3, 0, 10)
+    elif wall == "cylinder":
+        host, start = replace(host, obstacle_radius_m=0.01), (0.025, 0, -3, 0.5, 0, 9)
+    scenario = replace(scenario, host=host, initial_nes=start)
     plain = simulate(scenario)
     shown = with_effect(scenario, "host_ringing", mass_kg=0.5, frequency_hz=90.0, damping_ratio=0.1)
     assert np.array_equal(shown.impacts, plain.impacts)
@@ -314,7 +332,9 @@ def test_host_ringing():
         late = plain.time_s - hit["time_s"]
         speed = 0.02 / 0.5 * (hit["normal_speed_before_m_per_s"] - hit["normal_speed_after_m_per_s"])
         wave = np.where(late > 0, np.exp(root * np.clip(late, 0, None)), 0.0)
-        towards = [math.cos(hit["azimuth_rad"]), math.sin(hit["azimuth_rad"])]
+        inside = wall == "cylinder" and hit["wall"] == 1
+        normal = outward_normal_rad(hit["azimuth_rad"], "cylinder" if inside else wall.replace("cylinder", "ring"))
+        towards = [math.cos(normal), math.sin(normal)]
         place += np.outer(speed * np.imag(wave) / root.imag, towards)
         rate += np.outer(speed * np.imag(root * wave) / root.imag, towards)
     for column, axis in enumerate("xy"):

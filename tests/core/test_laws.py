@@ -27,7 +27,7 @@ QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
-    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING"
+    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -126,6 +126,9 @@ RING_LAWS = (
             Term("restitution", 0.001, (Factor("host_acceleration_outwards"),)),
             Term("restitution", 0.1, (Factor("azimuth", "sawtooth", x=0.4),)),
             Term("spin_added", -3.0, (Factor("approach"), Factor("spin_left", "sign"))),
+            Term("restitution", 0.1, (Factor("rim_turn", "cosine"),)),
+            Term("tangential_restitution", 0.2, (Factor("last_slip", "sign"),)),
+            Term("restitution", -0.02, (Factor("recent_blows", y=0.05),)),
         )
     ),
 )
@@ -228,6 +231,23 @@ def test_what_asks_for_a_contact_that_nobody_saw_is_nil():
         out = np.zeros(3)
         kernel.push(pull, 1.0, known, out)
         assert (not out.any()) == nil
+
+
+def test_recent_blows_are_added_up_as_they_fade():
+    """Over a run: the sum of the squared approaches before each impact, held against the table of impacts."""
+    fades_s, size = 0.04, -0.03
+    law = WrittenLaw((Term("restitution", size, (Factor("recent_blows", y=fades_s),)),))
+    rig = replace(RIG, laws=(law,), duration_s=1.0)
+    impacts = simulate(rig).impacts
+    assert len(impacts) > W.MOST_BLOWS + 2
+    time_s, approach = impacts["time_s"], impacts["normal_speed_before_m_per_s"]
+    for k in range(len(impacts)):
+        last = slice(max(k - W.MOST_BLOWS, 0), k)
+        blows = np.sum(approach[last] ** 2 * np.exp(-(time_s[k] - time_s[last]) / fades_s))
+        expected = rig.impact.restitution + size * blows
+        assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=1e-6)
+    with pytest.raises(ScenarioError):
+        Factor("recent_blows")
 
 
 def test_a_sawtooth_is_a_step_of_mean_zero():

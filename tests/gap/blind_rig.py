@@ -152,11 +152,17 @@ def on_its_way(drop=None):
 
 def done_on_its_way(name, size, drop=None):
     """What the plant does on the way of plain runs, with the cause `name` at `size`: rates in flight, states after
-    blows, gaps and normals at the wall."""
+    blows, each of its own chance, gaps and normals at the wall."""
     p, table, (flying, striking) = physics(name, size), disk_friction_table(), on_its_way(drop)
+    chances = np.random.default_rng(2).normal(size=len(striking))
     return (
         np.array([derivative(time, state, p, HOST, table) for time, state in flying]),
-        np.array([impact(time, state, p, HOST, np.zeros(2), 1.0)[0] for time, state in striking]),
+        np.array(
+            [
+                impact(time, state, p, HOST, np.array([0.0, chance]), 1.0)[0]
+                for (time, state), chance in zip(striking, chances, strict=True)
+            ]
+        ),
         np.array([wall_gap(time, state, p, HOST) for time, state in striking]),
     )
 

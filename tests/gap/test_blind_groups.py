@@ -132,6 +132,22 @@ ORDERS = {
     "unknown_shocked_trigger": ("pixels", 0.29),
     "unknown_coded_blocks": ("pixels", 0.73),
     "unknown_rubbery_card": ("pixels", 0.63),
+    "unknown_stribeck_floor": ("friction", 0.55),
+    "unknown_worn_middle": ("friction", 0.4),
+    "unknown_scratched_floor": ("friction", 0.5),
+    "unknown_dished_floor": ("force", 0.3),
+    "unknown_lifted_disk": ("friction", 0.7),
+    "unknown_ring_contact": ("friction's torque", 15.0),
+    "unknown_soft_armature": ("kick", 0.09),
+    "unknown_ragged_wall": ("kick", 0.08),
+    "unknown_slip_weakened_wall": ("kick", 0.09),
+    "unknown_warming_ring": ("kick", 0.06),
+    "unknown_oblique_restitution": ("kick", 0.09),
+    "unknown_chucked_ring": ("gap", 1.9e-4),
+    "unknown_wall_bead": ("gap", 1.5e-4),
+    "unknown_shaking_tripod": ("pixels", 0.7),
+    "unknown_dropped_frame": ("pixels", 3.0),
+    "unknown_marker_shadow": ("pixels", 0.6),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -152,6 +168,7 @@ OWN = {
     "unknown_loose_core": ("core",),
     "unknown_smeared_drop": ("oiled",),
     "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck"),
+    "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -162,6 +179,8 @@ CAMERA = {
     "unknown_twisted_camera": "VW1",
     "unknown_sync_pulses": "VW2",
     "unknown_shocked_trigger": "VW2",
+    "unknown_shaking_tripod": "VW1",
+    "unknown_dropped_frame": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -171,6 +190,7 @@ OF_THE_DISK = (
     "unknown_shaded_wall",
     "unknown_flung_sticker",
     "unknown_rubbery_card",
+    "unknown_marker_shadow",
 )
 
 
@@ -266,6 +286,7 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
         "unknown_free_running_camera",
         "unknown_sync_pulses",
         "unknown_shocked_trigger",
+        "unknown_dropped_frame",
     ):
         assert ground.max() < 1e-9
     if name == "unknown_bent_tab":

@@ -57,3 +57,19 @@ def test_metal_rings_and_what_is_left_of_a_blow():
     assert may_stand_together(("finite_contact_time", "unknown_wound_wire"), "round", "sine")
     alone = ["unknown_leaking_liner", "unknown_swollen_band", "unknown_rubbery_card"]
     needs_a_blow_that_is_over([*alone, *(cause.name for cause in of_group("untold") if cause.stage == "impact")])
+
+
+def test_lobes_beads_and_shadows():
+    """Lobes, beads and shadows are of a round wall; two of one law do not stand together, and no blow has two laws."""
+    for name in ("unknown_chucked_ring", "unknown_wall_bead", "unknown_marker_shadow"):
+        needs_a_round_wall(name)
+    for rivals in (
+        ("nes_rocking", "unknown_lifted_disk"),
+        ("unknown_hop", "unknown_lifted_disk"),
+        ("wall_lobes", "unknown_chucked_ring"),
+        ("restitution_drift", "unknown_warming_ring"),
+    ):
+        assert not may_stand_together(rivals, "round", "sine")
+    assert may_stand_together(("finite_contact_time", "unknown_lifted_disk"), "round", "sine")
+    assert may_stand_together(("table_tilt", "unknown_soft_armature"), "square", "chirp")
+    needs_a_blow_that_is_over(cause.name for cause in of_group("plausible") if cause.stage == "impact")

@@ -116,3 +116,43 @@ def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
     term = law.law.terms[0]
     assert (term.target, term.factors[-1].quantity, term.factors[-1].function) == ("spin_added", "spin_left", "sign")
     assert term.coefficient < 0 and law.closed > 0.5
+
+
+def impact_fit(series):
+    """The impacts between flights of the nominal model, and these flights."""
+    fits = first_flights(series, EFFECTS).fits
+    return fit_impacts(fits), fits
+
+
+def test_a_band_that_shifts_as_it_is_struck(tmp_path):
+    """Restitution by the place on the rim against the one struck before."""
+    series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=6)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert [one.quantity for one in term.factors] == ["rim_turn"], as_text(law.law)
+    assert abs(term.coefficient - true["shifted"]) < 4 * term.sd
+    assert law.closed > 0.8
+
+
+def test_a_liner_that_each_blow_presses(tmp_path):
+    """Its radius goes with the blows before, as the air comes back."""
+    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 52, runs=6)
+    impacts, fits = impact_fit(series)
+    least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    law = find_wall_law(impacts, fits, series.frame, least_m, np.random.default_rng(0))
+    assert law is not None
+    assert law.law.terms[0].factors[0].quantity == "recent_blows", as_text(law.law)
+    assert law.closed > 0.8
+
+
+def test_a_pile_that_the_blow_before_has_combed(tmp_path):
+    """Wall friction by whether the slip has the sense of the one before."""
+    series, _ = made_series(tmp_path, "unknown_combed_pile", 1.0, 53, runs=6)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["slip", "last_slip"])
+    assert term.coefficient < 0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import draft_series, physics_of_run
+from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import impact
 from tests.gap.blind_rig import (
@@ -132,6 +133,29 @@ def test_a_wiped_rim_and_scales():
     assert -other[3] + R * other[5] == pytest.approx(slid_to(share, 4.0))
 
 
+def test_wall_friction_that_falls_with_the_slip():
+    rubbed = BARE._replace(rubbed_s_per_m=1.25)
+    for spin in (400.0, -400.0, 200.0):
+        slip = R * spin
+        assert head_on(rubbed, 1.0, spin)[1] == pytest.approx(slid_to(1.0 / (1.0 + 1.25 * abs(slip)), slip))
+
+
+def test_a_ragged_wall_turns_each_blow_by_its_own_angle():
+    """A smooth and perfect wall mirrors the disk's velocity in the turned tangent."""
+    mirror = BARE._replace(restitution=0.98, wall_friction=0.0, ragged_rad=0.05)
+    for chance in (-2.0, 0.0, 1.0):
+        after, turned = struck(mirror, chance=chance), 0.05 * chance
+        pushed = -1.98 * np.cos(turned)
+        assert after[2:4] == pytest.approx((1.0 + pushed * np.cos(turned), pushed * np.sin(turned)))
+    held = impact(0.1, state_of(x=0.04, vx=0.5), mirror, STILL, np.zeros(2), 0.0)[0]
+    assert held[2:4] == pytest.approx((0.0, 0.0), abs=1e-12)  # what is held lies against the mean wall
+    p = BARE._replace(wall_friction=0.0, ragged_rad=0.05, restitution_scatter=0.0)
+    rng = np.random.default_rng(3)
+    start = np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+    kicks = [run_plant(p, STILL, start, 0.02, rng).kicks[0] for _ in range(400)]  # each is of another run
+    assert np.std([np.arctan2(-ky, -kx) for kx, ky in kicks]) == pytest.approx(0.05, rel=0.15)
+
+
 def test_a_corner_leads_the_blow_past_the_disks_middle():
     """A smooth wall: all that the disk gets is the normal impulse, at its lever; the struck point rebounds as any."""
     smooth = BARE._replace(wall_friction=0.0, cornered_m=3e-4, corners=5.0, cornered_rad=0.2)
@@ -223,6 +247,14 @@ def test_a_mount_gives_along_its_line_only():
         {"wiped": 0.7},
         {"wiped": -0.7},
         {"scaly": 0.95},
+        {"armature": 0.28},
+        {"armature": 0.28, "restitution": 0.98},
+        {"warmed": -0.138},
+        {"oblique": 0.69},
+        {"oblique": -0.69},
+        {"rubbed_s_per_m": 1.8},
+        {"chucked_m": 3.6e-4, "chucked_rad": 0.4},
+        {"seam_bead_m": 7.6e-4, "seam_bead_rad": 0.1},
     ],
 )
 def test_no_blow_leaves_more_energy(changed):

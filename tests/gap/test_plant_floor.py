@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from analysis.blind.causes.named import draft_series
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.flight.floor_friction import friction_of_flight
 from analysis.blind.plant.host import host_pose
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind_rig import DRIVE, HOST, SLIDING, STILL, TIMES, G, rate_of
+
+R, INERTIA = 0.01, 0.5 * 0.01**2  # m, m^2
 
 
 @pytest.mark.parametrize(
@@ -229,3 +232,43 @@ def test_a_tossed_disk_loses_no_friction_but_has_it_later():
     up_s = 2.0 * 0.06 * approach / 9.81
     assert paths[1][2] == pytest.approx(paths[0][2], abs=2e-3)  # a step of the integrator's at either edge
     assert paths[0][0] - paths[1][0] == pytest.approx(G * up_s**2, abs=2e-5)
+
+
+def test_friction_by_speed_place_and_scratches():
+    stribeck = SLIDING._replace(stribeck=0.6)
+    for speed in (0.05, 0.75, 1.5):
+        share = 1.0 + 0.6 * np.exp(-speed / 0.75)
+        assert rate_of(stribeck, vy=-speed)[1] == pytest.approx(G * share, abs=1e-6)
+    velocity = host_pose(0.1, HOST)[1][0]
+    got = rate_of(stribeck, 0.1, HOST, vx=velocity + 0.75)[0]
+    assert got == pytest.approx(-G * (1.0 + 0.6 * np.exp(-1.0)), abs=1e-6)  # over the Host's floor, not the room's
+    for worn in (0.4, -0.4):
+        for x, y, far in ((0.0, 0.0, 0.0), (0.015, 0.0, 1.0), (0.0, -0.03, 2.0)):
+            got = rate_of(SLIDING._replace(worn=worn), x=x, y=y, vx=1.0)[0]
+            assert got == pytest.approx(-G * (1.0 + worn * np.exp(-0.5 * far**2)), abs=1e-6)
+    scratched = SLIDING._replace(scratched=0.3, scratched_rad=1.9)
+    for way in (0.0, 1.9, 1.9 - np.pi, 1.9 + np.pi / 2, 4.0):
+        got = rate_of(scratched, vx=np.cos(way), vy=np.sin(way))
+        size = G * (1.0 + 0.3 * np.cos(2.0 * (way - 1.9)))
+        assert got == pytest.approx((-size * np.cos(way), -size * np.sin(way), 0.0), abs=1e-5)
+    spun = [rate_of(q, spin=50.0)[2] for q in (SLIDING, scratched)]
+    assert spun[0] == pytest.approx(spun[1])  # where it only spins there is no direction
+
+
+def test_friction_comes_back_after_a_blow():
+    lifted = SLIDING._replace(lifted=0.6, lifted_s=0.05)
+    for since in (0.0, 0.05, 0.2):
+        got = rate_of(lifted, 0.3 + since, impact_s=0.3, vx=1.0)[0]
+        assert got == pytest.approx(-G * (1.0 - 0.6 * np.exp(-since / 0.05)), abs=1e-6)
+    assert rate_of(lifted, 0.3, vx=1.0)[0] == pytest.approx(-G, abs=1e-6)  # nothing was hit yet
+    draft = draft_series("unknown_lifted_disk", 1.0, np.random.default_rng(1), 2)
+    assert 0.03 <= draft.plant["lifted_s"] <= 0.05
+
+
+def test_a_ring_brakes_the_spin_and_leaves_the_slide():
+    foot = SLIDING._replace(ring_foot=0.3)
+    spun = rate_of(foot, spin=50.0)
+    assert spun == pytest.approx((0.0, 0.0, -1.3 * 2.0 / 3.0 * G * R / INERTIA), rel=1e-4)
+    for numbers in ({"vx": 1.0}, {"vx": 0.5, "spin": -60.0}, {"vy": 0.1, "spin": 90.0}):
+        plain, with_it = rate_of(SLIDING, **numbers), rate_of(foot, **numbers)
+        assert with_it == pytest.approx(plain * [1.0, 1.0, 1.3], abs=1e-12)

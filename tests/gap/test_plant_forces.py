@@ -170,3 +170,17 @@ def test_a_blow_discharges_the_disk():
     before, at_wall, after, soon = state_at(motion, late + np.array([-3e-3, -1e-3, 1e-3, 3e-3]))[:, 2]
     assert (at_wall - before) / 2e-3 == pytest.approx(26.0 * 0.039 * (1.0 - np.exp(-1.3)), rel=0.03)
     assert 0.0 < (soon - after) / 2e-3 < 0.05
+
+
+def test_a_dished_floor_swings_the_disk_about_its_middle():
+    """A free disk on it is a pendulum: of angular frequency sqrt(g kappa), and no spin."""
+    dished = FREE._replace(dished_per_m=1.2)
+    assert rate_of(dished, x=0.02, y=-0.01) == pytest.approx((-0.02 * 9.81 * 1.2, 0.01 * 9.81 * 1.2, 0.0))
+    start = np.array([0.02, 0.0, 0.0, 0.05, 0.0, 0.0])
+    motion = run_plant(dished, STILL, start, 0.8, np.random.default_rng(0))
+    time, omega = motion.nodes[:, 0] + 2e-3, np.sqrt(9.81 * 1.2)
+    assert len(motion.impacts) == 0
+    assert motion.nodes[:, 1] == pytest.approx(0.02 * np.cos(omega * time), abs=1e-8)
+    assert motion.nodes[:, 2] == pytest.approx(0.05 / omega * np.sin(omega * time), abs=1e-8)
+    position = host_pose(0.1, HOST)[0][0]
+    assert rate_of(dished, 0.1, HOST, x=position)[0] == pytest.approx(0.0, abs=1e-9)  # about the Host's middle

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from analysis.blind.causes.named import draft_series, physics_of_run
 from analysis.blind.plant.host import host_pose
-from tests.gap.blind_rig import BARE, DRIVE, HOST, PLACE, TIMES, head_on, struck
+from analysis.blind.plant.wall.contact import impact
+from tests.gap.blind_rig import BARE, DRIVE, HOST, PLACE, STILL, TIMES, head_on, state_of, struck
 
 PINNED = {"impact_s": 0.08, "count": 3}  # the impact before: 20 ms ago where the time is 0.1 s
 R = 0.01
@@ -80,3 +82,27 @@ def test_a_shifted_band_and_lead_shot():
     for time in TIMES[::9]:
         lost = 0.12 * abs(host_pose(time, HOST)[2][0]) / 78.5
         assert head_on(shot, 1.0, time=time, host=HOST)[0] == pytest.approx(-0.7 + lost)
+
+
+def test_an_armature_a_warm_ring_and_oblique_blows():
+    soft = BARE._replace(armature=0.2)
+    assert head_on(soft)[0] == pytest.approx(-0.7 * 0.8)
+    for azimuth in (0.5, np.pi / 2, np.pi, 4.0):
+        x, y = np.cos(azimuth), np.sin(azimuth)
+        state = state_of(x=0.04 * x, y=0.04 * y, vx=x, vy=y)
+        after = impact(0.1, state, soft, STILL, np.zeros(2), 1.0)[0]
+        assert -(after[2] * x + after[3] * y) == pytest.approx(0.7 * (1.0 - 0.2 * x**2))
+    assert head_on(BARE._replace(warmed=0.1), 0.8)[0] == pytest.approx(-0.7 * 0.9 * 0.8)
+    for oblique in (0.25, -0.25):
+        p = BARE._replace(oblique=oblique)
+        assert head_on(p)[0] == pytest.approx(-0.7)
+        for spin, share in ((100.0, 0.5), (-300.0, 0.9)):  # slips of 1 and 3 m/s
+            assert head_on(p, 1.0, spin)[0] == pytest.approx(-0.7 * (1.0 - oblique * share))
+    assert head_on(BARE._replace(oblique=-0.9), 1.0, 300.0)[0] == pytest.approx(-0.98)  # no wall gives back more
+
+
+def test_the_ring_warms_evenly_from_run_to_run():
+    draft = draft_series("unknown_warming_ring", 1.0, np.random.default_rng(1), 7)
+    warmed = np.array([physics_of_run(draft, run, DRIVE, 1.2).warmed for run in range(7)])
+    most = draft.parameters["unknown_warming_ring"]["warmed"]
+    assert 0.085 <= most <= 0.115 and warmed == pytest.approx(most * np.arange(-3, 4) / 3.0)

@@ -195,3 +195,27 @@ def test_a_band_that_widens_in_a_blow_pushes_the_disk_off_the_wall():
     swollen = BARE._replace(swollen_m=3e-4, wall_friction=1.0)
     after = struck(swollen, vy=2.0)
     assert abs(after[5]) > 60.0 and wall_gap(0.1, after, swollen, STILL)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_chucked_ring_and_a_bead_stop_the_disk_where_their_formulas_say():
+    for way, more in ((0.0, 3e-4), (np.pi / 3, -3e-4), (2.0 * np.pi / 3, 3e-4)):
+        chucked = BARE._replace(chucked_m=3e-4, chucked_rad=way)
+        assert first_contacts(chucked)[0][0] == pytest.approx(R + more, abs=2e-7)
+    for off, near in ((0.0, 1.0), (0.25, np.exp(-0.5)), (-0.5, np.exp(-2.0)), (np.pi, 0.0)):
+        bead = BARE._replace(seam_bead_m=6e-4, seam_bead_rad=off)
+        assert first_contacts(bead)[0][0] == pytest.approx(R - 6e-4 * near, abs=2e-7)
+
+
+@pytest.mark.parametrize("wall", [{"chucked_m": 3e-4, "chucked_rad": 0.4}, {"seam_bead_m": 7e-4, "seam_bead_rad": 0.2}])
+def test_normals_stand_on_the_walls(wall):
+    """Along the wall the way to it does not change; along the normal it does one for one."""
+    p, h = BARE._replace(**wall), 1e-6
+    for azimuth in np.linspace(-3.0, 3.0, 13):
+        at = 0.0397 * np.array([np.cos(azimuth), np.sin(azimuth)])
+        _, nx, ny = wall_gap(0.1, state_of(x=at[0], y=at[1]), p, STILL)
+
+        def gap(dx, dy, at=at):
+            return wall_gap(0.1, state_of(x=at[0] + dx, y=at[1] + dy), p, STILL)[0]
+
+        assert (gap(h * nx, h * ny) - gap(-h * nx, -h * ny)) / (2.0 * h) == pytest.approx(-1.0, abs=5e-3)
+        assert (gap(-h * ny, h * nx) - gap(h * ny, -h * nx)) / (2.0 * h) == pytest.approx(0.0, abs=5e-3)

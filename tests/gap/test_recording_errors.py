@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from analysis.blind.causes.named import draft_series
 from analysis.blind.plant.host import host_pose
-from analysis.blind.recording.clock import free_running_s, grounded_s, pulsed_s, shocked_s
+from analysis.blind.recording.clock import dropped_s, free_running_s, grounded_s, pulsed_s, shocked_s
 from analysis.blind.recording.errors import ViewErrors
-from analysis.blind.recording.light import glared, glinted, shaded, through_lid, trailed
+from analysis.blind.recording.light import glared, glinted, shaded, shadowed, through_lid, trailed
 from analysis.blind.recording.markers import bent_m, carded, draw_marks, flung, world_points
-from analysis.blind.recording.picture import blocked, shake_px, twist_rad, twisted
-from analysis.blind.recording.views import MARKERS, draw_views
-from tests.gap.blind_rig import DRIVE, HOST, TIMES
+from analysis.blind.recording.picture import blocked, shake_px, tripod_px, twist_rad, twisted
+from analysis.blind.recording.views import DISK, MARKERS, draw_views
+from tests.gap.blind_rig import DRIVE, HOST, MEANT, STILL, TIMES, film, pictured, rms
 
 
 def test_a_clock_of_its_own_gains_evenly():
@@ -40,6 +41,37 @@ def test_a_shocked_trigger_recovers():
     expected = 1e-4 * np.array([0.0, 2.0, 2.0 * np.exp(-1.0), 1.0, np.exp(-1.0)])
     assert shocked_s(time, np.array([0.1, 0.2]), kicks, errors) == pytest.approx(expected)
     assert np.all(shocked_s(time, np.zeros(0), np.zeros((0, 2)), errors) == 0.0)
+
+
+def test_a_dropped_frame_makes_the_rest_one_later():
+    errors = ViewErrors(dropped_from=(1.0, 0.4))
+    assert np.all(dropped_s(10, 0, 800.0, errors) == 0.0)
+    assert dropped_s(10, 1, 800.0, errors) == pytest.approx(np.array([0.0] * 4 + [1.0 / 800.0] * 6))
+    assert np.all(dropped_s(10, 0, 800.0, ViewErrors()) == 0.0)
+    for size, least, most in ((0.3, 1, 2), (1.0, 4, 6), (1.2, 5, 7)):
+        draft = draft_series("unknown_dropped_frame", size, np.random.default_rng(1), 12)
+        shares = np.array(draft.view["dropped_from"])
+        lost = shares < 1.0
+        assert np.sum(lost) == draft.parameters["unknown_dropped_frame"]["runs_dropped"] and len(shares) == 12
+        assert least <= np.sum(lost) <= most and np.all((shares[lost] > 0.3) & (shares[lost] < 0.7))
+
+
+def test_a_dropped_frame_is_seen_from_where_it_was_lost():
+    """The second camera shows the frame after, and the film is as long."""
+    name = "unknown_dropped_frame"
+    moved = pictured(name, 1.0, lambda camera, marker, view: camera == "VW2")
+    assert moved > 5.0 * MEANT["measurement"][1]  # one frame's way is what it is
+    (seen, view), (plain, _) = film(name, 1.0), film("none", 1.0)
+    frames = plain.index.get_level_values("frame").max() + 1
+    off = np.hypot(*(seen - plain).dropna().loc["VW2"].to_numpy().T)
+    frame = (seen - plain).dropna().loc["VW2"].index.get_level_values("frame")
+    from_here = frame >= view["dropped_from"][0] * frames
+    assert off[~from_here].max() < 1e-9 and rms(off[from_here]) > 1.0
+    shown, follows = (q.loc["VW2"].xs("H1", level="marker")["u_px"] for q in (seen, plain))
+    late = shown.index[shown.index >= view["dropped_from"][0] * frames]
+    both = late.intersection(follows.index - 1)
+    noise = (shown.loc[both].to_numpy() - follows.loc[both + 1].to_numpy()).std()
+    assert noise < 0.6 and len(both) > 100
 
 
 def test_a_tab_bends_back_and_leaves_the_other_markers():
@@ -114,6 +146,20 @@ def test_a_low_lamp_shades_the_disk_near_the_wall():
         assert off[frame, 7:] == pytest.approx(np.tile(1.4 * deep * across, (5, 1)), abs=5e-3)
 
 
+def test_a_shadow_moves_markers_near_the_wall_inwards():
+    host = np.array([[0.01, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    points = np.zeros((2, 12, 3))
+    points[0, DISK, 0] = 0.01 + np.array([0.0, 0.03, 0.04, 0.045, 0.05])
+    points[1, DISK, 1] = -np.array([0.0, 0.03, 0.04, 0.045, 0.05])
+    off = shadowed(points, host, ViewErrors(shadow_m=4e-4)) - points
+    inwards = 4e-4 * np.array([0.0, 0.0, 0.0, 0.5, 1.0])
+    assert off[0, DISK, 0] == pytest.approx(-inwards, abs=1e-12) and off[1, DISK, 1] == pytest.approx(
+        inwards, abs=1e-12
+    )
+    assert np.all(off[:, :7] == 0.0) and np.all(off[..., 2] == 0.0)
+    assert np.all(off[0, :, 1] == 0.0) and np.all(off[1, :, 0] == 0.0)
+
+
 def test_tails_glints_and_a_twisted_camera():
     view = draw_views(np.random.default_rng(1))[0]
     pixels = np.zeros((5, len(MARKERS), 2)) + view.centre_px
@@ -145,6 +191,20 @@ def test_a_camera_swings_after_each_impact_and_dies_out():
 
     expected = [0.0, 0.8 * one(0.01), 0.8 * one(0.02) - 0.4 * one(0.005), 0.8 * one(0.2) - 0.4 * one(0.185)]
     assert off == pytest.approx(expected, abs=1e-12) and abs(off[-1]) < 0.01
+
+
+def test_a_tripod_swings_with_the_drive():
+    errors = ViewErrors(tripod_px=0.8, tripod_rad=0.6, tripod_s=0.004)
+    swing = -0.0164 * DRIVE**2 / 78.5 * 0.8 * np.sin(DRIVE * (TIMES - 0.004) + 2.0)
+    expected = swing[:, None] * [np.cos(0.6), np.sin(0.6)]
+    assert tripod_px(TIMES, HOST, errors) == pytest.approx(expected, abs=1e-9)
+    assert np.abs(swing).max() == pytest.approx(0.8, rel=0.01)
+    assert np.all(tripod_px(TIMES, STILL, errors) == 0.0)
+
+
+def test_a_tripod_moves_all_markers_of_its_camera_alike():
+    off = (film("unknown_shaking_tripod", 1.0)[0] - film("none", 1.0)[0]).dropna().loc["VW1"]
+    assert off.groupby("frame").std().max().max() < 1e-9 and off["u_px"].std() > 0.05
 
 
 def test_a_coded_film_draws_markers_to_the_middles_of_its_blocks():

@@ -57,6 +57,20 @@ def _smeared_drop(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _scratched_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Scratched along the drive, more or less: it rubs most across that."""
+    out = {"scratched": 0.3 * size * spread(rng), "scratched_rad": 0.5 * np.pi + float(rng.uniform(-0.4, 0.4))}
+    draft.plant.update(out)
+    return out
+
+
+def _lifted_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """It settles within a flight or two."""
+    out = {"lifted": 0.6 * size * spread(rng), "lifted_s": float(rng.uniform(0.03, 0.05))}
+    draft.plant.update(out)
+    return out
+
+
 FLOOR_FRICTION = [
     # --- how much of the disk stands on the floor, with which load ---
     Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
@@ -70,6 +84,13 @@ FLOOR_FRICTION = [
     Cause("unknown_tossed_disk", "flight", changes({"toss": 0.06}), short_blows=True),
     # A washer is punched, and has a burr around its rim.
     Cause("unknown_punched_burr", "flight", changes({"burr": 0.8})),
+    # A punched washer that rests on a ring.
+    Cause(
+        "unknown_ring_contact",
+        "flight",
+        changes({"ring_foot": 0.3}),
+        follows="the spin, where it slides slowly",
+    ),
     # --- by the place on the floor ---
     Cause("unknown_patchy_friction", "flight", _patch),
     Cause("unknown_grooved_floor", "flight", changes({"groove": 0.5}, ("groove_rad", "groove_phase_rad"))),
@@ -84,6 +105,13 @@ FLOOR_FRICTION = [
         _wandering_bead,
         follows="the place in the Host against one that goes round with the time in the run",
     ),
+    # A floor plate that is worn in its middle, where most sliding is done: polished, or roughened.
+    Cause(
+        "unknown_worn_middle",
+        "flight",
+        changes({"worn": 0.4}, signed=True),
+        follows="the distance from the Host's centre",
+    ),
     # --- by the speed, and late ---
     Cause("unknown_weakening_friction", "flight", changes({"weakening": 0.5})),
     Cause("unknown_lubricated_spin", "flight", changes({"film": 0.4})),
@@ -92,6 +120,8 @@ FLOOR_FRICTION = [
     Cause("unknown_lagging_friction", "flight", changes({"lag_s": 0.004})),
     # At one sliding speed the washer chatters and floats.
     Cause("unknown_chattering_slide", "flight", _chattering_slide),
+    # Friction of plastic: it holds what creeps and lets run what runs.
+    Cause("unknown_stribeck_floor", "flight", changes({"stribeck": 0.8}), follows="the slip's speed"),
     # --- by the direction of sliding ---
     Cause("unknown_anisotropic_friction", "flight", changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",))),
     # A floor turned on a lathe, with a spiral of fine grooves.
@@ -125,6 +155,13 @@ FLOOR_FRICTION = [
         changes({"bristled": 0.5}, signed=True),
         follows="the Host's acceleration along the slip",
     ),
+    # Scratches along the drive.
+    Cause(
+        "unknown_scratched_floor",
+        "flight",
+        _scratched_floor,
+        follows="the slip's direction in the Host, twice around",
+    ),
     # --- by what went before ---
     Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
     # Each blow shakes off one grain of grit and picks up another.
@@ -135,6 +172,14 @@ FLOOR_FRICTION = [
         "flight",
         _smeared_drop,
         follows="the way slid since the disk was last at one place of the Host's floor",
+    ),
+    # A blow beside the height of the mass centre lifts the disk.
+    Cause(
+        "unknown_lifted_disk",
+        "flight",
+        _lifted_disk,
+        follows="the time since the last blow",
+        rivals=("nes_rocking", "unknown_hop"),
     ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.

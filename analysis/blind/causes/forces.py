@@ -69,6 +69,13 @@ FORCES = [
     Cause("unknown_sagging_table", "flight", changes({"sag_m_per_s2": 0.2}, ("sag_rad",))),
     Cause("unknown_bowl_rim", "flight", changes({"bowl_m_per_s2": 1.5}, signed=True)),
     Cause("unknown_slam", "flight", _slam),
+    # A floor plate that sags between its screws.
+    Cause(
+        "unknown_dished_floor",
+        "flight",
+        changes({"dished_per_m": 1.2}),
+        follows="the place from the Host's centre",
+    ),
     # The shaker rocks the table that the disk slides on.
     Cause("unknown_rocking_table", "flight", changes({"rocking": 0.005}, signed=True)),
     # A carriage with play in its guide leans one way there and the other way back.

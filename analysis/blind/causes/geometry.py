@@ -77,6 +77,23 @@ GEOMETRY = [
         follows="the azimuth in the Host",
         round_only=True,
     ),
+    # A ring turned in a chuck of three jaws.
+    Cause(
+        "unknown_chucked_ring",
+        "geometry",
+        changes({"chucked_m": 2.6e-4}, ("chucked_rad",)),
+        follows="the azimuth of the blow, three times around",
+        rivals=("wall_lobes",),
+        round_only=True,
+    ),
+    # A ring bent of a strip, whose ends are glued.
+    Cause(
+        "unknown_wall_bead",
+        "geometry",
+        changes({"seam_bead_m": 5.5e-4}, ("seam_bead_rad",)),
+        follows="the azimuth of the blow, at one place",
+        round_only=True,
+    ),
     # A felt liner that is packed down from run to run.
     Cause("unknown_packing_felt", "geometry", _packing_felt, follows="the number of the run", round_only=True),
     # --- the disk's shape ---

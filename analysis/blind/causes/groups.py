@@ -238,4 +238,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_coded_blocks",
         "unknown_rubbery_card",
     ),
+    # what an experimenter at such a bench would name first, listed before the plant was read
+    "plausible": (
+        "unknown_stribeck_floor",
+        "unknown_worn_middle",
+        "unknown_scratched_floor",
+        "unknown_dished_floor",
+        "unknown_lifted_disk",
+        "unknown_ring_contact",
+        "unknown_soft_armature",
+        "unknown_ragged_wall",
+        "unknown_slip_weakened_wall",
+        "unknown_warming_ring",
+        "unknown_oblique_restitution",
+        "unknown_chucked_ring",
+        "unknown_wall_bead",
+        "unknown_shaking_tripod",
+        "unknown_dropped_frame",
+        "unknown_marker_shadow",
+    ),
 }

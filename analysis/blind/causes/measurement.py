@@ -31,6 +31,14 @@ def _sync_pulses(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"sync_s": draft.view["sync_s"], "every_s": draft.view["sync_every_s"]}
 
 
+def _dropped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In four runs of ten at size 1, at a place of its own in each; in one at least."""
+    count = min(max(round(0.4 * size * spread(rng) * runs), 1), runs) if size > 0.0 else 0
+    lost = rng.permutation(runs) < count
+    draft.view.update(dropped_from=tuple(np.where(lost, rng.uniform(0.3, 0.7, runs), 1.0).tolist()))
+    return {"runs_dropped": float(count)}
+
+
 def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view.update(slipped_m=vector(0.5e-3 * size * spread(rng), rng))
     return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
@@ -102,6 +110,16 @@ def _shaken_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"shaken_px": draft.view["shaken_px"], "frequency_hz": draft.view["shaken_hz"]}
 
 
+def _shaking_tripod(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In any direction of the picture, late by a quarter of the drive's period at most."""
+    draft.view.update(
+        tripod_px=1.0 * size * spread(rng),
+        tripod_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        tripod_s=float(rng.uniform(0.0, 0.02)),
+    )
+    return {"tripod_px": draft.view["tripod_px"], "late_s": draft.view["tripod_s"]}
+
+
 def _twisted_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """The first camera, on the shaker's own frame."""
     draft.view["twisted_rad"] = 4.5e-3 * size * spread(rng) * sign(rng)
@@ -139,6 +157,13 @@ MEASUREMENT = [
         seen("shocked_s", 3e-5),
         follows="the time since the last blows, how hard they were, and the velocity in the picture",
     ),
+    # A recorder that loses frames.
+    Cause(
+        "unknown_dropped_frame",
+        "measurement",
+        _dropped_frame,
+        follows="the velocity in the picture, in some runs and from some frame on",
+    ),
     # --- the markers ---
     Cause("unknown_slipped_marker", "measurement", _slipped_marker),
     # One of the Host's markers sits on a tab that bends as the Host is accelerated.
@@ -174,6 +199,14 @@ MEASUREMENT = [
         _shaded_wall,
         follows="the place of the disk's markers in the Host, along one direction",
     ),
+    # A lamp that the wall stands in the way of.
+    Cause(
+        "unknown_marker_shadow",
+        "measurement",
+        seen("shadow_m", 8e-4),
+        follows="the way of each of the disk's markers to the wall",
+        round_only=True,
+    ),
     # --- cameras that move ---
     Cause("unknown_camera_wobble", "measurement", _wobble),
     Cause("unknown_camera_creep", "measurement", seen("creep_px", 1.5)),
@@ -181,6 +214,13 @@ MEASUREMENT = [
     Cause("unknown_swinging_zoom", "measurement", _swinging_zoom),
     # A tripod that stands on the rig's own bench.
     Cause("unknown_shaken_camera", "measurement", _shaken_camera),
+    # A tripod on the shaker's own floor.
+    Cause(
+        "unknown_shaking_tripod",
+        "measurement",
+        _shaking_tripod,
+        follows="the Host's acceleration along the drive's axis, some time before",
+    ),
     # A camera on the shaker's own frame, which the drive's reaction twists.
     Cause(
         "unknown_twisted_camera",

@@ -26,6 +26,13 @@ def _ringing_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _warming_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much harder than on the mean at first as softer at last."""
+    most = 0.1 * size * spread(rng)
+    draft.run_numbers.update(warmed=most * np.linspace(-1.0, 1.0, runs))
+    return {"warmed": most}
+
+
 RESTITUTION = [
     # --- by the place on the wall ---
     Cause("unknown_soft_spot", "impact", changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
@@ -64,7 +71,14 @@ RESTITUTION = [
     Cause(
         "unknown_shingled_liner", "impact", changes({"shingled": 0.11}, signed=True), follows="the slip with its sense"
     ),
-    # --- by the blows before, and the time in the run ---
+    # A wall that is sheared by oblique blows.
+    Cause(
+        "unknown_oblique_restitution",
+        "impact",
+        changes({"oblique": 0.5}, signed=True),
+        follows="the angle of incidence",
+    ),
+    # --- by the blows before, the time in the run and the run ---
     Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
     Cause("unknown_restless_restitution", "impact", changes({"rest_amplitude": 0.2})),
     Cause("unknown_damaged_wall", "impact", changes({"damage": 0.12})),
@@ -83,6 +97,14 @@ RESTITUTION = [
         changes({"rattling": 0.12}),
         follows="the angle between this blow's normal and the last one's",
     ),
+    # A shaker that warms the ring from run to run.
+    Cause(
+        "unknown_warming_ring",
+        "impact",
+        _warming_ring,
+        follows="the number of the run",
+        rivals=("restitution_drift",),
+    ),
     # --- by the Host's motion ---
     Cause(
         "unknown_drive_phase_restitution",
@@ -95,4 +117,11 @@ RESTITUTION = [
     Cause("unknown_seated_ring", "impact", changes({"seated": 0.13}, signed=True)),
     # A hollow ring filled with lead shot.
     Cause("unknown_shot_filled_ring", "impact", changes({"shot": 0.12}), follows="the size of the Host's acceleration"),
+    # A shaker whose armature gives way along its axis.
+    Cause(
+        "unknown_soft_armature",
+        "impact",
+        changes({"armature": 0.2}),
+        follows="the blow's direction against the drive's axis, twice around",
+    ),
 ]

@@ -86,6 +86,13 @@ WALL_FRICTION = [
         changes({"scaly": 0.8}, ("scaly_rad",)),
         follows="the direction of the slip in the Host",
     ),
+    # A wall whose friction falls with the slip's speed.
+    Cause(
+        "unknown_slip_weakened_wall",
+        "impact",
+        changes({"rubbed_s_per_m": 1.25}),
+        follows="the size of the slip",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -96,6 +103,13 @@ WALL_FRICTION = [
     Cause("unknown_yielding_skin", "impact", changes({"skin": 1.5})),
     # --- the direction of the blow, and what gives or goes round in it ---
     Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),
+    # A wall that was sanded by hand, each of whose places looks somewhere else.
+    Cause(
+        "unknown_ragged_wall",
+        "impact",
+        changes({"ragged_rad": 0.033}),
+        follows="nothing: each blow's normal is its own",
+    ),
     # Teeth all leaning one way, as a turning tool leaves them: they strike beside the wall's normal.
     Cause("unknown_sawtooth_wall", "impact", changes({"saw_rad": 0.045}, signed=True)),
     # A thin sleeve in the ring is carried along by a blow, and still turns at the next.

@@ -14,6 +14,7 @@ from analysis.blind.plant.state import (
     CORE,
     COUNT,
     IMPACT_S,
+    NORMAL,
     PRINT_X,
     PRINT_Y,
     SPIN,
@@ -39,13 +40,15 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 7): those that the Host
-    followed (`host_pose`), `swings` (s, 2, 7) its swings along x and y, each from its own time on."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y), `normals` (k,): direction of the
+    wall's outward normal in it (rad); `lines` (m, 7): those that the Host followed (`host_pose`), `swings` (s, 2, 7)
+    its swings along x and y, each from its own time on."""
 
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
     kicks: np.ndarray
+    normals: np.ndarray
     lines: np.ndarray
     swings: np.ndarray
 
@@ -103,9 +106,9 @@ def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantP
 @compiled
 def _run(
     duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
-    impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
+    impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
     n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
     gives, host = p.recoil_kg > 0.0, _with_swings(lines, p)
     swings = np.zeros((nodes.shape[0] if gives else 0, 2, 7))
@@ -145,6 +148,7 @@ def _run(
         new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
         kicks[n_impact, 0], kicks[n_impact, 1] = new[VX] - state[VX], new[VY] - state[VY]
+        normals[n_impact] = new[NORMAL]
         if gives:
             _push(host[n_line:], time, kicks[n_impact, 0], kicks[n_impact, 1], p)
             swings[n_swing] = host[n_line:]
@@ -164,6 +168,7 @@ def _run(
         impacts[:n_impact].copy(),
         held[:n_held].copy(),
         kicks[:n_impact].copy(),
+        normals[:n_impact].copy(),
         lines,
         swings[:n_swing].copy(),
     )

@@ -29,6 +29,7 @@ class PlantParameters(NamedTuple):
     burr: float = 0.0  # share of the weight that stands on the disk's rim
     grain: float = 0.0  # share of the weight that stands on one grain under the disk
     grain_rad: float = 0.0
+    ring_foot: float = 0.0  # the floor's torque is more by this share
     # floor friction: how much
     floor_friction: float = 0.25
     spin_share: float = 1.0  # 0 plain Coulomb, 1 Farkas
@@ -54,9 +55,12 @@ class PlantParameters(NamedTuple):
     bead: float = 0.0  # share of the floor friction lost over a bead of oil, which goes round
     bead_rad: float = 0.0
     bead_rad_per_s: float = 0.0
+    worn: float = 0.0  # floor friction more by this share at the Host's centre
     # ... by the speed
     weakening: float = 0.0  # floor friction more by this share at rest, gone beyond weakening_m_per_s
     weakening_m_per_s: float = 0.4
+    stribeck: float = 0.0  # floor friction more by this share at rest, gone beyond stribeck_m_per_s
+    stribeck_m_per_s: float = 0.75
     film: float = 0.0  # share of the floor friction that a spinning disk loses
     film_rad_per_s: float = 60.0
     lift: float = 0.0  # floor friction less by this share at lift_m_per_s and more, with the square of the speed
@@ -77,10 +81,14 @@ class PlantParameters(NamedTuple):
     bevel_rad: float = 0.0
     brushed: float = 0.0  # floor friction more and less twice in a turn of the disk
     brushed_rad: float = 0.0
+    scratched: float = 0.0  # floor friction more by this share for slips along one direction, less across it ...
+    scratched_rad: float = 0.0  # ... this one
     bristled: float = 0.0  # floor friction more in slips along the Host's acceleration, less against it, at 8 g
     # ... by what went before
     settling: float = 0.0  # floor friction less by this share after an impact, back within settling_s
     settling_s: float = 0.02
+    lifted: float = 0.0  # share of the floor friction lost just after a blow, back within lifted_s
+    lifted_s: float = 0.04
     warming: float = 0.0  # share of the floor friction lost along the way slid, most of it within warming_m
     warming_m: float = 0.5
     grit: float = 0.0  # standard deviation of the floor's friction from flight to flight, relative
@@ -97,6 +105,7 @@ class PlantParameters(NamedTuple):
     tilt_x_m_per_s2: float = 0.0
     tilt_y_m_per_s2: float = 0.0
     central_per_s2: float = 0.0
+    dished_per_m: float = 0.0  # curvature of the Host's floor, lowest at its centre
     saddle_per_s2: float = 0.0  # the floor rises along one line and falls across it
     saddle_rad: float = 0.0
     bowl_m_per_s2: float = 0.0  # the floor rises towards the wall: this steep at it, with the sixth power of the radius
@@ -197,6 +206,10 @@ class PlantParameters(NamedTuple):
     joint_rad: float = 0.0
     split_m: float = 0.0  # the wall's two halves are this far from each other along their joint
     split_rad: float = 0.0
+    chucked_m: float = 0.0  # the wall's radius is more by this at three places, less between them
+    chucked_rad: float = 0.0
+    seam_bead_m: float = 0.0  # the wall stands in by this at one place
+    seam_bead_rad: float = 0.0
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
@@ -237,6 +250,7 @@ class PlantParameters(NamedTuple):
     restitution_floor: float = 0.0  # eps -> floor + (eps - floor) exp(-v / speed); 0 speed: constant
     restitution_speed_m_per_s: float = 0.0
     ageing_per_s: float = 0.0  # relative loss of restitution over a run
+    warmed: float = 0.0  # of each run: share of the restitution lost
     # ... by the place on the wall
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
@@ -258,6 +272,7 @@ class PlantParameters(NamedTuple):
     spin_restitution_s: float = 0.0  # restitution lost per rad/s of spin
     slip_restitution_s_per_m: float = 0.0  # restitution lost per slip
     glancing: float = 0.0  # restitution lost with the square of the sine of the angle of incidence
+    oblique: float = 0.0  # share of the restitution lost in blows that only slip
     shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact
     loose_chip: float = 0.0  # restitution lost in one impact of six
@@ -278,11 +293,13 @@ class PlantParameters(NamedTuple):
     yielding_s_per_m: float = 0.0  # restitution lost per speed of the wall towards the disk
     seated: float = 0.0  # restitution more by this much where the Host is accelerated away from the disk, at 8 g
     shot: float = 0.0  # restitution lost at 8 g of the Host, whichever way
+    armature: float = 0.0  # share of the restitution lost in blows along x, none across it
     # a contact that lasts
     contact_time_s: float = 0.0
     contact_shear_share: float = 0.82
     # the direction of a blow, and what gives in it
     rough_rad: float = 0.0  # the wall's normals scatter by this much from impact to impact
+    ragged_rad: float = 0.0  # standard deviation of the wall's normals from blow to blow
     saw_rad: float = 0.0  # blows of the wall are turned by this much from its normal
     cornered_m: float = 0.0  # a blow passes the disk's middle by at most this ...
     corners: float = 6.0  # ... to either side, so many times around its rim
@@ -303,6 +320,7 @@ class PlantParameters(NamedTuple):
     handed: float = 0.0  # wall friction larger in one sense of slip
     greased: float = 0.0  # share of the wall friction lost at slips well above greased_m_per_s
     greased_m_per_s: float = 0.4
+    rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
     squeezed: float = 0.0  # wall friction more by this share in hard blows
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other

@@ -31,11 +31,20 @@ def frame_times(frames: int, rate_hz: float, errors: ViewErrors, rng: np.random.
     return time_s
 
 
-def of_the_second_camera(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Floats:
-    """Times (n,) of its frames where those of the first camera are `time_s`; `lines` of the Host's path, `kicks` (k, 2)
-    of the disk at `impact_s`."""
+def of_the_second_camera(
+    time_s: Floats,
+    lines: Floats,
+    impact_s: Floats,
+    kicks: Floats,
+    run: int,
+    rate_hz: float,
+    errors: ViewErrors,
+) -> Floats:
+    """Times (n,) of its frames in `run` where those of the first camera are `time_s`, one after the other at `rate_hz`;
+    `lines` of the Host's path, `kicks` (k, 2) of the disk at `impact_s`."""
     late_s = grounded_s(time_s, lines, errors) + free_running_s(time_s, errors) + pulsed_s(time_s, errors)
     late_s += shocked_s(time_s, impact_s, kicks, errors)
+    late_s += dropped_s(len(time_s), run, rate_hz, errors)
     return time_s + errors.clock_s + late_s
 
 
@@ -77,3 +86,11 @@ def shocked_s(time_s: Floats, impact_s: Floats, kicks: Floats, errors: ViewError
         since = np.maximum(time_s - instant, 0.0)
         late = np.where(time_s >= instant, kick * np.exp(-since / SHOCK_S), late)
     return errors.shocked_s / SHOCK_M_PER_S * late
+
+
+def dropped_s(frames: int, run: int, rate_hz: float, errors: ViewErrors) -> Floats:
+    """How much later than its number says each of its frames (`frames`,) was taken in `run`: one frame later from where
+    one was lost, `dropped_from` [run] of the run; there is none where that is 1."""
+    if not errors.dropped_from:
+        return np.zeros(frames)
+    return np.where(np.arange(frames) >= errors.dropped_from[run] * frames, 1.0 / rate_hz, 0.0)

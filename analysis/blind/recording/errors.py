@@ -20,6 +20,7 @@ class ViewErrors:
     sync_s: float = 0.0  # the second camera gains this between two pulses that set it right ...
     sync_every_s: float = 0.3  # ... which are this far apart ...
     sync_late_s: float = 0.0  # ... and of which one comes here
+    dropped_from: tuple[float, ...] = ()  # of each run: from this share on the second camera's frames are one early
     shocked_s: float = 0.0  # the second camera is late by this after a blow that changes the disk's velocity by 1 m/s
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     # the board: lengths and the sliding plane
@@ -50,11 +51,15 @@ class ViewErrors:
     glint_camera: int = 0  # ... of this camera's picture
     shade_px: float = 0.0  # the disk's markers move away from a lamp by this much in the ring's full shade ...
     shade_rad: float = 0.0  # ... a lamp that stands there
+    shadow_m: float = 0.0  # the disk's markers are found this much too far inwards at the wall
     # cameras that move
     wobble_px: float = 0.0  # the first camera sways along u
     wobble_hz: float = 0.0
     shaken_px: float = 0.0  # the first camera swings along u after each impact, for 1 m/s of the disk's change ...
     shaken_hz: float = 30.0  # ... so many times a second
+    tripod_px: float = 0.0  # the first camera's picture moves by this much at 8 g of the Host along x ...
+    tripod_rad: float = 0.0  # ... in this direction of it ...
+    tripod_s: float = 0.0  # ... this much later
     twisted_rad: float = 0.0  # the first camera is turned about its axis by this much at 8 g of the Host along x
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second

@@ -1,13 +1,16 @@
-"""What light does to the markers' centres in a picture: a reflection, a pane, tails, glints, shade."""
+"""What light does to the markers' centres in a picture: a reflection, a pane, tails, glints, shade and shadow."""
 
 import numpy as np
 
+from analysis.blind.plant.compiled import Floats
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.views import DISK, HOST, View
 
 GLARE_M = 0.008  # from a lamp's reflection to where it displaces markers most
 SHADE_FROM_M = 0.012  # towards the lamp from the Host's middle, where the wall's shade begins
 SHADE_M = 0.02  # from there to where it is full
+RING_M = 0.05  # radius of the ring, whose wall throws a shadow
+SHADOW_M = 0.01  # from the wall, within which it reaches
 
 
 def lit(
@@ -85,4 +88,20 @@ def shaded(pixels: np.ndarray, points_m: np.ndarray, view: View, errors: ViewErr
     middle, beside = view.pixels(np.array([[0.0, 0.0, 0.01], [*(-0.01 * lamp), 0.01]]))
     out = pixels.copy()
     out[:, DISK] += errors.shade_px * deep[..., None] * (beside - middle) / np.hypot(*(beside - middle))
+    return out
+
+
+def shadowed(points_m: Floats, host: Floats, errors: ViewErrors) -> Floats:
+    """Points (n, 12, 3) where the disk's markers are found: near the wall a part of each lies in its shadow, and its
+    middle is found too far inwards.
+
+    Towards the Host's centre (x, y of `host` (n, 4)) by `shadow_m` (1 - gap / `SHADOW_M`), gap its way to the wall.
+    """
+    if errors.shadow_m == 0.0:
+        return points_m
+    out = points_m.copy()
+    away = points_m[:, DISK, :2] - host[:, None, :2]
+    radius = np.maximum(np.hypot(away[..., 0], away[..., 1]), 1e-9)
+    hidden = np.clip(1.0 - (RING_M - radius) / SHADOW_M, 0.0, 1.0)
+    out[:, DISK, :2] -= errors.shadow_m * (hidden / radius)[..., None] * away
     return out

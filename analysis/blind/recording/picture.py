@@ -15,16 +15,19 @@ BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 
 @dataclass(frozen=True)
 class Shaking:
-    """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis (None: not at all)."""
+    """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
+    along u and v (None: not at all)."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
+    tripod_px: np.ndarray | None = None
 
 
 def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Shaking:
     """At `time_s` (n,), by the Host's `lines` and the disk's `kicks` (k, 2) at `impact_s`."""
     turned = twist_rad(time_s, lines, errors) if errors.twisted_rad else None
-    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned)
+    swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
+    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed)
 
 
 def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors: ViewErrors) -> np.ndarray:
@@ -37,6 +40,18 @@ def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors
         late = np.maximum(time_s - instant, 0.0)
         off += kick * np.exp(-late / SHAKE_DECAY_S) * np.sin(2.0 * np.pi * errors.shaken_hz * late)
     return errors.shaken_px * off
+
+
+def tripod_px(time_s: Floats, lines: Floats, errors: ViewErrors) -> Floats:
+    """How far the first camera's picture is moved (n, 2) at `time_s` (n,): the shaker shakes the room's floor, and with
+    it a tripod.
+
+    By `tripod_px` along `tripod_rad` in the picture, times the Host's acceleration along the shaker's axis (of its
+    `lines` (m, 7)), `tripod_s` before, over `HOST_M_PER_S2`: under a sine an oscillation of the drive's frequency.
+    """
+    pull = np.array([host_pose(t - errors.tripod_s, lines)[2][0] for t in time_s]) / HOST_M_PER_S2
+    along = np.array([np.cos(errors.tripod_rad), np.sin(errors.tripod_rad)])
+    return errors.tripod_px * pull[:, None] * along
 
 
 def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
@@ -65,6 +80,8 @@ def by_the_first_camera(
     (frames,)."""
     if shaking.twist_rad is not None:
         pixels = twisted(pixels, shaking.twist_rad, view)
+    if shaking.tripod_px is not None:
+        pixels = pixels + shaking.tripod_px[:, None]
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
     swing = errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)

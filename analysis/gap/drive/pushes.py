@@ -27,8 +27,8 @@ class Pushes:
 @dataclass(frozen=True, eq=False)
 class RunPushes:
     """Of one run: ``whole`` is all that the disk's path tells (impacts, floor, sustained contact), ``normal`` the
-    impacts' normal impulses along the lines from the Host's centre to the contacts, and what the disk's path says
-    along these lines where it stays at the wall."""
+    impacts' normal impulses along the wall's normals, and what the disk's path says along these where it stays at the
+    wall."""
 
     whole: Pushes
     normal: Pushes
@@ -40,7 +40,7 @@ def pushes_of(fits: Sequence[FlightFits]) -> list[RunPushes]:
     if not len(junctions):
         return [_run_pushes(fit, np.zeros(0), np.zeros((0, 2))) for fit in fits]
     impacts = measure(junctions, fits[0].run.wall)
-    along = np.column_stack([np.cos(impacts.azimuth_rad), np.sin(impacts.azimuth_rad)])
+    along = np.column_stack([np.cos(impacts.normal_rad), np.sin(impacts.normal_rad)])
     impulse = (impacts.of("normal_before") + impacts.of("normal_after"))[:, None] * along
     runs = [junctions.run == number for number in range(len(fits))]
     return [_run_pushes(fit, junctions.time_s[here], impulse[here]) for fit, here in zip(fits, runs, strict=True)]
@@ -58,8 +58,10 @@ def _run_pushes(fit: FlightFits, impact_s: Array, impulse: Array) -> RunPushes:
     held[1:-1] |= held[:-2] | held[2:]
     frames = np.searchsorted(data.time_s, whole.time_s)
     frames = frames[held[frames]]
-    out = data.xy_m[frames] - data.host.at(data.time_s[frames])[:, :2]
-    along = out / np.maximum(np.hypot(*out.T), 1e-12)[:, None]
+    host = data.host.at(data.time_s[frames])
+    gaps, normals = data.wall.gaps(data.xy_m[frames] - host[:, :2], host[:, 3], data.radius_m)
+    normal = np.take_along_axis(normals, np.argmax(gaps, axis=1)[:, None], axis=1)
+    along = np.hstack([np.cos(normal), np.sin(normal)])
     step = whole.step[np.isin(whole.time_s, data.time_s[frames])]
     time_s = np.append(impact_s, data.time_s[frames])
     steps = np.vstack([impulse, np.sum(step * along, 1)[:, None] * along])

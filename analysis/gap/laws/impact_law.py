@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.contact.held_laws import known_at_impacts
-from analysis.contact.restitution import RESTITUTION_EFFECTS
+from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -115,7 +115,7 @@ def wall_law_instead(
     candidates = wall_candidates(problem.known)
     for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
         found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(), most)
-        if found is not None and _instead(found, named, len(shapes)):
+        if found is not None and _instead(found, named, len(shapes)) and not _holds(found, shapes):
             break
     else:
         return None
@@ -133,6 +133,12 @@ def _instead(found: Found, named: float, unknowns: int) -> bool:
     return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
 
 
+def _holds(found: Found, shapes: Sequence[Term]) -> bool:
+    """Whether a part of a formula is a named shape itself: the others stand beside it, not in its place."""
+    named = {term.factors for term in shapes}
+    return any({term.factors for term in part.terms} <= named for part in found.parts)
+
+
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:
     """The named effects of the restitution that are no longer accepted beside a law: they had imitated a part of it."""
     impacts, own = steps.fitted, [c.effect for c in steps.causes if c.effect in RESTITUTION_EFFECTS]
@@ -147,9 +153,11 @@ def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits
     return tuple(gain.name for gain in kept if not law_accepted(gain, least, data))
 
 
-def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> dict[str, tuple[float, float]]:
-    """Target -> how much a law changes it from impact to impact (RMS about the mean), and what of that is
-    negligible."""
+def impact_law_sizes(
+    law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits], restitution_terms: Sequence[str] = ()
+) -> dict[str, tuple[float, float]]:
+    """Target -> how much a law changes it from impact to impact (RMS about the mean, of the restitution about what its
+    named effects may take), and what of that is negligible."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     nominal = impacts.law
     least = {
@@ -163,5 +171,8 @@ def impact_law_sizes(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFit
     for target, size in least.items():
         values = of_target(target, law.rig_law, known)
         if values is not None:
+            if target == "restitution":
+                named = restitution_design(impacts.data, restitution_terms)
+                values = values - named @ np.linalg.lstsq(named, values, rcond=None)[0]
             sizes[target] = float(np.std(values)), size
     return sizes

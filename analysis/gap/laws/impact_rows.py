@@ -29,22 +29,29 @@ Array = NDArray[np.float64]
 CLIP_SD = 5.0
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
 LEAST_SHARE = 0.01
+# What says where along the wall a contact is.
+ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn")
 TANGENTIAL = ("wall_friction", "tangential_restitution")
 
 
 @dataclass(frozen=True, eq=False)
 class ImpactRegression:
     """The impacts of a series: the ``problem`` without a law, what laws ``known`` (K, KNOWN_SIZE) at each of them, and
-    how the rows of all parts answer a unit of each target (``answers``: target -> (M,))."""
+    how the rows of all parts answer a unit of each target (``answers``: target -> (M,)).
+
+    ``on_cylinder`` (K,): those at a cylinder in the middle, which has no part in the wall's shape."""
 
     problem: Regression
     known: Array
     answers: dict[str, Array]
+    on_cylinder: NDArray[np.bool_] | None = None
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
         size = np.empty((len(self.known), len(terms)))
         sizes(rows_of(terms), self.known, size)
+        if self.on_cylinder is not None:
+            size[np.ix_(self.on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
         out = np.zeros((len(self.problem.residual), len(terms)))
         for j, term in enumerate(terms):
             if term.target in self.answers:
@@ -55,6 +62,11 @@ class ImpactRegression:
         """Columns (M, B) of a term times the weights (K, B) that ``cut`` gives what is known."""
         weight = cut(self.known)
         return self.columns([term]) * np.tile(weight, (len(self.problem.residual) // len(weight), 1))
+
+
+def of_wall_shape(term: Term) -> bool:
+    """Whether a term says where along the wall its radius is another."""
+    return term.target == "contact_radius" and any(one.quantity in ALONG_WALL for one in term.factors)
 
 
 def law_regression(
@@ -107,7 +119,8 @@ def distance_regression(
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     shapes = wall.impacts.design(wall.terms)[at]
     shapes /= np.maximum(np.sqrt(np.mean(shapes**2, 0)), 1e-300)
-    held = of_target("contact_radius", law, known)
+    on_cylinder = wall.wall.on_cylinder(wall.impacts.surface[at])
+    held = of_target("contact_radius", law, known, on_cylinder)
     explained_m = np.zeros(len(at))
     if held is not None:
         every = np.column_stack([shapes, held])
@@ -121,16 +134,20 @@ def distance_regression(
     problem = Regression(
         residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
     )
-    return ImpactRegression(problem, known, {"contact_radius": 1 / sd})
+    return ImpactRegression(problem, known, {"contact_radius": 1 / sd}, on_cylinder)
 
 
-def of_target(target: str, law: WrittenLaw | None, known: Array) -> Array | None:
-    """What a law adds to a target, (K,)."""
+def of_target(
+    target: str, law: WrittenLaw | None, known: Array, on_cylinder: NDArray[np.bool_] | None = None
+) -> Array | None:
+    """What a law adds to a target, (K,); a wall's shape nothing to what is met ``on_cylinder``."""
     terms = [] if law is None else [term for term in law.terms if term.target == target]
     if not terms:
         return None
     out = np.empty((len(known), len(terms)))
     sizes(rows_of(terms), known, out)
+    if on_cylinder is not None:
+        out[np.ix_(on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
     return np.asarray(out.sum(1), float)
 
 

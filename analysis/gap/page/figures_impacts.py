@@ -23,7 +23,7 @@ from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures import Candidate, Panel
-from analysis.gap.selection.impact_candidates import LOBES_AS_PROBE, PROBES, covariates
+from analysis.gap.selection.impact_candidates import EACH_RUN, LOBES_AS_PROBE, PROBES, covariates
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.statistics.robust import at_least_noise, least_squares
 from analysis.walls.lobes import ORDERS, lobe_columns
@@ -57,6 +57,7 @@ GOES_WITH = {
     "the sense of spin": "spin before",
     "the time in the run": "time in the run",
     "the run": "run",
+    EACH_RUN: "run",
     "the drive's phase": "drive phase",
     "twice the azimuth": "azimuth in the Host",
     "three times the azimuth": "azimuth in the Host",

@@ -13,7 +13,7 @@ from analysis.flights.along_flights import unit_accelerations
 from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
 from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED, FlightFits, RunData, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
-from analysis.flights.parameters import INDEX, LAW, LAW_TERMS, PARAMETERS
+from analysis.flights.parameters import GIVEN, INDEX, LAW, LAW_TERMS, PARAMETERS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flight_terms import EFFECT_TERMS, NEGLIGIBLE_BEND, FlightTerm
@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 # Prior sds over the contact radius: of the lens residual's polynomials (0.03 mm of 40 mm: what a good calibration
 # leaves, GAP.md: 0.05 mm at most), and of the markers' origin.
 LENS_SD_SHARE, ORIGIN_SD_SHARE = 7.5e-4, 0.025
-# Terms of a written law are columns where a run holds one.
-ALL = tuple(i for i, name in enumerate(SHARED) if name not in LAW_TERMS)
+# Terms of a written law are columns where a run holds one; what a flight is given is none.
+ALL = tuple(i for i, name in enumerate(SHARED) if name not in (*LAW_TERMS, *GIVEN))
 START_FRICTION = 0.25
 
 

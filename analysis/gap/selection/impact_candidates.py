@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from analysis.contact.held_laws import since_before
 from analysis.contact.law import (
@@ -114,12 +115,34 @@ PROBES = {
     "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"),
     "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
 }
+#: a probe of as many covariates as there are runs, less one: what is different in each, in no order
+EACH_RUN = "each run by itself"
+# It is asked where so many runs have so many impacts each.
+FEWEST_RUNS, FEWEST_IN_RUN = 3, 4
+# What chance gains as seldom by the columns of all runs as by those of a pair, it may: this seldom.
+SELDOM = 1e-3
 #: what the contact distance shows as a wall's shape
 LOBES_AS_PROBE = ("twice the azimuth", "three times the azimuth")
 #: so many orders of lobes are tried, of which the best gains this much more by chance
 LOBES_BY_CHANCE = 2 * float(np.log(len(ORDERS)))
 #: twenty places and two widths are tried (:func:`spots`): the best of them gains about this much by chance
 SPOTS_BY_CHANCE = 8.0
+
+
+def run_columns(run: NDArray[np.int64]) -> Array | None:
+    """One column for each run but the last (K, R - 1), each of mean zero; short runs stay with the last, None where too
+    few are left."""
+    numbers, counts = np.unique(run, return_counts=True)
+    numbers = numbers[counts >= FEWEST_IN_RUN]
+    if len(numbers) < FEWEST_RUNS:
+        return None
+    columns = (run[:, None] == numbers[:-1]).astype(float)
+    return np.asarray(columns - columns.mean(0), float)
+
+
+def runs_by_chance(columns: Array) -> float:
+    """How much more chance gains by ``columns`` (K, C) than by a pair of them."""
+    return float(chi2.isf(SELDOM, columns.shape[1]) - chi2.isf(SELDOM, 2))
 
 
 def restitution_gains(
@@ -135,6 +158,9 @@ def restitution_gains(
     spot = best_spot(data, design, value)
     if spot is not None:
         groups.append((f"a place on the wall at azimuth {spot[0]:.1f} rad", spot[1][:, None], False, SPOTS_BY_CHANCE))
+    runs = run_columns(data.run)
+    if runs is not None:
+        groups.append((EACH_RUN, runs, False, runs_by_chance(runs)))
     for name, columns, named, penalty in groups:
         out.append(_restitution_gain(data, design, value, columns, name=name, named=named, penalty=penalty))
     return sorted(out, key=lambda g: -g.gain)
@@ -321,8 +347,10 @@ def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
         y = (np.abs(data.tangential_impulse) - size)[strong] / size[strong]
         error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + 0.01**2)
         out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
+        out += _run_regression(residual, data.run[strong], y, error)
     angular_sd = np.sqrt(data.angular_sd**2 + (0.002 * data.normal_impulse) ** 2)
     out += _regressions("angular", groups, table, data.angular, angular_sd)
+    out += _run_regression("angular", data.run, data.angular, angular_sd)
     return sorted(out, key=lambda g: -g.gain)
 
 
@@ -336,3 +364,12 @@ def _regressions(
         )
         out.append(ImpactGain(name, residual, gain, size, estimate, e, False, significance))
     return out
+
+
+def _run_regression(residual: str, run: NDArray[np.int64], y: Array, sd: Array) -> list[ImpactGain]:
+    columns = run_columns(run)
+    if columns is None:
+        return []
+    gain, estimate, e, size, significance = regress(np.column_stack([np.ones(len(y)), columns]), y, sd)
+    gain -= runs_by_chance(columns)
+    return [ImpactGain(EACH_RUN, residual, gain, size, estimate, e, False, significance)]

@@ -47,6 +47,8 @@ Array = NDArray[np.float64]
 # cause.
 USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8
+# An impact's noise counts up to so many times the usual one: its distance is no better than clipped.
+GROSS_NOISE = 4.0
 # Terms of the restitution at the most.
 MOST_TERMS = 6
 #: coordinate that each residual of the law is one of
@@ -345,7 +347,8 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
     usual_m = USUAL_DISTANCE * base.wall.wall.size_m
     # What the frames' own noise makes of the distances (a smeared disk's among them) is no scatter of the wall.
     used = base.wall.used
-    noise_m = float(np.median(base.wall.impacts.sd("gap")[used])) if used.any() else 0.0
+    sds_m = base.wall.impacts.sd("gap")[used]
+    noise_m = float(np.sqrt(np.mean(np.minimum(sds_m, GROSS_NOISE * np.median(sds_m)) ** 2))) if used.any() else 0.0
     scatter_m = float(np.sqrt(max(base.wall.scatter_m**2 - noise_m**2, 0.0)))
     if scatter_m > usual_m:
         out.append(

@@ -89,6 +89,7 @@ def resolve(
         friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
+    record[P.NORMAL] = math.atan2(face.y, face.x)
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
     duration = 0.0
     lost, along, worked = y[P.LOST_NORMAL], y[P.LOST_TANGENT], y[P.WORK]

@@ -68,7 +68,7 @@ def _ringing(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
         start = impulse / values["mass_kg"]
         place = start / omega * np.exp(-decay * late) * np.sin(omega * late)
         rate = start * np.exp(-decay * late) * (np.cos(omega * late) - decay / omega * np.sin(omega * late))
-        for axis, share in enumerate((math.cos(impact[P.AZIMUTH]), math.sin(impact[P.AZIMUTH]))):
+        for axis, share in enumerate((math.cos(impact[P.NORMAL]), math.sin(impact[P.NORMAL]))):
             seen[after, 6 + axis] += share * place
             seen[after, 8 + axis] += share * rate
     return replace(shown, samples=seen)
@@ -95,7 +95,7 @@ HOST_EFFECTS = (
             EffectParameter("damping_ratio", "1", 0.0, 0.99, 0.05),
         ),
         "The Host's markers ring after an impact: the part that carries them, of this modal mass, takes the normal "
-        "impulse and swings along the line from the Host's centre to the contact. The contact itself does not see it.",
+        "impulse and swings along the wall's normal. The contact itself does not see it.",
         observe=_ringing,
     ),
     Effect(

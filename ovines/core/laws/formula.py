@@ -102,6 +102,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
     elif one.quantity in ALONG:
         name = f"{name}({one.x:.3g} rad)"
+    elif own == "fading":
+        name = f"{name}(within {one.y:.4g} s)"
     elif own == "turning":
         name = f"(azimuth {_counted(one.x)} rad {_counted(one.y)} rad/s * time)"
     elif one.x:
@@ -243,6 +245,8 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f" of {one.x:.3g} rad"
             elif quantity.own == "line":
                 own = f" of {one.y:.3g} rad"
+            elif quantity.own == "fading":
+                own = f", within {one.y:.3g} s"
             elif quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
                 for part in ("azimuth", "time"):

@@ -18,8 +18,8 @@ from ovines.core.laws import words as W
     Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
-    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING,
-) = range(40)  # fmt: skip
+    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
+) = range(43)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -73,8 +73,11 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return math.hypot(known[W.HOST_AX], known[W.HOST_AY])
     if code == Q_FROM_CONTACT:
         return math.hypot(hx - known[W.LAST_X], hy - known[W.LAST_Y])
-    if code == Q_CONTACT_TURN:
-        return math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
+    if code == Q_CONTACT_TURN or code == Q_RIM_TURN:
+        turn = math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
+        return turn - (known[W.ANGLE] - known[W.LAST_ANGLE]) if code == Q_RIM_TURN else turn
+    if code == Q_LAST_SLIP:
+        return known[W.LAST_SLIP]
     if code == Q_SPIN_LEFT:
         return known[W.SPIN_LEFT]
     if code == Q_SLIDING_DIRECTION:
@@ -114,9 +117,20 @@ def azimuth(code: int, rate: float, known: Floats) -> float:
 
 
 @compiled
+def recent_blows(fades_s: float, known: Floats) -> float:
+    """Squared normal speeds of the last impacts, each as it has faded within ``fades_s`` (m^2/s^2)."""
+    total = 0.0
+    for i in range(W.MOST_BLOWS):
+        speed = known[W.BLOW_SPEEDS + i]
+        if speed > 0.0:
+            total += speed * speed * math.exp(-(known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s)
+    return total
+
+
+@compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle,
-    of what turns its rate in ``y``."""
+    of what turns its rate, of what fades its time in ``y``."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -151,6 +165,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.ANGLE] - x
     if code == Q_CLOCK:
         return known[W.CLOCK] - x
+    if code == Q_BLOWS:
+        return recent_blows(y, known) - x
     if code >= Q_RADIAL:
         return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x
@@ -168,7 +184,7 @@ def circular(code: int) -> bool:
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
-        or code == Q_TURNING
+        or code == Q_TURNING or code == Q_RIM_TURN
     )  # fmt: skip
 
 
@@ -176,7 +192,8 @@ def circular(code: int) -> bool:
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
-    if (Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or code == Q_SINCE_BY_BLOW) and not remembers(known):
+    last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
+    if last and not remembers(known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]

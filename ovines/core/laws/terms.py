@@ -35,7 +35,7 @@ class Factor:
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad), for
-    ``turning_azimuth`` the rate in ``y`` (rad/s)."""
+    ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which one fades in ``y`` (s)."""
 
     quantity: str
     function: str = "power"
@@ -55,6 +55,7 @@ class Factor:
         if self.function == "sawtooth":  # as often around a whole turn as its order says
             whole = self.order >= 1.0 and float(self.order).is_integer()
             fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
+        fine = fine and (QUANTITIES[self.quantity].own != "fading" or self.y > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -168,9 +169,9 @@ def rows_of(terms: Sequence[Term]) -> Floats:
     return np.array([one.row() for one in terms], float).reshape(-1, W.ROW_SIZE)
 
 
-def asks_for_last_contact(rows: Floats) -> bool:
-    """Whether any of packed ``rows`` (T, ROW_SIZE) asks for the contact before."""
-    codes = [QUANTITIES[name].code for name in W.OF_LAST_CONTACT]
+def asks_for_contacts(rows: Floats) -> bool:
+    """Whether any of packed ``rows`` (T, ROW_SIZE) asks for contacts before."""
+    codes = [QUANTITIES[name].code for name in (*W.OF_LAST_CONTACT, *W.OF_BLOWS)]
     asked = [rows[:, W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY] for i in range(W.MOST_FACTORS)]
     follows = [np.isin(code, codes) & (rows[:, W.FACTORS] > i) for i, code in enumerate(asked)]
     return bool(np.any(follows) or np.any(rows[:, W.TARGET] == TARGETS["from_last_contact"].code))
@@ -239,7 +240,7 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x / units["m"], y / units["m"]
         if own == "turning":
             return x, y * units["s"]
-        return x / size(powers_of(unit)), y
+        return x / size(powers_of(unit)), y / units["s"] if own == "fading" else y
 
     factors = []
     for one in term.factors:

@@ -25,13 +25,18 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: measurement only), speeds before an impact (m/s) of the wall outwards along its normal, and of the disk's centre
 #: along the wall, place of the disk at the contact before from the Host's centre (m; 0, 0 where none is known), its
 #: normal speed before that (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of
-#: impacts only)
+#: impacts only), angle of the disk (rad) and tangential speed of the contact point (m/s) at the contact before; from
+#: BLOW_TIMES on the times from the run's start (s) of the last impacts, the latest first, from BLOW_SPEEDS on their
+#: normal speeds (m/s; 0 where there was none)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
-    SPIN_LEFT,
-) = range(30)  # fmt: skip
-KNOWN_SIZE = 30
+    SPIN_LEFT, LAST_ANGLE, LAST_SLIP, BLOW_TIMES,
+) = range(33)  # fmt: skip
+#: so many impacts are remembered: what fades forgets earlier ones
+MOST_BLOWS = 6
+BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
+KNOWN_SIZE = BLOW_SPEEDS + MOST_BLOWS
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -242,6 +247,30 @@ QUANTITIES: dict[str, Quantity] = {
                 "turning",
                 "direction from the Host's centre, seen from what goes round it from the run's start on",
             ),
+            (
+                "rim_turn",
+                "rad",
+                r"\Delta(\theta-\psi)",
+                True,
+                "",
+                "direction of the contact seen from the disk, from that of the contact before on",
+            ),
+            (
+                "last_slip",
+                "m/s",
+                "v_{t,c}",
+                False,
+                "",
+                "tangential speed of the contact point before the impact before",
+            ),
+            (
+                "recent_blows",
+                "m^2/s^2",
+                "B",
+                False,
+                "fading",
+                f"squared normal speeds of the last {MOST_BLOWS} impacts, added up as they fade with the time since",
+            ),
         )
     )
 }
@@ -270,9 +299,11 @@ TRAINS = ("pulses", "gates")
 #: velocities along a direction of their own
 ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along")
 #: angles between things, which no turn of the world changes
-BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading")
+BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn")
 #: what knows the contact before: nil without one
-OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow")
+OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip")
+#: what adds up the impacts before: without one, nothing
+OF_BLOWS = ("recent_blows",)
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
 #: what one of a marker may follow beside: what its body is known to do

@@ -4,6 +4,8 @@ The engine takes plain arrays, so that one compiled signature serves every scena
 array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills them.
 """
 
+from ovines.core.laws.words import MOST_BLOWS
+
 # float vector
 (
     RADIUS, MASS, INERTIA, CONTACT_RADIUS, OBSTACLE_RADIUS, INVERSE_HOST_MASS, INVERSE_HOST_INERTIA,
@@ -13,8 +15,12 @@ array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills
     WALL_X, WALL_Y, MASS_X, MASS_Y, STIFFNESS_X, STIFFNESS_Y, STIFFNESS_R, DAMPING_X, DAMPING_Y, DAMPING_R,
     DURATION, TOLERANCE, HOST_ACCELERATION, HOST_SPIN, HOST_SPIN_RATE, LENGTH, SPEED, MAX_STEP,
     RESTITUTION_PER_S, RESTITUTION_OF_RUN, LOBES, WALL_SHAPE, ROCKING, ROCKING_S,
-    LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER, LOBE_TABLE,
-) = range(59)  # fmt: skip
+    LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER,
+    LAST_ANGLE, LAST_SLIP, BLOW_TIMES,
+) = range(61)  # fmt: skip
+#: from BLOW_TIMES on times and normal speeds of the last impacts, as written laws know them; then the lobes
+BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
+LOBE_TABLE = BLOW_SPEEDS + MOST_BLOWS
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
 MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES
@@ -45,5 +51,5 @@ PAIR = 1000  # two walls in one number: first + PAIR * second
 
 # columns of the impact record
 (TIME, AZIMUTH, NORMAL_BEFORE, NORMAL_AFTER, TANGENTIAL_BEFORE, TANGENTIAL_AFTER, SPIN_BEFORE, SPIN_AFTER,
- STUCK, WALL, LOST, LOST_ALONG, WORKED) = range(13)  # fmt: skip
-N_IMPACT = 13
+ STUCK, WALL, LOST, LOST_ALONG, WORKED, NORMAL) = range(14)  # fmt: skip
+N_IMPACT = 14

@@ -10,6 +10,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
 
 TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
+WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
 RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
 BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
 BEAD_M = 0.01  # from a bead's middle to where it wets half as well: it is as wide as the disk
@@ -29,7 +30,7 @@ def floor_friction(at: Instant, p: PlantParameters) -> float:
     mu *= _by_place(at, p)
     mu *= _by_speed(at, p)
     mu *= _by_direction(at, p)
-    mu *= _by_what_went_before(at.state, p)
+    mu *= _by_what_went_before(at, p)
     return mu * _by_the_host(at, p)
 
 
@@ -41,6 +42,7 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     the radius `track_m` like a bell of `TRACK_M`.
     A bead of oil is shaken round the floor, `BEAD_AT_M` from its middle and at `bead_rad` + `bead_rad_per_s` times the
     time in the run: over it the disk loses `bead` of its friction, falling off like a bell of `BEAD_M`.
+    A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -61,12 +63,17 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         azimuth = p.bead_rad + p.bead_rad_per_s * at.time
         far = (at.x - BEAD_AT_M * np.cos(azimuth)) ** 2 + (at.y - BEAD_AT_M * np.sin(azimuth)) ** 2
         share *= max(1.0 - p.bead * np.exp(-0.5 * far / BEAD_M**2), 0.0)
+    if p.worn != 0.0:
+        share *= max(1.0 + p.worn * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
     return share
 
 
 @inlined
 def _by_speed(at: Instant, p: PlantParameters) -> float:
-    """What it is multiplied by at a speed: lift with its square, a film below a fast spin, chatter in a band."""
+    """What it is multiplied by at a speed: lift with its square, a film below a fast spin, chatter in a band.
+
+    Stribeck: what creeps is held more than what runs, 1 + `stribeck` exp(-speed / `stribeck_m_per_s`).
+    """
     share = 1.0
     if p.lift != 0.0:
         share *= 1.0 - p.lift * min((at.state[VX] ** 2 + at.state[VY] ** 2) / p.lift_m_per_s**2, 1.0)
@@ -75,13 +82,15 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     if p.chatter != 0.0:
         off = (np.sqrt(at.slip_x**2 + at.slip_y**2) - p.chatter_m_per_s) / CHATTER_M_PER_S
         share *= 1.0 - p.chatter * np.exp(-0.5 * off**2)
+    if p.stribeck != 0.0:
+        share *= 1.0 + p.stribeck * np.exp(-np.sqrt(at.slip_x**2 + at.slip_y**2) / p.stribeck_m_per_s)
     return share
 
 
 @inlined
 def _by_direction(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by in a direction of sliding, less as the rim goes round faster than the disk slides: it
-    then meets the floor from all sides.
+    then meets the floor from all sides (but for scratches and brushed faces).
 
     A nap holds what slides against it: 1 + `nap` cos(the slip's direction - `nap_rad`).
     An edge bevelled at one side lifts over the floor where it leads and ploughs where it trails: 1 + `bevel` cos(the
@@ -90,6 +99,8 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     `HOST_M_PER_S2`).
     Two brushed faces hold on to each other where their marks lie alike: 1 + `brushed` cos 2(the disk's angle -
     `brushed_rad`), however it slides.
+    A floor scratched along one direction: 1 + `scratched` cos 2(the slip's direction - `scratched_rad`), with its mean
+    where the disk rests.
     """
     rim = p.disk_radius_m * at.turning
     speed = np.sqrt(at.slip_x**2 + at.slip_y**2 + rim**2) + p.smoothing_m_per_s
@@ -102,16 +113,27 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     if p.bristled != 0.0:
         along = (at.slip_x * at.host_acceleration[0] + at.slip_y * at.host_acceleration[1]) / speed
         share *= max(1.0 + p.bristled * along / HOST_M_PER_S2, 0.0)
+    if p.scratched != 0.0:
+        c, s = np.cos(2.0 * p.scratched_rad), np.sin(2.0 * p.scratched_rad)
+        squared = at.slip_x**2 + at.slip_y**2 + p.smoothing_m_per_s**2
+        twice = (c * (at.slip_x**2 - at.slip_y**2) + s * 2.0 * at.slip_x * at.slip_y) / squared
+        share *= max(1.0 + p.scratched * twice, 0.0)
     return share
 
 
 @inlined
-def _by_what_went_before(state: Floats, p: PlantParameters) -> float:
+def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by after a way slid, so many impacts, a drop of oil: a disk that has been through the drop
-    carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that."""
+    carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that.
+
+    A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
+    """
+    state = at.state
     share = friction_of_flight(state[COUNT], p) * max(1.0 - p.drop * state[OILED], 0.0)
     if p.warming != 0.0:
         share *= 1.0 - p.warming * (1.0 - np.exp(-state[WAY] / p.warming_m))
+    if p.lifted != 0.0 and at.time >= state[IMPACT_S] >= 0.0:
+        share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
     return share
 
 

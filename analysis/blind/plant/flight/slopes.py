@@ -25,10 +25,17 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 @inlined
 def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
-    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a ridge along a line."""
+    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a ridge along a line.
+
+    A floor plate sags between its screws, like a dish of curvature `dished_per_m`: the disk slides down to its middle,
+    by the load times that times its place.
+    """
     x, y = at.x, at.y
     out[VX] -= p.central_per_s2 * x
     out[VY] -= p.central_per_s2 * y
+    if p.dished_per_m != 0.0:
+        out[VX] -= p.load_m_per_s2 * p.dished_per_m * x
+        out[VY] -= p.load_m_per_s2 * p.dished_per_m * y
     if p.saddle_per_s2 != 0.0:
         a, b = np.cos(2.0 * p.saddle_rad), np.sin(2.0 * p.saddle_rad)
         out[VX] += p.saddle_per_s2 * (a * x + b * y)

@@ -93,6 +93,13 @@ def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
 
 
 @inlined
+def ring_torque(p: PlantParameters) -> float:
+    """What the floor's torque is multiplied by: a washer that rests on a ring, near its rim, is braked harder as it
+    spins, by 1 + `ring_foot`; a pure ring's would be 1.5 at slow sliding."""
+    return 1.0 + p.ring_foot
+
+
+@inlined
 def _weighed(force_x: float, force_y: float, line_rad: float, share: float) -> tuple[float, float]:
     """A force, more by `share` along a line and less by it across."""
     a, b = np.cos(line_rad), np.sin(line_rad)

@@ -85,9 +85,9 @@ def blow_of(
 
 @inlined
 def leaning(nx: float, ny: float, chance: float, bounce: float, p: PlantParameters) -> tuple[float, float]:
-    """The wall's normal where a rough wall, by `chance`, or one with teeth that lean turns the blow; what is held
-    (`bounce` 0) lies against the teeth's tips."""
-    leans = p.rough_rad * chance + p.saw_rad * bounce
+    """The wall's normal where a rough or ragged wall, by `chance`, or one with teeth that lean turns the blow; what is
+    held (`bounce` 0) lies against the teeth's tips."""
+    leans = (p.rough_rad + p.ragged_rad) * chance + p.saw_rad * bounce
     if leans == 0.0:
         return nx, ny
     c, s = np.cos(leans), np.sin(leans)

@@ -52,9 +52,11 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     `FLASH_M2_PER_S2`)).
     A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
     slip / `PILE_M_PER_S`), less along the pile and more against it.
+    A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
+    share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
     share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)

@@ -28,6 +28,7 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     value = _by_the_way_it_strikes(value, blow, p)
     value = _by_the_blows_before(value, blow, state, p)
     value = _by_the_host(value, blow, p)
+    value = _times(value, 1.0 - p.warmed)  # the wall's plastic warms from run to run, and softens
     if p.adhesion_m_per_s != 0.0:  # the wall keeps the energy of this speed
         value = np.sqrt(max(value**2 - (p.adhesion_m_per_s / blow.approach) ** 2, 0.0))
     return max(value - (p.damage if state[HARDEST] > p.damage_m_per_s else 0.0), LEAST)
@@ -37,6 +38,12 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
 def _raised(value: float, gain: float) -> float:
     """A restitution with a gain, or a loss, that does not raise it above `MOST`: no wall gives back all."""
     return min(value + gain, max(value, MOST))
+
+
+@inlined
+def _times(value: float, share: float) -> float:
+    """A restitution multiplied by a share that does not raise it above `MOST` either."""
+    return min(value * share, max(value, MOST))
 
 
 @inlined
@@ -100,9 +107,11 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
 
     A liner wound with overlaps lies like shingles: a blow that runs against their edges loses what one that runs with
     them wins, `shingled` tanh(slip / `SHINGLE_M_PER_S`).
+    An oblique blow shears the wall and returns less, or more: times 1 - `oblique` slip^2 / (slip^2 + approach^2).
     """
     value -= p.loose_chip if blow.other_chance > UNLUCKY_SD else 0.0
-    return _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
+    value = _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
+    return _times(value, 1.0 - p.oblique * blow.slip**2 / (blow.slip**2 + blow.approach**2 + 1e-300))
 
 
 @inlined
@@ -129,6 +138,8 @@ def _by_the_host(value: float, blow: Blow, p: PlantParameters) -> float:
 
     A hollow ring is filled with lead shot, which rattles as the Host is accelerated, whichever way, and takes up the
     blow: `shot` (the size of the Host's acceleration / `HOST_M_PER_S2`) is lost.
+    A shaker's armature gives way along its axis, x, and stands firm across it: times 1 - `armature` times the squared
+    cosine of the blow's direction.
     """
     velocity, acceleration = blow.host_velocity, blow.host_acceleration
     value += p.yielding_s_per_m * (velocity[0] * blow.nx + velocity[1] * blow.ny)
@@ -137,4 +148,4 @@ def _by_the_host(value: float, blow: Blow, p: PlantParameters) -> float:
         value = _raised(value, p.seated * along / HOST_M_PER_S2)
     if p.shot != 0.0:
         value -= p.shot * np.sqrt(acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2
-    return value
+    return _times(value, 1.0 - p.armature * np.cos(blow.normal_rad) ** 2)

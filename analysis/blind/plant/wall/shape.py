@@ -8,6 +8,7 @@ from analysis.blind.plant.parameters import PlantParameters
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
+BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fifths as far
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
@@ -33,8 +34,8 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
 
 @inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
-    """How much farther a wall lets the disk that is dented, stepped, jointed or split, or that changes in a run: by an
-    oval liner that turns, by a radius that grows."""
+    """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked or has a bead, or that
+    changes in a run: by an oval liner that turns, by a radius that grows."""
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
@@ -45,8 +46,10 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     round_ = -2.0 * p.contact_radius_m * p.liner * np.sin(turning)
     joint, along = joint_reach(azimuth, p)
     split, askew = split_reach(azimuth, p)
+    sprung, steeper = sprung_reach(azimuth, p)
     wider = p.breathing_m * (2.0 * time / p.duration_s - 1.0) + p.packed_m
-    return step + liner + joint + split + wider - dent, rise + round_ + along + askew + dent * away / p.dent_width_rad
+    rise = rise + round_ + along + askew + steeper
+    return step + liner + joint + split + sprung + wider - dent, rise + dent * away / p.dent_width_rad
 
 
 @inlined
@@ -71,6 +74,26 @@ def split_reach(azimuth: float, p: PlantParameters) -> Reach:
     c, s = np.cos(azimuth - p.split_rad), np.sin(azimuth - p.split_rad)
     half = np.tanh(s / SPLIT_RAD)
     return 0.5 * p.split_m * c * half, 0.5 * p.split_m * (c * c * (1.0 - half**2) / SPLIT_RAD - s * half)
+
+
+@inlined
+def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring as it was made.
+
+    Turned in a chuck of three jaws it springs into three lobes: `chucked_m` cos 3(azimuth - `chucked_rad`).
+    A bead of glue at its seam stands in: -`seam_bead_m` exp(-(azimuth - `seam_bead_rad`)^2 / (2 `BEAD_RAD`^2)).
+    """
+    more, steeper = 0.0, 0.0
+    if p.chucked_m != 0.0:
+        lobe = 3.0 * (azimuth - p.chucked_rad)
+        more += p.chucked_m * np.cos(lobe)
+        steeper -= 3.0 * p.chucked_m * np.sin(lobe)
+    if p.seam_bead_m != 0.0:
+        away = np.arctan2(np.sin(azimuth - p.seam_bead_rad), np.cos(azimuth - p.seam_bead_rad)) / BEAD_RAD
+        bead = p.seam_bead_m * np.exp(-0.5 * away**2)
+        more -= bead
+        steeper += bead * away / BEAD_RAD
+    return more, steeper
 
 
 @inlined

@@ -194,6 +194,8 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
             out["line_rad"] = (one.x, "rad")
     elif entry.own == "turning":
         out["azimuth_zero_rad"], out["turning_rad_per_s"] = (one.x, "rad"), (one.y, "rad/s")
+    elif entry.own == "fading":
+        out["fading_s"] = (one.y, "s")
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
     if one.function in SCALED or one.scale != 1.0:

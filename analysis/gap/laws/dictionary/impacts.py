@@ -48,6 +48,8 @@ PRODUCTS = (
     ("approach speed and run", (Factor("approach"), Factor("run"))),
     ("slip over approach speed", (Factor("slip", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
     ("spin over approach speed", (Factor("spin", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
+    ("whether it slips as the contact before did", (Factor("slip", "sign"), Factor("last_slip", "sign"))),
+    ("the slip of the contact before, against its own", (Factor("slip", "sign"), Factor("last_slip"))),
 )
 # Quantiles of a quantity at which a scale starts; places on the wall and widths of a spot (rad), half widths of an arc.
 SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5), 16, (0.4, 0.9, 1.57)
@@ -61,6 +63,8 @@ CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
 # What goes round the wall with the time: orders of its waves, its turns in the longest run, step (rad in that) of a
 # search.
 CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
+# Times over the usual one between impacts in which what a blow has done fades.
+FADES = (1.0, 3.0)
 # Rates at which a wall may ring: steps (rad) over the usual time between impacts, and how many.
 RING_STEP, RINGS = 1.5, 16
 
@@ -148,6 +152,8 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the size of the Host's acceleration", Factor("host_acceleration")),
         ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the approach speed of the contact before", Factor("last_approach")),
+        ("the slip of the contact before", Factor("last_slip", "absolute_power")),
+        ("the signed slip of the contact before", Factor("last_slip")),
     ]
 
 
@@ -156,7 +162,7 @@ def _around(target: str) -> list[Candidate]:
     word, out = WORDS[target], []
     for quantity, orders in (
         ("azimuth", ORDERS), ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("body_angle", SIDE_ORDERS),
-        ("angle", (1.0, 2.0)), ("contact_turn", (1.0, 2.0)),
+        ("angle", (1.0, 2.0)), ("contact_turn", (1.0, 2.0)), ("rim_turn", (1.0, 2.0)),
     ):  # fmt: skip
         for order in orders:
             terms = tuple(Term(target, 1.0, (wave,)) for wave in waves(quantity, order))
@@ -168,6 +174,7 @@ def _around(target: str) -> list[Candidate]:
     ):
         out += around(f"{word} {name}", target, (quantity, function), count, widths)
     out += scaled(f"{word} near the contact before", target, ("contact_turn", "gaussian", 1.0), SPOT_WIDTHS)
+    out += scaled(f"{word} where the rim was struck before", target, ("rim_turn", "gaussian", 1.0), SPOT_WIDTHS)
     return out
 
 
@@ -202,9 +209,23 @@ def creeping(name: str, target: str, known: Array) -> list[Candidate]:
     ]
 
 
+def worn(name: str, target: str, known: Array) -> list[Candidate]:
+    """What the blows before have done, as it fades."""
+    since = known[:, W.SINCE]
+    since = since[since < 0.5 * W.LONG_AGO_S]
+    if not len(since):
+        return []
+
+    def after(fades_s: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor("recent_blows", y=fades_s),)),)
+
+    usual_s = float(np.median(since))
+    return [Candidate(f"{name} with the recent blows", after, (times * usual_s,), (0.25,), (True,)) for times in FADES]
+
+
 def _scaled(target: str, known: Array) -> list[Candidate]:
     """What fades, bends or saturates at a scale of its own."""
-    word, out = WORDS[target], []
+    word, out = WORDS[target], worn(WORDS[target], target, known)
     for name, column, shape, at in (
         ("the time since the impact before", W.SINCE, ("since", "exponential", 1.0), SCALES),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0), SCALES),

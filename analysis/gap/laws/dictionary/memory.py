@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.forces import TIMES
-from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
 # Distances over the contact radius up to which the place of a contact is felt.
 REACHES = (0.1, 0.2, 0.35, 0.6)
+
+
+def _worn(fades_s: float) -> tuple[Term, ...]:
+    return (Term("floor_friction", 1.0, (Factor("recent_blows", y=fades_s),)),)
 
 
 def memory_candidates(scales: RigScales) -> list[Candidate]:
@@ -28,6 +32,9 @@ def memory_candidates(scales: RigScales) -> list[Candidate]:
     out += scaled("pull to the last contact, until a time", target, ("since", "below", 1.0), times)
     friction, hard = "floor_friction", (Factor("last_approach"),)
     out.append(plain("friction with the last blow", Term(friction, 1.0, hard)))
+    out += [
+        Candidate("friction with the recent blows", _worn, (float(time),), (SCALE_STEP,), (True,)) for time in times
+    ]
     out += scaled("friction with the last blow, for a time", friction, after, times, hard)
     out += scaled("friction near the last contact", friction, ("from_contact", "exponential", 1.0), reaches)
     # A blow that tosses the disk up, or sets it rocking, does so the longer the harder it was.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping
+from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, worn
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -61,6 +61,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("phase", (1, 2)),
         ("clock", (1,)),
         ("contact_turn", (1, 2)),
+        ("rim_turn", (1,)),
     ):
         for order in orders:
             terms = tuple(Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, float(order)))
@@ -74,6 +75,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
     swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
     out += creeping(WORD, TARGET, known)
+    out += worn(WORD, TARGET, known)
     out += _squashed()
     out += [
         Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))

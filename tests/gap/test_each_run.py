@@ -1,0 +1,47 @@
+"""What differs from run to run in no order: told where it is, and not where it is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series, write_series
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.impact_candidates import EACH_RUN, run_columns
+from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.tests_by_hand import unknown_test
+from ovines.pipeline.diagnosis import load_series
+from ovines.recording import read_series
+
+EFFECTS = ("floor_friction", "spin_coupling")
+
+
+def left_at_impacts(folder, kind, size, seed, runs=8, noise="white"):
+    """Coordinate and covariate of what is left of the impacts of the blind plant's series."""
+    made = make_series(kind, size, np.random.default_rng(seed), runs=runs, noise=noise)
+    write_series(made, folder / "series")
+    series, _ = load_series(read_series(folder / "series"), folder / "results")
+    flights = first_flights(series, EFFECTS)
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, np.random.default_rng(0))
+    return {(one.coordinate, one.goes_with) for one in steps.structure}
+
+
+@pytest.mark.parametrize(("size", "seed"), [(0.6, 921), (0.4, 922)])
+def test_a_rim_that_is_wiped_before_some_runs(tmp_path, size, seed):
+    assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_wiped_rim", size, seed)
+    assert "in no order" in unknown_test("impact", EACH_RUN)
+
+
+@pytest.mark.parametrize("kind", ["none", "restitution_drift"])
+def test_nothing_is_left_where_runs_are_alike_or_drift(tmp_path, kind):
+    assert left_at_impacts(tmp_path, kind, 1.0, 902) == set()
+
+
+def test_columns_of_runs():
+    """Short runs have no column, and stay with the last; too few runs have none at all."""
+    run = np.repeat([0, 1, 2, 3], [9, 2, 7, 8])
+    columns = run_columns(run)
+    assert columns.shape == (26, 2)
+    np.testing.assert_allclose(columns.mean(0), 0.0, atol=1e-15)
+    np.testing.assert_allclose(np.ptp(columns, axis=0), 1.0)
+    assert run_columns(np.repeat([0, 1], 20)) is None
