@@ -18,7 +18,7 @@ from analysis.comparison.flights_ahead import one_flight_ahead
 from analysis.comparison.laws_at_impacts import LawsAtImpacts, laws_at_impacts
 from analysis.comparison.run_statistics import run_statistics
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
-from analysis.walls.wall import identified_wall
+from analysis.walls.drawn import identified_wall
 from ovines.core import Scenario
 from ovines.errors import InputError
 from ovines.recording import Recording

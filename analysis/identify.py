@@ -16,13 +16,13 @@ from analysis.flights.runs import Run, prepare
 from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import Merged, accepted, merge
+from analysis.identification.contact_law.interval import Interval
 from analysis.identification.fit import RigFit, fit_rig, refit_law
 from analysis.identification.floor_law import SURE_FORCE
-from analysis.identification.intervals import Interval
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import RigFrame, rig_frame
-from analysis.walls.wall import stated_wall
+from analysis.walls.drawn import stated_wall
 from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
 from ovines.recording_schema import Nominal

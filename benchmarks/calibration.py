@@ -32,7 +32,7 @@ from scipy.interpolate import RectBivariateSpline
 from ovines.camera import Camera
 from vision.calibrate import Calibration, calibrate
 from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
-from vision.calibration.bundle_adjustment import N_CAMERA
+from vision.calibration.bundle.unknowns import N_CAMERA
 from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import Single, solve_camera
 from vision.calibration.uncertainty import shifts

@@ -24,8 +24,8 @@ from analysis.gap.laws.flight_law import fitted_law
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.found_law import NORMAL_90, in_world
 from analysis.gap.laws.search import find_law
-from analysis.gap.selection.flight_candidates import fit
 from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.flights.fit import fit
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series
 

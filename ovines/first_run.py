@@ -35,7 +35,7 @@ def calls(stages: Sequence[str]) -> list[Called]:
 
 
 def _calibration_calls() -> list[Called]:
-    from vision.calibration.bundle_adjustment import add_rows
+    from vision.calibration.bundle.equations import add_rows
     from vision.pinhole import fill
 
     line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
@@ -58,9 +58,10 @@ def _tracking_calls() -> list[Called]:
     from ovines.camera import Camera
     from vision.frames.dropped import _rare_changes
     from vision.identity.layouts import Layout
+    from vision.tracking.bodies.gates import status
     from vision.tracking.camera_tracker import CameraTracker
     from vision.tracking.measure import INDEPENDENT_FRAMES, Progress, follow
-    from vision.tracking.state import status, update
+    from vision.tracking.state import update
     from vision.walls.edges import slopes
 
     image, places, known = np.zeros((2, 2), np.uint8), np.zeros((2, 2)), np.zeros(2, np.int64)
@@ -83,11 +84,11 @@ def _identification_calls() -> list[Called]:
     from analysis.bounces.contact import BounceRig
     from analysis.bounces.model import BounceFrames, bounce_residual
     from analysis.contact.tangential_search import Impulses, likeliest
+    from analysis.flights.cutting.flight_rig import FlightRig
+    from analysis.flights.cutting.kinks import find_kinks
     from analysis.flights.evidence import _without_states
-    from analysis.flights.model import FlightRig
-    from analysis.flights.segments import find_kinks
     from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state, whiten
-    from analysis.identification.intervals import _best_scatter, _deviance, _tangential
+    from analysis.identification.contact_law.deviance import _tangential, best_scatter, scatter_deviance
     from analysis.motion.host_table import HostTable
     from analysis.walls.surfaces import surfaces_seen
 
@@ -108,8 +109,8 @@ def _identification_calls() -> list[Called]:
         (likeliest, (places, line, 1, Impulses(*(line,) * 7, 1.0, places), line)),
         (_tangential, (column, line, line, line, line, line, 1.0, 1.0)),
         (bounce_residual, (line, line, bounce_frames, bounce_rig, blocks, places, places)),
-        (_best_scatter, (line, line, column, 1.0)),
-        (_deviance, (1.0, line, line, line, 1.0)),
+        (best_scatter, (line, line, column, 1.0)),
+        (scatter_deviance, (1.0, line, line, line, 1.0)),
     ]
 
 

@@ -18,21 +18,19 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
-from vision.calibration.boards import WORLD_FROM_BOARD, Board
-from vision.calibration.bundle_adjustment import FIXED, N_CAMERA, Adjusted, Sighting, State, adjust, project
+from vision.calibration.all_cameras import raise_world, solved_together
+from vision.calibration.boards import Board
+from vision.calibration.bundle.equations import project
+from vision.calibration.bundle.unknowns import N_CAMERA, Adjusted, Sighting, State
 from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once
 from vision.calibration.single_camera import (
     Single,
     board_pose,
-    make_setting,
-    sightings_of,
     solve_camera,
-    spline_prior,
-    unbiased,
 )
-from vision.pinhole import INTRINSICS, K1, N_INTRINSICS, lens_of
+from vision.pinhole import INTRINSICS, K1, lens_of
 from vision.validation.lens_choice import choose_lens, refuse_fisheye
 from vision.validation.result_tables import validation_tables
 
@@ -109,19 +107,19 @@ def calibrate(
             )
     _refuse_swapped(names, singles, extrinsic, board)
     sizes = [sensor_size_px[name] for name in names]
-    best, tied = _joint(names, singles, extrinsic, board, sizes, set()), False
+    best, tied = solved_together(names, singles, extrinsic, board, sizes, set()), False
     if simultaneous:
         shared = set.intersection(*({v.when for v in s.views} for s in singles.values()))
     else:
         shared = taken_at_once(names, singles, extrinsic, board) if simultaneous is None else set()
     if shared:
-        trial = _joint(names, singles, extrinsic, board, sizes, shared)
+        trial = solved_together(names, singles, extrinsic, board, sizes, shared)
         agrees = bool((trial.sigma_px < SIMULTANEOUS * best.sigma_px + SIMULTANEOUS_PX).all())
         if simultaneous and not agrees:  # the board moved between the exposures: that says nothing about lenses
-            trial = _joint(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
+            trial = solved_together(names, singles, extrinsic, board, sizes, shared, lenses_known=True)
         if simultaneous or agrees:
             best, tied = trial, True
-    _raise_world(best, board_height_m)
+    raise_world(best, board_height_m)
     cameras = [_camera(name, size, best, c) for c, (name, size) in enumerate(zip(names, sizes, strict=True))]
     tables, more, contradicted = validation_tables(cameras, singles, tried, best.covariance, board)
     parameters = pd.concat([_parameter_table(names, best, singles, sensor_size_px, cameras), more], ignore_index=True)
@@ -161,21 +159,6 @@ def calibrate_recording(recording: Recording, progress: Callable[[int, int], Non
     return result
 
 
-def _raise_world(found: Adjusted, board_height_m: float) -> None:
-    """Put the world's origin, which the adjustment has on the board, by that much under it; covariance included."""
-    for c, rotation in enumerate(found.state.camera_rotation):
-        up = board_height_m * rotation[:, 2]
-        found.state.camera_translation[c] -= up
-        turn, shift = N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1) - 3
-        change = np.eye(len(found.covariance))
-        change[shift : shift + 3, turn : turn + 3] = np.array(
-            [[0, -up[2], up[1]], [up[2], 0, -up[0]], [-up[1], up[0], 0]]
-        )
-        held = np.isnan(found.covariance)
-        found.covariance = change @ np.nan_to_num(found.covariance) @ change.T
-        found.covariance[held] = np.nan
-
-
 def _ambiguous(board: Board) -> InputError:
     columns, rows = board.squares
     if board.of_dots:
@@ -203,80 +186,6 @@ def _solved(name: str, views: Sequence[View], board: Board, size_px: tuple[int, 
             "take 10 to 20 views with the board tilted, near every corner of the image, sharp and well lit",
         )
     return single
-
-
-def _joint(
-    names: Sequence[str],
-    singles: Mapping[str, Single],
-    extrinsic: Mapping[str, View],
-    board: Board,
-    sizes: Sequence[tuple[int, int]],
-    tied: set[str],
-    lenses_known: bool = False,
-) -> Adjusted:
-    """All cameras together.  The board of the extrinsic view is the world; views of the instants `tied` have their pose
-    in it.
-
-    ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
-    """
-    sightings: list[Sighting] = []
-    turns: list[Array] = []
-    shifts: list[Array] = []
-    camera_turns: list[Array] = []
-    camera_shifts: list[Array] = []
-    pose_of: dict[str, int] = {}
-    for c, name in enumerate(names):
-        single, world = singles[name], extrinsic[name]
-        lens = single.adjusted.state.lens(0)
-        placed = board_pose(board.points_m()[world.points], world.uv_px, lens)
-        if placed is None:
-            raise InputError(
-                f"{name}: no pose fits its extrinsic view",
-                "the whole flat board, in focus, in the world position",
-                "take that view again",
-            )
-        turn, shift = placed
-        uv = world.uv_px if world.discs is None else unbiased(world.discs, lens, turn, shift)
-        sightings.append(Sighting(c, FIXED, True, board.points_m()[world.points], uv))
-        camera_turns.append(turn @ WORLD_FROM_BOARD)
-        camera_shifts.append(shift)
-        own = sightings_of(single.views, board, single.adjusted.state)
-        for view, sighting in zip(single.views, own, strict=True):
-            if view.name == world.name:
-                continue  # already there, as the world
-            turn, shift = (
-                single.adjusted.state.rotation[sighting.pose],
-                single.adjusted.state.translation[sighting.pose],
-            )
-            at_once = view.when in tied
-            if at_once and view.when in pose_of:
-                pose = pose_of[view.when]
-            else:
-                pose = len(turns)
-                turns.append(camera_turns[c].T @ turn if at_once else turn)
-                shifts.append(camera_turns[c].T @ (shift - camera_shifts[c]) if at_once else shift)
-                pose_of[view.when] = pose
-            sightings.append(Sighting(c, pose, at_once, sighting.points_m, sighting.uv_px))
-    intrinsics = np.concatenate([singles[name].adjusted.state.intrinsics for name in names])
-    state = State(
-        intrinsics,
-        np.array(camera_turns),
-        np.array(camera_shifts),
-        np.array(turns).reshape(-1, 3, 3),
-        np.array(shifts).reshape(-1, 3),
-        tuple(singles[name].adjusted.state.splines[0] for name in names),
-    )
-    setting = make_setting(sizes, state, WORLD_FROM_BOARD)
-    setting.free = np.concatenate([singles[name].setting.free for name in names])
-    setting.one_sigma = lenses_known
-    setting.spline_priors = tuple(spline_prior(singles[name], lenses_known) for name in names)
-    if lenses_known:
-        setting.prior = intrinsics.copy()
-        setting.prior_sd = np.stack(
-            [np.sqrt(np.diag(singles[name].adjusted.covariance))[:N_INTRINSICS] for name in names]
-        )
-    setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
-    return adjust(sightings, state, setting)
 
 
 def _refuse_swapped(

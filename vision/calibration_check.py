@@ -24,8 +24,8 @@ from vision.identity.matching import Match, match_in_all
 from vision.markers.detect import find_discs
 from vision.markers.perspective import on_plane
 from vision.markers.row import U, V
+from vision.tracking.bodies.gates import SEARCH_RADIUS
 from vision.tracking.camera_tracker import CameraTracker
-from vision.tracking.state import SEARCH_RADIUS
 
 Array = NDArray[np.float64]
 Offsets = Sequence[tuple[int, int]]

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.calibration.bundle_adjustment import N_CAMERA, POSE
+from vision.calibration.bundle.unknowns import N_CAMERA, POSE
 from vision.calibration.single_camera import CENTRE_SD_SHARE
 from vision.pinhole import CX, CY, FX, FY, INTRINSICS, K1, K2, N_INTRINSICS
 

@@ -17,6 +17,8 @@ from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.signal import fftconvolve
 
+from analysis.statistics.correlation import slow_mean
+
 Array = NDArray[np.float64]
 STEPS = 8  # of Gauss and Newton; three or four do
 SETTLED = 1e-6  # of a period: the last step of all
@@ -27,7 +29,6 @@ MOST_TRIED, NEAREST = 24, 6  # offsets: those that correlate best, and those nea
 # Another offset is ruled out where it leaves more by so many sd of the frames' noise, and by this share: the record's
 # own noise, integrated, differs from offset to offset, too.
 CLEAR, CLEAR_SHARE = 5.0, 0.25
-MOST_TOGETHER = 0.95  # correlation of neighbouring frames' residuals that is believed
 LEAST_SHARE = 0.5  # of the Host's displacement that a record must follow to be this run's
 
 
@@ -251,8 +252,7 @@ def _clearly_worse(one: _Fit, best: _Fit, again: Callable[[_Fit, NDArray[np.bool
     more, share = 0.0, 0.0
     for theirs, left in zip(other.residual, own.residual, strict=True):
         power = max(float(np.sum(left**2)), 1e-300)
-        together = float(np.clip(np.sum(left[1:] * left[:-1]) / power, 0.0, MOST_TOGETHER))
-        more += (float(np.sum(theirs**2)) - power) / (power / len(left) * (1 + together) / (1 - together))
+        more += (float(np.sum(theirs**2)) - power) / (power / len(left) * slow_mean(left, np.inf) ** 2)
         share = max(share, float(np.sum(theirs**2)) / power - 1)
     return more > CLEAR**2 and share > CLEAR_SHARE
 

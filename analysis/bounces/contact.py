@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.model import FlightRig
+from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.motion.host_table import host_at
 from analysis.walls.surfaces import nearest_surface, surface_seen
 

@@ -10,14 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
-from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, FlightFits, RunData, fit_flights, seen_frames
+from analysis.flights.cutting.pieces import Flight, seen_frames
+from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.noise import FlightNoise
 from analysis.identification.fit import BALANCE_SD, BALANCE_SHARE, RigFit
 from analysis.identification.floor_law import FORMS, SURE_FORCE
 from analysis.identification.floor_priors import HELD_M
 from analysis.identification.parameters import LENS_SHARE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
-from analysis.walls.wall import Wall, stated_wall
+from analysis.walls.drawn import stated_wall
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

@@ -13,7 +13,8 @@ from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import RigFit
 from analysis.motion.drive import jump
 from analysis.statistics.robust import smooth_noise
-from analysis.walls.wall import Wall, motion_gaps, stated_wall
+from analysis.walls.drawn import motion_gaps, stated_wall
+from analysis.walls.wall import Wall
 from ovines.plausibility.host_signal import ORDERS, dominant, scatter
 from ovines.recording import Recording
 from ovines.robust import residual_sd

@@ -18,7 +18,7 @@ from analysis.checks.motion import check_motion
 from analysis.checks.points import check_points
 from analysis.checks.row import COLUMNS, DIAGNOSE, PRINCIPAL, Row
 from analysis.identification.fit import RigFit
-from analysis.walls.wall import motion_gaps, stated_wall
+from analysis.walls.drawn import motion_gaps, stated_wall
 from ovines.recording import Recording
 
 __all__ = ["COLUMNS", "DIAGNOSE", "PRINCIPAL", "check_run", "in_words", "summed", "verdict"]

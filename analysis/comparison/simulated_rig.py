@@ -14,7 +14,9 @@ from analysis.contact.effect_rows import told_effects
 from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import HostMotion, fit_host_motion
-from analysis.walls.wall import Ring, Sides, Wall, identified_wall
+from analysis.walls.drawn import identified_wall
+from analysis.walls.outlines import Ring, Sides
+from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import WrittenLaw

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions
 from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
-from analysis.flights.fit import FlightFits, blows_before, contact_before, impact_before
+from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before
+from analysis.flights.fit import FlightFits
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
 from ovines.core.laws.words import TARGETS

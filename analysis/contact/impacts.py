@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import FlightFits, RunData
-from analysis.walls.wall import Ring, Wall
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.fit import FlightFits
+from analysis.walls.outlines import Ring
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.contact.wall_fit import WallFit
 from analysis.flights.runs import Run
-from analysis.walls.wall import DISK_TERMS
+from analysis.walls.outlines import DISK_TERMS
 
 # Of the contact radius: what turning and gluing leave of the mass centre (0.05 mm of 40 mm).
 MASS_CENTRE_NEGLIGIBLE = 1.25e-3

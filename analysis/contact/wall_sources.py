@@ -14,8 +14,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.motion.host_circle import fit_circles
+from analysis.statistics.correlation import slow_mean
 from analysis.statistics.robust import MEDIAN_SD
-from analysis.walls.wall import Sides, Wall, drawn_wall, identified_wall, side_term, wall_parameter
+from analysis.walls.drawn import drawn_wall, identified_wall
+from analysis.walls.outlines import Sides, side_term, wall_parameter
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 from ovines.robust import residual_sd
 
@@ -218,12 +221,7 @@ def _mean(values: Array, sd: Array | None = None) -> tuple[float, float, int]:
     middle = float(np.median(x))
     residual = x - middle
     spread = residual_sd(residual)
-    rho = (
-        float(np.clip(np.sum(residual[1:] * residual[:-1]) / np.sum(residual**2), 0.0, 0.95))
-        if np.any(residual)
-        else 0.0
-    )
-    result = MEDIAN_SD * spread * np.sqrt((1 + rho) / (1 - rho) / len(x)) if len(x) > 2 else float("nan")
+    result = MEDIAN_SD * spread * slow_mean(residual, np.inf) / np.sqrt(len(x)) if len(x) > 2 else float("nan")
     if sd is not None:
         result = float(np.fmax(result, np.median(sd[good]) / np.sqrt(len(x))))
     return middle, float(result), len(x)

@@ -27,7 +27,8 @@ from analysis.figures.style import (
     robust_limits,
     thinned,
 )
-from analysis.walls.wall import Wall, drawn_wall
+from analysis.walls.drawn import drawn_wall
+from analysis.walls.wall import Wall
 from ovines.recording_schema import Host, Nes
 
 Array = NDArray[np.float64]

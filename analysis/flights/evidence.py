@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.fit import SHARED, FlightFits, seen_frames
+from analysis.flights.cutting.pieces import seen_frames
+from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
 from analysis.flights.parameters import PARAMETERS

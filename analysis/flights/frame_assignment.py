@@ -1,6 +1,6 @@
 """Frames that a fitted flight denies: wrong points are set aside, a frame on the wrong side of an impact changes sides.
 
-The cutting (:mod:`analysis.flights.segments`) places an impact between two frames; one a hundredth of a frame past it
+The cutting (:mod:`analysis.flights.cutting`) places an impact between two frames; one a hundredth of a frame past it
 may count to either side. There it pulls at the end of a flight, where the velocities at the impact are read off.
 """
 
@@ -11,7 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import Flight, FlightFits, RunData, seen_frames
+from analysis.flights.cutting.pieces import Flight, seen_frames
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.fit import FlightFits
 from analysis.flights.runs import Run
 
 Array = NDArray[np.float64]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled, inlined
 from analysis.flights import parameters as P
-from analysis.motion.host_table import HostTable, host_acceleration_at, host_at
+from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.motion.host_table import HostState, host_acceleration_at, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push
 from ovines.core.system.friction import farkas
@@ -38,34 +39,12 @@ SHARE_OF_SPEED = 0.4
 # Square of a distance within which a force of one size towards the Host's centre turns (m^2).
 CENTRE_M2 = 1e-8
 
+# Sliding and rim speeds below this (m/s) count as this: what is divided by them then has its limit.
+TINY_M_PER_S = 1e-12
+
 STATES = 6
 #: place of the angle in the state
 ANGLE = 2
-
-
-NO_LAW = np.zeros((0, W.ROW_SIZE))
-
-
-class FlightRig(NamedTuple):
-    """What a flight knows of its run beside the parameters.
-
-    ``host``: the Host's path (:meth:`analysis.motion.host_path.HostMotion.table`); ``inertia_factor`` q of
-    I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line; ``law``: terms of a written
-    law, which counts time from ``start_s`` on and runs from 0 (``number``); ``middle_x_m``, ``middle_y_m``: the disk's
-    geometric centre from its centre of mass, in the disk's frame: there the floor's friction acts.
-    """
-
-    host: HostTable
-    omega_rad_per_s: float
-    radius_m: float
-    inertia_factor: float
-    contact_radius_m: float
-    phase_rad: float
-    law: Array = NO_LAW
-    start_s: float = 0.0
-    number: float = 0.0
-    middle_x_m: float = 0.0
-    middle_y_m: float = 0.0
 
 
 class Acceleration(NamedTuple):
@@ -91,6 +70,41 @@ def middle_of(angle: float, rig: FlightRig) -> tuple[float, float]:
         return 0.0, 0.0
     c, s = np.cos(angle), np.sin(angle)
     return c * rig.middle_x_m - s * rig.middle_y_m, s * rig.middle_x_m + c * rig.middle_y_m
+
+
+class Moment(NamedTuple):
+    """Where the disk is at one instant: time (s), the Host, cosine and sine of the drive's phase, place from the Host's
+    centre (m), velocity in the room (m/s), that of the disk's geometric centre against the floor, spin in the room
+    (rad/s), the geometric centre from the centre of mass (m)."""
+
+    t: float
+    host: HostState
+    cosine: float
+    sine: float
+    rx: float
+    ry: float
+    vx: float
+    vy: float
+    ux: float
+    uy: float
+    spin: float
+    cx: float
+    cy: float
+
+
+@inlined
+def moment_of(t: float, y: Array, rig: FlightRig, driven: bool) -> Moment:
+    """What the terms ask of the state ``y`` (6,) at t; cosine and sine only where ``driven``."""
+    host = host_at(t, rig.host)
+    rx, ry = y[0] - host.x, y[1] - host.y
+    cosine, sine = 0.0, 0.0
+    if driven:
+        drive = rig.omega_rad_per_s * t + rig.phase_rad
+        cosine, sine = np.cos(drive), np.sin(drive)
+    cx, cy = middle_of(y[ANGLE], rig)
+    spin = y[5] - host.spin
+    ux, uy = y[3] - host.vx + host.spin * ry - spin * cy, y[4] - host.vy - host.spin * rx + spin * cx
+    return Moment(t, host, cosine, sine, rx, ry, y[3], y[4], ux, uy, y[5], cx, cy)
 
 
 @compiled
@@ -133,6 +147,7 @@ def follows_drive(p: Array) -> bool:
     )
 
 
+# Whole: in parts that are handed a :class:`Moment` a flight takes half again as long.
 @compiled
 def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""

@@ -12,14 +12,16 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from analysis.flights.first_wall import CONTACT_MARGIN_M, from_host, reached_wall
-from analysis.flights.fit import NO_ANGLE_SD_RAD, Flight, RunData, flights_from_segments, shortened
-from analysis.flights.segments import Segments, segment
+from analysis.flights.cutting.first_wall import CONTACT_MARGIN_M, from_host, reached_wall
+from analysis.flights.cutting.pieces import Flight, flights_from_segments, shortened
+from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.segments import Segments, segment
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_path import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
 from analysis.statistics.robust import smooth_noise
-from analysis.walls.wall import Wall, stated_wall
+from analysis.walls.drawn import stated_wall
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

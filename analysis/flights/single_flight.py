@@ -13,17 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights.model import (
-    STATES,
-    FlightRig,
-    first_after,
-    fly,
-    in_turn,
-    step_within,
-    strongest_acceleration,
-)
+from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.law_slopes import LawWork, law_work
+from analysis.flights.model import STATES, first_after, fly, in_turn, step_within, strongest_acceleration
 from analysis.flights.noise import CLIP_SD
-from analysis.flights.slopes import LawWork, acceleration_slopes, law_work
+from analysis.flights.slopes import acceleration_slopes
 
 Array = NDArray[np.float64]
 

@@ -11,6 +11,8 @@ from scipy.special import ndtr
 
 #: probabilities below this are not told apart from it: no tail is known so far out
 SMALLEST_P = 1e-12
+#: what a structure goes with that is different in each run, in no order
+EACH_RUN = "each run by itself"
 
 
 def two_sided(z: float) -> float:

@@ -24,7 +24,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
 from analysis.identify import Joint, identify_runs
 from analysis.motion.rig_frame import rig_frame
-from analysis.walls.wall import wall_parameter
+from analysis.walls.outlines import wall_parameter
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.recording_schema import Nominal

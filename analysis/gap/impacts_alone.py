@@ -23,7 +23,8 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.estimates import value_of
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
-from analysis.gap.selection.impact_steps import USUAL_SCATTER, select_laws
+from analysis.gap.selection.impact_laws import select_laws
+from analysis.gap.selection.impact_steps import USUAL_SCATTER
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, impact_null_distribution
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
 from analysis.identification.given_impacts import identify_impacts

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
-from analysis.gap.drive.steps import DriveSteps, beyond_stated_drive, drive_steps
+from analysis.gap.drive.findings import DriveSteps
+from analysis.gap.drive.steps import beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
@@ -26,12 +27,12 @@ from analysis.gap.measurement.rigid_bodies import rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.measurement.turning_picture import turning_picture
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.flight_candidates import FlightFit
 from analysis.gap.selection.flight_steps import (
     FlightSteps,
     first_flights,
     select_flight_effects,
 )
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
 from analysis.gap.selection.inertia import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.selection.impact_candidates import EACH_RUN
+from analysis.gap.cause import EACH_RUN
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "

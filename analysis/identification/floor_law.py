@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.evidence import Evidence, columns_of, linearised, usable_flights
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import RESTS_SD, FloorFit, disagreement, fit_floor
+from analysis.identification.floor import RESTS_SD, FloorFit, fit_floor
+from analysis.identification.floor_errors import disagreement
 from analysis.identification.floor_priors import lens_priors, prior_of
 from analysis.identification.restitution_rows import few
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.unknown_force import Prior
 
 Array = NDArray[np.float64]

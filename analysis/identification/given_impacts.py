@@ -13,14 +13,9 @@ from analysis.contact.given_impacts import MOST_RESTITUTION, given_law_data, wit
 from analysis.contact.law import LawData, fit_restitution, fit_tangential, restitution_gain, sticks
 from analysis.contact.restitution import SPEED, rig_sizes
 from analysis.flights.stated_terms import stated_sizes
-from analysis.identification.intervals import (
-    Interval,
-    best_tangential,
-    normal_interval,
-    restitution_interval,
-    scatter_interval,
-    tangential_intervals,
-)
+from analysis.identification.contact_law.deviance import best_tangential
+from analysis.identification.contact_law.interval import Interval, normal_interval
+from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
 from analysis.identification.restitution_rows import (
     effect_sizes,
     few,

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from analysis.contact.impacts import Impacts
 from analysis.contact.law import Law, LawData
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M, WallFit
+from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, lens_basis
 from analysis.flights.evidence import Evidence, columns_of
-from analysis.flights.fit import LENS_POWERS, LENS_TERMS, ORIGIN, SHARED, lens_basis
+from analysis.flights.fit import ORIGIN, SHARED
 
 Array = NDArray[np.float64]
 

@@ -12,21 +12,15 @@ from analysis.contact.law import fit_restitution, restitution_gain, sticks
 from analysis.contact.restitution import SPEED
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.identification.contact_law.interval import NORMAL_90, Interval, normal_interval, widened
+from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
-from analysis.identification.intervals import (
-    NORMAL_90,
-    Interval,
-    normal_interval,
-    restitution_interval,
-    scatter_interval,
-    tangential_intervals,
-    widened,
-)
 from analysis.identification.lens_residual import restitution_sd
 from analysis.identification.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.motion.rig_frame import RigFrame
+from analysis.statistics.correlation import slow_mean
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
-from analysis.walls.wall import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
+from analysis.walls.outlines import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 
 Array = NDArray[np.float64]
 Row = tuple[str, Interval, int | None]
@@ -59,8 +53,6 @@ FRICTION_MODEL_SHARE = 7.5e-5
 FEWEST_FOR_SLOPE = 5
 # Contact distances show a residual beyond their noise: five unknowns of the wall and one more.
 FEWEST_FOR_RESIDUAL = 6
-# Neighbouring frames' errors more correlated than this are drift.
-MOST_CORRELATION = 0.9
 FLOOR_NAMES = {
     "friction": "floor_friction",
     "viscous": "viscous_drag_per_s",
@@ -279,7 +271,7 @@ def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:
     found = [
         (
             run.data.host.frequency_hz,
-            run.data.host.omega_sd_rad_per_s * _correlated(run.data.host.residual) / (2 * np.pi),
+            run.data.host.omega_sd_rad_per_s * slow_mean(run.data.host.residual[:, :2], np.inf) / (2 * np.pi),
         )
         for run in rig.runs
         if run.data.host.omega_rad_per_s > 0 and np.isfinite(run.data.host.omega_sd_rad_per_s)
@@ -292,16 +284,3 @@ def _drive_rows(rig: RigFit) -> list[tuple[str, Interval]]:
     # Runs that scatter more than their sds let them widen the mean's (Birge's ratio).
     birge = np.sqrt(np.sum(weight * (value - mean) ** 2) / max(len(value) - 1, 1))
     return [("drive_frequency_hz", normal_interval(mean, max(float(birge), 1.0) * weight.sum() ** -0.5))]
-
-
-def _correlated(residual: Array) -> float:
-    """Factor by which neighbouring frames' correlated errors (AR(1), from the Host's residual along its axes) widen an
-    sd.
-    """
-    x = residual[:, :2]
-    with np.errstate(invalid="ignore"):
-        products, squares = x[1:] * x[:-1], x**2
-    if not np.isfinite(products).any():
-        return 1.0
-    rho = float(np.clip(np.nansum(products) / np.nansum(squares), 0.0, MOST_CORRELATION))
-    return float(np.sqrt((1 + rho) / (1 - rho)))

@@ -20,7 +20,7 @@ from analysis.contact.restitution import (
     conditions,
     fit_effects,
 )
-from analysis.identification.intervals import Interval, normal_interval
+from analysis.identification.contact_law.interval import Interval, normal_interval
 from analysis.statistics.student import student_over_normal
 
 # Effects on the restitution are fitted to so many impacts, as the diagnosis asks for them.

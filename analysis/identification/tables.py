@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import QUANTITIES
 from analysis.identification.bounce_sequences import BounceSequence, Merged
+from analysis.identification.contact_law.interval import Interval
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
-from analysis.identification.intervals import Interval
 
 Array = NDArray[np.float64]
 # sd of a tangential speed from which the disk's angle says nothing about it (m/s).

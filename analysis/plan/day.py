@@ -11,7 +11,7 @@ from analysis.comparison.simulated_rig import HERE_ALREADY, simulated_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.plan.noise import PoseNoise
-from analysis.walls.wall import stated_wall
+from analysis.walls.drawn import stated_wall
 from ovines.core import (
     FloorFriction,
     Harmonic,

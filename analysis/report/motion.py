@@ -13,7 +13,7 @@ from analysis.figures.trajectory import angle_and_spin, column, relative_traject
 from analysis.report.numbers import value_with_digits, value_with_sd, with_unit
 from analysis.report.page import Page
 from analysis.report.results import Results
-from analysis.walls.wall import identified_wall
+from analysis.walls.drawn import identified_wall
 from ovines.robust import residual_sd
 
 

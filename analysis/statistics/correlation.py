@@ -14,9 +14,11 @@ CLIP_SD = 4.0
 MOST_CORRELATED = 0.95
 
 
-def frame_correlation(residual: Array) -> float:
+def frame_correlation(residual: Array, clip_sd: float = CLIP_SD) -> float:
     """Correlation from frame to frame of ``residual`` (N,) or (N, C), NaN where unknown, which is all noise, slow or
-    not: products of neighbours over squares, gross errors clipped; 0 to :data:`MOST_CORRELATED`.
+    not: products of neighbours over squares, gross errors clipped at ``clip_sd``; 0 to :data:`MOST_CORRELATED`.
+
+    With an infinite ``clip_sd`` nothing is clipped: where what it widens has been found with gross errors in it.
 
     >>> bool(frame_correlation(np.array([1.0, 0.8, 0.9, -0.7, -1.0, -0.6])) > 0.3)
     True
@@ -25,17 +27,18 @@ def frame_correlation(residual: Array) -> float:
     if not len(known):
         return 0.0
     known = known.reshape(len(known), -1)
-    limit = CLIP_SD * np.array([residual_sd(column) for column in known.T])
-    known = np.clip(known, -limit, limit)
+    if np.isfinite(clip_sd):
+        limit = clip_sd * np.array([residual_sd(column) for column in known.T])
+        known = np.clip(known, -limit, limit)
     power = float(np.sum(known**2))
     return float(np.clip(np.sum(known[1:] * known[:-1]) / power, 0.0, MOST_CORRELATED)) if power > 0 else 0.0
 
 
-def slow_mean(residual: Array) -> float:
+def slow_mean(residual: Array, clip_sd: float = CLIP_SD) -> float:
     """By what factor the sd of a mean, or of anything slow, is larger than that of as many independent values (AR(1)).
 
     >>> slow_mean(np.array([1.0, -1.0, 1.0, -1.0]))
     1.0
     """
-    together = frame_correlation(residual)
+    together = frame_correlation(residual, clip_sd)
     return float(np.sqrt((1 + together) / (1 - together)))

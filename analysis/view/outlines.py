@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.figures.trajectory import column
-from analysis.walls.wall import stated_wall
+from analysis.walls.drawn import stated_wall
 from ovines.camera import Camera
 from ovines.recording import Recording
 

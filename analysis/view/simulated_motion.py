@@ -10,7 +10,7 @@ import pandas as pd
 from analysis.comparison.flights_ahead import flown_flights
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
 from analysis.report.results import Results
-from analysis.walls.wall import identified_wall
+from analysis.walls.drawn import identified_wall
 from ovines.errors import InputError
 from ovines.recording import Recording
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.walls.outlines import Ring
 from analysis.walls.surfaces import RING
-from analysis.walls.wall import Ring, Wall
+from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 #: free terms of the lobes, over the contact radius

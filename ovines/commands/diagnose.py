@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tqdm import tqdm
 
@@ -27,12 +27,15 @@ from ovines.pipeline.ownership import (
     write_source,
 )
 from ovines.pipeline.series import is_recording, refuse_large
-from ovines.recording import read_series
+from ovines.recording import Recording, read_series
 from ovines.tables import TABLES, write_table
 from ovines.workers.budget import add_yes, interruptibly
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from analysis.gap.laws.found_law import LawFound
+    from analysis.report.page import Page
 
 NAME = "diagnose"
 HELP = "the sim-to-real gap of a series: where it lies, which effect causes it, how far it shrinks"
@@ -78,15 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json, predictions.parquet and gap.html, say the verdict."""
-    import numpy as np
-    import pandas as pd
-
-    from analysis.gap.answer import answer_in_words, model_section, model_values, plain
-    from analysis.gap.diagnose import diagnose
-    from analysis.gap.impacts_alone import diagnose_impacts
-    from analysis.gap.page.gap_page import gap_page
-    from analysis.gap.page.impacts_page import impacts_page
-    from analysis.report.page import pages_beside, source_of
+    from analysis.gap.answer import answer_in_words, model_section
 
     out = results_folder(args.series, args.out)
     recordings = read_series(args.series)
@@ -103,52 +98,97 @@ def run(args: argparse.Namespace) -> int:
         if not (out / SOURCE).is_file():
             write_source(out, owner, "recording" if single else "series")
         LOGGER.info("diagnose %s: %d recordings, by %s", owner.resolve(), len(recordings), program())
-        withheld, name = known_effects(args.withhold), args.series.resolve().name
-        if all(recording.entry() == "impacts" for recording in recordings):
-            if args.law:
-                raise InputError("--law, and impacts by themselves", "a series with its motion", "leave --law away")
-            brought, sources = load_impacts(recordings)
-            laws: Sequence[LawFound] = ()
-            bar.update()
-            rng = np.random.default_rng(args.seed)
-            summary = interruptibly(lambda: diagnose_impacts(brought, recordings, rng, withheld))
-            predictions = pd.DataFrame({name: [] for name in TABLES["predictions"].names})
-            draw = partial(impacts_page, summary, name, len(recordings))
-            values = {n: one["with_effect"] for n, one in summary["nominal"].items() if np.isfinite(one["with_effect"])}
-        else:
-            series, sources = load_series(recordings, out, args.law)
-            sources |= {f"--law {path.name}": path for path in args.law}
-            bar.update()
-            bar.set_postfix_str("flights, impacts, candidates")
-            diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
-            summary, predictions, laws = diagnosis.summary, diagnosis.predictions, diagnosis.laws
-            draw = partial(gap_page, diagnosis, name)
-            values = model_values(diagnosis.ladder, diagnosis.estimates)
-        for path in sources.values():
+        alone = all(recording.entry() == "impacts" for recording in recordings)
+        answer = _of_impacts(args, recordings, bar) if alone else _of_motion(args, recordings, out, bar)
+        for path in answer.sources.values():
             LOGGER.info("reads %s", path)
         bar.update()
         bar.set_postfix_str("report")
-        made = provenance("diagnose", {"seed": args.seed}, {name: sha256_of(path) for name, path in sources.items()})
-        write_table(predictions, "predictions", out / WRITES[0], made)
-        # The answer first: the page is drawn from it.
-        write_text_whole(
-            json.dumps(plain({**summary, "provenance": made}), indent=1, allow_nan=False) + "\n",
-            out / WRITES[1],
-        )
-        write_law_files(laws, name, out)
-        page = draw()
-        page.source = source_of(owner, out)
-        page.links = pages_beside(out, ("report.html",))
-        write_text_whole(page.render(), out / WRITES[2])
+        _write(answer, args, owner, out)
         bar.update()
         if args.write_model is not None:
-            write_text_whole(model_section(summary, recordings[0].model, values), args.write_model)
+            write_text_whole(model_section(answer.summary, recordings[0].model, answer.values), args.write_model)
         bar.update()
-        lines = [answer_in_words(summary), *details(summary)]
+        lines = [answer_in_words(answer.summary), *details(answer.summary)]
         for line in lines:
             LOGGER.info("%s", line)
     print("\n  ".join([*lines, f"page: {out / WRITES[2]}"]))
     return 0
+
+
+class _Answer(NamedTuple):
+    """What was found: for diagnosis.json, the predictions, the laws, how to ``draw`` the page, ``values`` for a
+    ``[model]`` by name, and the files that were read."""
+
+    summary: dict[str, Any]
+    predictions: pd.DataFrame
+    laws: Sequence[LawFound]
+    draw: Callable[[], Page]
+    values: dict[str, float]
+    sources: Mapping[str, Path]
+
+
+def _of_impacts(args: argparse.Namespace, recordings: Sequence[Recording], bar: Any) -> _Answer:
+    """The diagnosis of impacts by themselves, without the motion between them."""
+    import numpy as np
+    import pandas as pd
+
+    from analysis.gap.impacts_alone import diagnose_impacts
+    from analysis.gap.page.impacts_page import impacts_page
+
+    withheld = known_effects(args.withhold)
+    if args.law:
+        raise InputError("--law, and impacts by themselves", "a series with its motion", "leave --law away")
+    brought, sources = load_impacts(recordings)
+    bar.update()
+    rng = np.random.default_rng(args.seed)
+    summary = interruptibly(lambda: diagnose_impacts(brought, recordings, rng, withheld))
+    predictions = pd.DataFrame({name: [] for name in TABLES["predictions"].names})
+    draw = partial(impacts_page, summary, args.series.resolve().name, len(recordings))
+    values = {n: one["with_effect"] for n, one in summary["nominal"].items() if np.isfinite(one["with_effect"])}
+    return _Answer(summary, predictions, (), draw, values, sources)
+
+
+def _of_motion(args: argparse.Namespace, recordings: Sequence[Recording], out: Path, bar: Any) -> _Answer:
+    """The diagnosis of a series with its motion."""
+    import numpy as np
+
+    from analysis.gap.answer import model_values
+    from analysis.gap.diagnose import diagnose
+    from analysis.gap.page.gap_page import gap_page
+
+    withheld = known_effects(args.withhold)
+    series, sources = load_series(recordings, out, args.law)
+    sources |= {f"--law {path.name}": path for path in args.law}
+    bar.update()
+    bar.set_postfix_str("flights, impacts, candidates")
+    diagnosis = interruptibly(lambda: diagnose(series, np.random.default_rng(args.seed), withheld))
+    return _Answer(
+        diagnosis.summary,
+        diagnosis.predictions,
+        diagnosis.laws,
+        partial(gap_page, diagnosis, args.series.resolve().name),
+        model_values(diagnosis.ladder, diagnosis.estimates),
+        sources,
+    )
+
+
+def _write(answer: _Answer, args: argparse.Namespace, owner: Path, out: Path) -> None:
+    """Predictions, diagnosis, laws and page into ``out``."""
+    from analysis.gap.answer import plain
+    from analysis.report.page import pages_beside, source_of
+
+    hashes = {name: sha256_of(path) for name, path in answer.sources.items()}
+    made = provenance("diagnose", {"seed": args.seed}, hashes)
+    write_table(answer.predictions, "predictions", out / WRITES[0], made)
+    # The answer first: the page is drawn from it.
+    told = json.dumps(plain({**answer.summary, "provenance": made}), indent=1, allow_nan=False)
+    write_text_whole(told + "\n", out / WRITES[1])
+    write_law_files(answer.laws, args.series.resolve().name, out)
+    page = answer.draw()
+    page.source = source_of(owner, out)
+    page.links = pages_beside(out, ("report.html",))
+    write_text_whole(page.render(), out / WRITES[2])
 
 
 def law_files(out: Path) -> list[str]:

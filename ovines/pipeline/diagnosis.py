@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
 from ovines.camera import Camera, with_fields
 from ovines.errors import InputError
+from ovines.lens_field import LensField
 from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
 from ovines.pipeline.stages import location
@@ -46,6 +47,40 @@ def load_series(
 
     held = held_laws(recordings, laws)
     entries = [recording.entry() for recording in recordings]
+    _refuse_what_does_not_move(recordings, entries)
+    entry = max(entries, key=ORDER.index)
+    brought = _brought(recordings, entries, out)
+    cameras: list[Camera] | None = None
+    tracks: list[pd.DataFrame] = []
+    points: list[pd.DataFrame] = []
+    motions: list[pd.DataFrame] = []
+    for recording, kind, table, seen in zip(recordings, entries, brought.tables, brought.cameras, strict=True):
+        if seen is not None:
+            cameras = with_fields(seen, brought.fields)
+            tracks.append(table)
+            table = triangulate_again(table, cameras, recording, (0.0, 0.0))
+            kind = "points"
+        points.append(table) if kind == "points" else motions.append(host_at_rest(table))
+        if kind == "points" and entry == "motion":
+            motions.append(motion_from_points(table, recording))
+    if entry == "motion":
+        series = from_motions(recordings, motions, held)
+    else:
+        whole = len(tracks) == len(recordings) and all(len(recording.cameras) == TESTED for recording in recordings)
+        series = from_points(
+            recordings,
+            points,
+            cameras if whole else None,
+            tracks if whole else None,
+            triangulate_again,
+            held,
+        )
+    series = without_frame_laws(series, measurement_laws(recordings, laws))
+    refuse_uninformative(series.motions, recordings)
+    return series, brought.sources
+
+
+def _refuse_what_does_not_move(recordings: Sequence[Recording], entries: Sequence[str]) -> None:
     if "impacts" in entries:
         raise InputError(
             f"{recordings[entries.index('impacts')].folder} brings impacts alone, others of the series bring motion",
@@ -58,7 +93,20 @@ def load_series(
             "recordings of a disk that moves",
             "leave it out of the series; its calibration.json serves them as [calibration] file",
         )
-    entry = max(entries, key=ORDER.index)
+
+
+class _Brought(NamedTuple):
+    """What the recordings enter with: a table each, the cameras of those that have tracks, what all of these teach of
+    the lenses, and the files that were read by name."""
+
+    tables: list[pd.DataFrame]
+    cameras: list[list[Camera] | None]
+    fields: dict[str, LensField]
+    sources: dict[str, Path]
+
+
+def _brought(recordings: Sequence[Recording], entries: Sequence[str], out: Path) -> _Brought:
+    """Tables of all recordings; frames are tracked first, into ``out``."""
     tables: list[pd.DataFrame] = []
     seen_by: list[list[Camera] | None] = []
     sources: dict[str, Path] = {}
@@ -80,34 +128,7 @@ def load_series(
         [seen_by[k] or [] for k in filmed],
         location("calibration_covariance.parquet", recordings[0], out / "recordings" / recordings[0].folder.name),
     )
-    cameras: list[Camera] | None = None
-    tracks: list[pd.DataFrame] = []
-    points: list[pd.DataFrame] = []
-    motions: list[pd.DataFrame] = []
-    for recording, kind, table, seen in zip(recordings, entries, tables, seen_by, strict=True):
-        if seen is not None:
-            cameras = with_fields(seen, fields)
-            tracks.append(table)
-            table = triangulate_again(table, cameras, recording, (0.0, 0.0))
-            kind = "points"
-        points.append(table) if kind == "points" else motions.append(host_at_rest(table))
-        if kind == "points" and entry == "motion":
-            motions.append(motion_from_points(table, recording))
-    if entry == "motion":
-        series = from_motions(recordings, motions, held)
-    else:
-        whole = len(tracks) == len(recordings) and all(len(recording.cameras) == TESTED for recording in recordings)
-        series = from_points(
-            recordings,
-            points,
-            cameras if whole else None,
-            tracks if whole else None,
-            triangulate_again,
-            held,
-        )
-    series = without_frame_laws(series, measurement_laws(recordings, laws))
-    refuse_uninformative(series.motions, recordings)
-    return series, sources
+    return _Brought(tables, seen_by, fields, sources)
 
 
 def triangulate_again(

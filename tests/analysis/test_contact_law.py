@@ -20,8 +20,8 @@ from analysis.contact.law import (
     sticks,
 )
 from analysis.contact.restitution import speed_law
-from analysis.identification.intervals import (
-    best_tangential,
+from analysis.identification.contact_law.deviance import best_tangential
+from analysis.identification.contact_law.intervals import (
     restitution_interval,
     scatter_interval,
     tangential_intervals,

@@ -8,7 +8,8 @@ import pytest
 
 from analysis.blind.series import make_series, write_series
 from analysis.flights import parameters as P
-from analysis.flights.model import STATES, FlightRig, fly
+from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.model import STATES, fly
 from analysis.identify import identify_runs
 from analysis.motion.host_path import HostMotion
 from ovines.commands.diagnose import read_series

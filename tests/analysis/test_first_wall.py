@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import Place, make_series, write_series
-from analysis.flights.first_wall import CONTACT_MARGIN_M, off_place, reached_wall
+from analysis.flights.cutting.first_wall import CONTACT_MARGIN_M, off_place, reached_wall
 from analysis.gap.ladder import run_ladder
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.flights.fit import LENS_TERMS, Flight, RunData, fit_flights
+from analysis.flights.cutting.pieces import Flight
+from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.cutting.segments import Segments
+from analysis.flights.fit import fit_flights
 from analysis.flights.frame_assignment import settled
 from analysis.flights.parameters import PARAMETERS
 from analysis.flights.runs import Run
-from analysis.flights.segments import Segments
 from analysis.motion.host_path import HostMotion
 
 SD = 5e-6

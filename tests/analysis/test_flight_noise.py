@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.evidence import FlightRows, RunRows, columns_of
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.force_path import ForcePath
 from analysis.flights.model import STATES
 from analysis.flights.noise import (

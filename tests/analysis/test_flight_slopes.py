@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from analysis.flights import parameters as P
-from analysis.flights.model import NO_LAW, STATES, FlightRig, acceleration, fly
+from analysis.flights.cutting.flight_rig import NO_LAW, FlightRig
+from analysis.flights.law_slopes import law_work
+from analysis.flights.model import STATES, acceleration, fly
 from analysis.flights.single_flight import fly_with_derivatives
-from analysis.flights.slopes import acceleration_slopes, law_work
+from analysis.flights.slopes import acceleration_slopes
 from analysis.motion.host_path import HostMotion
 from ovines.core.laws.terms import Factor, Term, rows_of
 
@@ -47,7 +49,8 @@ def plain(friction=0.25, coupling=1.0, **given):
 
 def everything(rng):
     """Every parameter of a size that it may have, all terms of the law among them."""
-    p = rng.normal(0.0, 0.3, len(NAMES))
+    p = np.zeros(len(NAMES))
+    p[UNKNOWNS] = rng.normal(0.0, 0.3, len(UNKNOWNS))
     p[P.FRICTION], p[P.COUPLING], p[P.IMPACT_BEFORE_S] = 0.25, 0.6, -0.01
     return p
 

@@ -8,9 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.cutting.pieces import LONGEST_FLIGHT_S, Flight, shortened
+from analysis.flights.cutting.run_data import LENS_TERMS, RunData
 from analysis.flights.evidence import columns_of, gather, solve
-from analysis.flights.fit import LENS_TERMS, LONGEST_FLIGHT_S, Flight, RunData, fit_flights, shortened
-from analysis.flights.model import FlightRig, fly
+from analysis.flights.fit import fit_flights
+from analysis.flights.model import fly
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.motion.host_path import HostMotion
 

@@ -11,8 +11,10 @@ from analysis.bounces.contact import RECORD, BounceRig
 from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.contact.impacts import intersect, measure
 from analysis.contact.wall_fit import fit_wall
-from analysis.flights.fit import LENS_TERMS, Flight, RunData, fit_flights
-from analysis.flights.model import FlightRig
+from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.cutting.pieces import Flight
+from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.fit import fit_flights
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall

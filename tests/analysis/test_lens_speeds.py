@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from analysis.flights.fit import LENS_POWERS, LENS_TERMS, lens_basis
+from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, lens_basis
 from analysis.identification.lens_residual import LensResidual, lens_gradient, restitution_sd
 
 RADIUS_M, RESTITUTION = 0.04, 0.7

@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.flights.fit import flights_from_segments
-from analysis.flights.segments import (
-    SIGNIFICANCE,
-    find_contact,
-    find_kinks,
-    reach_frames,
-    segment,
-    without_doubles,
-)
+from analysis.flights.cutting.kinks import SIGNIFICANCE, find_kinks, reach_frames
+from analysis.flights.cutting.pieces import flights_from_segments
+from analysis.flights.cutting.segments import segment, without_doubles
+from analysis.flights.cutting.wall_contact import find_contact
 
 RATE = 800.0
 SD = 1.5e-5

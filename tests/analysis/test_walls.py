@@ -9,7 +9,9 @@ import pytest
 
 from analysis.checks.recording import check_run
 from analysis.identify import identify_series
-from analysis.walls.wall import Cylinder, Ring, Sides, Wall, motion_gaps, stated_wall
+from analysis.walls.drawn import motion_gaps, stated_wall
+from analysis.walls.outlines import Cylinder, Ring, Sides
+from analysis.walls.wall import Wall
 from ovines.errors import InputError
 from ovines.recording import read_recording, read_series
 from ovines.tables import read_table

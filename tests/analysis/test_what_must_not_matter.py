@@ -20,7 +20,7 @@ import pandas as pd
 import pytest
 
 from analysis.checks.recording import verdict
-from analysis.flights.segments import Segments
+from analysis.flights.cutting.segments import Segments
 from analysis.gap.diagnose import diagnose
 from analysis.identify import identify_series
 from ovines.__main__ import main

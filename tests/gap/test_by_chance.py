@@ -15,7 +15,8 @@ from analysis.gap.next_test.recording import AS_RECORDED
 from analysis.gap.prediction.held_out_errors import STEPS, held_out_errors
 from analysis.gap.prediction.power import flights_seen, share_seen
 from analysis.gap.prediction.predict import Errors
-from analysis.gap.selection.flight_candidates import _indices, gain_of, solve_named
+from analysis.gap.selection.flight_candidates import gain_of
+from analysis.gap.selection.flights.fit import _indices, solve_named
 from analysis.gap.selection.impact_candidates import restitution_gains
 from analysis.gap.selection.null_distribution import (
     by_chance,

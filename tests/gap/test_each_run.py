@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series, write_series
+from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_candidates import EACH_RUN, run_columns
+from analysis.gap.selection.impact_candidates import run_columns
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.tests_by_hand import unknown_test
 from ovines.pipeline.diagnosis import load_series

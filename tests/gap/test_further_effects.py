@@ -17,11 +17,11 @@ from analysis.blind.series import make_series, write_series
 from analysis.flights.parameters import INDEX
 from analysis.gap.answer import model_section, model_values
 from analysis.gap.diagnose import diagnose
+from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.pushes import Pushes, answers
-from analysis.gap.drive.steps import DriveSteps
 from analysis.gap.estimates import improved
 from analysis.gap.ladder import run_ladder
-from analysis.gap.page.figures_drive import drive_figure
+from analysis.gap.page.figures.drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
 from analysis.identify import identify_series
 from analysis.walls.lobes import LobedWall, best_order, lobe_columns

@@ -14,15 +14,16 @@ from analysis.blind.series import make_series, write_series
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import Diagnosis, diagnose
-from analysis.gap.page.figures import binned
-from analysis.gap.page.figures_flights import flight_panels
-from analysis.gap.page.figures_impacts import _gains, impact_panels
-from analysis.gap.page.figures_paths import chosen_flight, flight_errors, in_host, paths_of
+from analysis.gap.page.figures.flights import flight_panels
+from analysis.gap.page.figures.impact_ranking import _gains
+from analysis.gap.page.figures.impacts import impact_panels
+from analysis.gap.page.figures.panels import binned
+from analysis.gap.page.figures.paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
 from analysis.gap.selection.centres import centre_offsets, is_effect
-from analysis.gap.selection.missing_acceleration import LONG, missing_acceleration, residual_frames
+from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.core.laws.words import QUANTITIES, TARGETS

@@ -9,8 +9,8 @@ import pytest
 from analysis.blind.series import make_series, write_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.page.gap_page import gap_page
+from analysis.gap.selection.flights.missing_acceleration import COMPONENTS
 from analysis.gap.selection.left_in_flights import _best_pair
-from analysis.gap.selection.missing_acceleration import COMPONENTS
 from analysis.statistics.gain import regress
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

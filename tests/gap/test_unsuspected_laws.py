@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from analysis.gap.drive import steps
+from analysis.gap.drive import steps, terms
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.law import find_frame_laws
@@ -115,13 +115,13 @@ def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
 def test_what_rings_on_for_ever_is_no_answer_to_a_blow(loaded, monkeypatch):
     """However much of the Host's path it explains: the drive swings as it likes."""
     _, series = loaded("none", 1.0, 66)
-    fits, best = first_flights(series, EFFECTS).fits, steps.best_swing
+    fits, best = first_flights(series, EFFECTS).fits, terms.best_swing
 
     def ringing(effect, *arguments, damping):
         held_out = np.full(len(series.runs), 1e5)
         return replace(best(effect, *arguments), share=0.1, damping=damping, gain=1e6, held_out=held_out)
 
     for damping, told in ((1e-8, 0), (0.05, 2)):
-        monkeypatch.setattr(steps, "best_swing", partial(ringing, damping=damping))
+        monkeypatch.setattr(terms, "best_swing", partial(ringing, damping=damping))
         found, _ = steps.drive_steps(series, fits, frozenset(), False)
         assert len(found.swings) == told

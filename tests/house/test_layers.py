@@ -14,26 +14,29 @@ ROOT = Path(__file__).resolve().parents[2]
 ROWS = """
 ovines.core.kernel
 ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds \
-    analysis.gap.cause analysis.gap.tests_by_hand
+    analysis.gap.cause
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
-    analysis.compiled analysis.statistics analysis.gap.finding \
+    analysis.compiled analysis.statistics analysis.gap.finding analysis.gap.tests_by_hand \
     analysis.blind.plant.compiled analysis.blind.plant.parameters analysis.blind.plant.state
 ovines.core.system analysis.blind.plant.host
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects \
     analysis.blind.plant.flight
 ovines.law_file ovines.recording ovines.core.contact ovines.core.packing vision.markers vision.video vision.pinhole \
     analysis.blind.plant.wall analysis.blind.recording
-vision.one_view analysis.blind.plant.dynamics
+vision.one_view analysis.blind.plant.dynamics vision.calibration.bundle vision.tracking.bodies
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
+analysis.flights.cutting
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
     vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \
     analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.draw
+analysis.identification.contact_law
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.blind.trial
+analysis.gap.selection.flights
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
 analysis.gap.drive
@@ -45,6 +48,7 @@ analysis.gap.laws.frames
 analysis.gap.named_laws
 analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
+analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
 ovines.two_results ovines.simulations
 ovines.commands ovines.notebook

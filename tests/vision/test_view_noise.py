@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vision.calibration.boards import find_board
-from vision.calibration.bundle_adjustment import adjust
+from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.detection import View
 from vision.calibration.single_camera import make_setting, sightings_of, solve_camera
 from vision.pinhole import intrinsics_of

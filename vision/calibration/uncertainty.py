@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.bundle_adjustment import N_CAMERA, POSE, n_parameters, spline_places
+from vision.calibration.bundle.unknowns import N_CAMERA, POSE, n_parameters, spline_places
 from vision.pinhole import INTRINSICS, intrinsics_of, pinhole
 
 Array = NDArray[np.float64]

@@ -12,9 +12,11 @@ from vision.identity.matching import Match, match_layout, place
 from vision.markers.detect import find_discs
 from vision.markers.perspective import on_plane
 from vision.markers.row import M11, N_FIT, OK, OUTLIERS, STRUCTURED, U, V, radius_px
+from vision.tracking.bodies.arrays import new_state
+from vision.tracking.bodies.gates import BodyStatus, status
+from vision.tracking.bodies.planar_pose import packed
 from vision.tracking.measure import AT_POSE, INDEPENDENT_FRAMES, PREDICTED, THROUGH, Progress, follow
-from vision.tracking.planar_pose import packed
-from vision.tracking.state import ACCEPT, N_RECORD, PREDICT, RECORD, BodyStatus, new_state, status, update
+from vision.tracking.state import ACCEPT, N_RECORD, PREDICT, RECORD, update
 
 _EDGE_PX = 4.0  # about a disc, of its blur and its surroundings
 _DISC_RADII = 2.0  # about a body's markers, that its largest disc be in the box with its surroundings

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from vision.compiled import compiled
 from vision.markers.row import M11, M12, M22, N_FIT, OK, OUTLIERS, STRUCTURED, U, V, determinant
-from vision.tracking.marker_validation import find, find_though_covered, nothing_there
-from vision.tracking.planar_pose import (
+from vision.tracking.bodies.arrays import TrackState
+from vision.tracking.bodies.gates import disc_radius_m, frames_lost, gate_m, is_locked
+from vision.tracking.bodies.planar_pose import (
     ANGLE,
     AT_U,
     AT_V,
@@ -26,18 +27,9 @@ from vision.tracking.planar_pose import (
     px2_per_m2,
     robust_pose,
 )
+from vision.tracking.marker_validation import find, find_though_covered, nothing_there
 from vision.tracking.relocate import lost_lock, relocate
-from vision.tracking.state import (
-    SIZED,
-    TrackState,
-    accept,
-    disc_radius_m,
-    frames_lost,
-    gate_m,
-    is_locked,
-    predict,
-    record,
-)
+from vision.tracking.state import SIZED, accept, predict, record
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

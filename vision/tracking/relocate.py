@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from vision.compiled import compiled, inlined
 from vision.markers.row import CONTRAST, LEVEL, M11, M12, M22, determinant
-from vision.tracking.planar_pose import (
+from vision.tracking.bodies.arrays import TrackState
+from vision.tracking.bodies.gates import NAMED
+from vision.tracking.bodies.planar_pose import (
     ANGLE,
     AT_U,
     AT_V,
@@ -30,7 +32,6 @@ from vision.tracking.planar_pose import (
     project,
     px2_per_m2,
 )
-from vision.tracking.state import NAMED, TrackState
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -16,22 +16,15 @@ from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.identity.layouts import host_radius, layout_of
-from vision.identity.matching import Match, match_in_all, place
-from vision.markers.row import N_FIT
+from vision.tracking.bodies.gates import SEARCH_RADIUS, disagree
 from vision.tracking.camera_tracker import CameraTracker, Measured
 from vision.tracking.ground_markers import name_ground
 from vision.tracking.manual_names import adopt_names
 from vision.tracking.measure import INDEPENDENT_FRAMES
-from vision.tracking.state import N_RECORD, NAMED, SEARCH_RADIUS, disagree
+from vision.tracking.search import TURN_SD_RAD, Search
+from vision.tracking.state import N_RECORD
 
-# A body long lost is searched for in one frame of so many: a search of the whole picture costs as much as tracking
-# through them.
-_TRY_EVERY = 16
-_TRY_EACH = 8  # frames after a loss, or from the first on, in each of which it is searched for
-_NEAR_LOST = 4  # frames lost up to which it is searched for near its prediction first
 _CHUNK = 4096  # rows recorded in one piece
-_RING_POINTS = 16  # of the Host's wall, that bound the search for the NES
-_RING_LOST = 1  # frames the Host may be lost and still bound it
 _STRAIN_OFF = 2.0  # what lying SEARCH_RADIUS off the prediction weighs against a misfit of the whole gate
 _GROUND_FRAMES = 20  # frames in each of which all ground markers are looked for
 _GROUND_TRIES = 35  # in how many frames after them at most, evenly spread
@@ -39,10 +32,6 @@ _GROUND_SWINGS = 2.0  # for so long: of a Host that covers one of them
 # Frequency at which it is taken to swing where no [excitation] says, and frames waited for then at least.
 _SLOWEST_HZ, _GROUND_PATIENCE = 10.0, 160
 _GROUND_SHARE, _LEAST_EVERY = 4, 4  # one frame in so many of the recording at most, and between two tries
-_TURN_SD_RAD = 0.35  # of a body's turn off its prediction, per frame since it was seen
-_ANY_TURN_RAD = 6.3  # sd of one that is not known: a preference between equals
-_BESIDE_RAD = 0.1  # sd of the turn between the two cameras' poses of a body
-_BESIDE_SDS = 2.0  # sds of a body's place about the other camera's pose that are searched
 
 
 def _ground_patience(recording: Recording, frames: int) -> int:
@@ -77,9 +66,8 @@ class Tracker:
         self.body_of = np.repeat(np.arange(len(self.layout.bodies)), np.diff(self.layout.first))
         self.tried_ground, self.ground_until = 0, _ground_patience(recording, frames)
         self.ground_every = max(_LEAST_EVERY, -(-(self.ground_until - _GROUND_FRAMES) // _GROUND_TRIES))
-        self._discs: dict[tuple[int, tuple[int, int, int, int] | None, int | None], np.ndarray] = {}
-        self.first_frame = -1
         self.pool = ThreadPoolExecutor(max(2, len(self.cameras)))
+        self.search = Search(self.layout, self.cameras, self.host_radius_m, self.pool)
 
     def track(self, frames: list[int], pictures: list[list[np.ndarray | None]]) -> None:
         """Track all bodies into more frames: several at once while all cameras are locked on them, else one by one."""
@@ -96,7 +84,7 @@ class Tracker:
         searching_ground = not self.layout.known.all() and self.tried_ground <= self.ground_until
         kinds = [[image is not None and image.dtype for image in pair] for pair in pictures]
         whole = next((k for k, kind in enumerate(kinds) if not all(kind) or kind != kinds[0]), len(kinds))
-        if self.first_frame < 0 or searching_ground or not whole:
+        if self.search.first_frame < 0 or searching_ground or not whole:
             return 0
         known = self.layout.known.astype(np.int64)
         jobs = [
@@ -145,9 +133,8 @@ class Tracker:
     def step(self, frame: int, images: list[np.ndarray | None]) -> None:
         """Track all bodies into one more frame."""
         layout = self.layout
-        self.first_frame = frame if self.first_frame < 0 else self.first_frame
-        self._discs.clear()
-        if self.names is not None and frame == self.first_frame:
+        self.search.begin(frame)
+        if self.names is not None and frame == self.search.first_frame:
             self._take_names(frame, images)
             return
         known = layout.known.astype(np.int64)
@@ -173,7 +160,7 @@ class Tracker:
                 "the first frame of all, where the markers are named",
                 "remove the first frame of the other cameras as well, and name the markers in the next",
             )
-        discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
+        discs = [self.search.discs_in(i, image, None) for i, image in enumerate(images)]
         for camera in self.cameras:
             camera.frame = frame
         self.notes.extend(adopt_names(self.names, self.cameras, discs, images))
@@ -197,7 +184,7 @@ class Tracker:
         weak: dict[int, Measured] = {  # few markers may be any: look for the rest first
             i: cameras[i].snapshot(body)
             for i in kept
-            if not cameras[i].status(body).identified and self._due(cameras[i], body, frame)
+            if not cameras[i].status(body).identified and self.search.is_due(cameras[i], body, frame)
         }
         kept = [i for i in kept if i not in weak]
         missing = [i for i in seeing if i not in kept]
@@ -205,9 +192,9 @@ class Tracker:
             cameras[i].discard(body)
         if missing and kept:
             for i in missing:
-                self._search_beside(body, frame, images, kept[0], i, kept)
+                self.search.beside(body, frame, images, kept[0], i, kept)
         elif missing:
-            self._search(body, frame, images, missing, kept)
+            self.search.anywhere(body, frame, images, missing, kept)
         for i, measured in weak.items():
             if i not in kept:
                 cameras[i].restore(body, measured)
@@ -225,117 +212,9 @@ class Tracker:
         return (
             camera.measured.rms_m[body] / now.gate_m
             + _STRAIN_OFF * now.off_m / (SEARCH_RADIUS * self.layout.rig_m)
-            + now.turned_rad / _TURN_SD_RAD
+            + now.turned_rad / TURN_SD_RAD
             - camera.measured.n_markers[body]
         )
-
-    def _due(self, camera: CameraTracker, body: int, frame: int) -> bool:
-        """Whether a lost body is worth a search now: at once, then from time to time."""
-        return min(camera.status(body).frames_lost, frame - self.first_frame) < _TRY_EACH or frame % _TRY_EVERY == 0
-
-    def _search_beside(self, body: int, frame: int, images: list[Any], seen_by: int, i: int, kept: list[int]) -> None:
-        """One camera has the body: measure at that pose in the other, then search near it."""
-        camera = self.cameras[i]
-        if not self._due(camera, body, frame):
-            return
-        prior = self.cameras[seen_by].measured.pose[body].copy()
-        part = self.layout.of(body)
-        if camera.measure_at(images[i], body, prior, max(2, part.stop - part.start)):
-            kept.append(i)
-            return
-        sd_m = self._sd_m(camera)
-        discs = self._discs_in(i, images[i], camera.box(camera.body_points(body, prior), body, _BESIDE_SDS * sd_m))
-        matches = camera.matches(discs, body, prior, (sd_m, _BESIDE_RAD))
-        least = 2 if self.cameras[seen_by].measured.n_markers[body] >= 2 else NAMED
-        if matches and matches[0].n_found >= least and camera.adopt(images[i], body, matches[0], discs):
-            kept.append(i)
-
-    def _search(self, body: int, frame: int, images: list[Any], missing: list[int], kept: list[int]) -> None:
-        """Search for a body where it may have gone: for discs like its markers, near and in the ring,
-        then for any.
-        """
-        cameras = self.cameras
-        if not any(self._due(cameras[i], body, frame) for i in missing):
-            return
-        near = {i: cameras[i].status(body).frames_lost < _NEAR_LOST for i in missing}
-        n_markers = self.layout.of(body).stop - self.layout.of(body).start
-        discs: dict[int, np.ndarray] = {}
-        for as_before, wide in ((True, False), (True, True), (False, False), (False, True)):
-            regions = {i: self._region(cameras[i], body, wide) for i in missing if near[i] or wide}
-            if as_before and (not all(near.values()) or None in regions.values()):
-                continue
-            jobs = {
-                i: self.pool.submit(self._discs_in, i, images[i], region, body if as_before else None)
-                for i, region in regions.items()
-            }
-            discs.update({i: job.result() for i, job in jobs.items()})
-            found = [
-                self._matches(cameras[i], body, discs.get(i, np.empty((0, N_FIT))), near[i], wide) for i in missing
-            ]
-            if as_before:  # a hurried search may name a body only if it sees the whole of it
-                found = [[match for match in own if match.n_found == n_markers] for own in found]
-                if not all(found):
-                    continue
-            both = match_in_all(found, n_markers, max(map(self._sd_m, cameras)))
-            for i, match in zip(missing, both, strict=True):
-                if match is not None and cameras[i].adopt(images[i], body, match, discs[i]):
-                    kept.append(i)
-            if kept:
-                return
-
-    def _sd_m(self, camera: CameraTracker) -> float:
-        """How far a body may be from where it is predicted, as a standard deviation."""
-        return max(SEARCH_RADIUS * self.layout.rig_m, camera.fastest_step_m())
-
-    def _matches(self, camera: CameraTracker, body: int, discs: np.ndarray, near: bool, wide: bool) -> list[Match]:
-        """Ways to match a body to discs: about its prediction; in a wide search the ring is what bounds its place."""
-        if not near:  # the ground's two markers fit either way round: as its layout lies in the world, where both fit
-            return (
-                camera.matches(discs, body, np.zeros(3), (np.inf, _ANY_TURN_RAD))
-                if self.layout.bodies[body] == "ground"
-                else camera.matches(discs, body)
-            )
-        away = 1 + camera.status(body).frames_lost
-        return camera.matches(
-            discs,
-            body,
-            camera.measured.predicted[body],
-            (np.inf if wide else self._sd_m(camera) * away, _TURN_SD_RAD * away),
-        )
-
-    def _region(self, camera: CameraTracker, body: int, wide: bool) -> tuple[int, int, int, int] | None:
-        """Where to search: about the prediction, then everywhere; of the NES inside the Host only."""
-        about = None
-        if not wide:
-            points_m = camera.body_points(body, camera.measured.predicted[body])
-            about = camera.box(points_m, body, camera.status(body).search_radius_m)
-        ring = self._ring(camera, body)
-        if about is None or ring is None:
-            return about or ring
-        return max(about[0], ring[0]), max(about[1], ring[1]), min(about[2], ring[2]), min(about[3], ring[3])
-
-    def _ring(self, camera: CameraTracker, body: int) -> tuple[int, int, int, int] | None:
-        """Window rectangle about the Host's wall, which the NES cannot leave; None for another body, or while the Host
-        is lost.
-        """
-        if self.layout.bodies[body] != "nes" or "host" not in self.layout.bodies or not self.host_radius_m:
-            return None
-        host = self.layout.bodies.index("host")
-        if camera.status(host).frames_lost > _RING_LOST:
-            return None
-        turn = np.linspace(0, 2 * np.pi, _RING_POINTS)
-        circle = self.host_radius_m * np.column_stack([np.cos(turn), np.sin(turn)])
-        height = self.layout.position_m[self.layout.of(body), 2].mean()
-        points_m = np.column_stack([place(camera.measured.pose[host], circle), np.full(_RING_POINTS, height)])
-        return camera.box(points_m, body)
-
-    def _discs_in(
-        self, i: int, image: np.ndarray, region: tuple[int, int, int, int] | None, like: int | None = None
-    ) -> np.ndarray:
-        key = (i, region, like)
-        if key not in self._discs:
-            self._discs[key] = self.cameras[i].find_discs(image, region, like)
-        return self._discs[key]
 
     def _name_ground(self, body: int, frame: int, images: list[Any]) -> None:
         """Ground markers without a layout are what is left over, once the Host is known."""
@@ -352,7 +231,7 @@ class Tracker:
         between = self.tried_ground > _GROUND_FRAMES and self.tried_ground % self.ground_every
         if self.tried_ground > self.ground_until or (between and not last_try):
             return
-        discs = [self._discs_in(i, image, None) for i, image in enumerate(images)]
+        discs = [self.search.discs_in(i, image, None) for i, image in enumerate(images)]
         part = self.layout.of(body)
         placed = name_ground(self.cameras, discs, frame, part.stop - part.start, self.host_radius_m, last_try)
         if placed is None:

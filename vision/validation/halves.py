@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import Sighting, adjust, project
+from vision.calibration.bundle.adjustment import adjust
+from vision.calibration.bundle.equations import project
+from vision.calibration.bundle.unknowns import Sighting
 from vision.calibration.single_camera import Single, only_poses, sightings_of
 from vision.pinhole import pinhole
 from vision.validation.image_map import ImageMap

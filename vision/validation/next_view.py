@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import Sighting, State, project
+from vision.calibration.bundle.equations import project
+from vision.calibration.bundle.unknowns import Sighting, State
 from vision.calibration.detection import MINIMUM_POINTS
 from vision.calibration.single_camera import Single
 from vision.pinhole import lens_of

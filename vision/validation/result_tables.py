@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.boards import Board
-from vision.calibration.bundle_adjustment import N_CAMERA, lens_places, spline_places
+from vision.calibration.bundle.unknowns import N_CAMERA, lens_places, spline_places
 from vision.calibration.single_camera import Single
 from vision.calibration.uncertainty import shifts
 from vision.pinhole import N_INTRINSICS

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.lens_field import LensField
-from vision.calibration.bundle_adjustment import Adjusted, Setting, Sighting, SplinePrior, State, adjust, information
+from vision.calibration.bundle.adjustment import adjust
+from vision.calibration.bundle.descent import information
+from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, SplinePrior, State
 from vision.smooth_field import AMPLITUDES_PX, both_axes, likeliest, smooth_covariance
 
 Array = NDArray[np.float64]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.contact.impacts import intersect, measure
-from analysis.flights.fit import FlightFits, RunData
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.fit import FlightFits
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.parameters import INDEX, LAW, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
@@ -24,8 +24,8 @@ from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Regression
 from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, NEAR, Found, Rival, find_law
 from analysis.gap.prediction import predict
-from analysis.gap.selection.flight_candidates import FlightFit, fit
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
+from analysis.gap.selection.flights.fit import FlightFit, fit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import MOST_TERMS, rows_of

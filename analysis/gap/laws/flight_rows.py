@@ -21,7 +21,7 @@ from analysis.flights.model import STATES
 from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
 from analysis.gap.laws.regression import Regression
-from analysis.gap.selection.flight_candidates import FlightFit, prior_of
+from analysis.gap.selection.flights.fit import FlightFit, prior_of
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import Term, rows_of
 from ovines.workers.threads import in_threads

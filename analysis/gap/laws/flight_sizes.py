@@ -9,15 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.evidence import columns_of
-from analysis.flights.fit import LENS_TERMS, ORIGIN, SHARED
+from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
 from analysis.gap.laws.regression import Halves, Regression, halves_of
-from analysis.gap.selection.flight_candidates import FlightFit, run_places
-from analysis.identification.floor import FEWEST_FLIGHTS, FEWEST_RUNS, FloorFit, fit_floor, sandwich_factor
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.model import run_places
+from analysis.identification.floor import FloorFit, fit_floor
+from analysis.identification.floor_errors import FEWEST_FLIGHTS, FEWEST_RUNS, sandwich_factor
 from analysis.identification.floor_priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.statistics.student import student_over_normal

@@ -14,7 +14,7 @@ from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression import Halves
 from analysis.gap.laws.search import Found, Rival
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import WrittenLaw

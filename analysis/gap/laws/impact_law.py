@@ -21,7 +21,8 @@ from analysis.gap.laws.regression import forms_of, held_out_gains
 from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, kept_gain
 from analysis.gap.selection.impact_fit import ImpactFit, fit_impacts
-from analysis.gap.selection.impact_steps import ImpactSteps, law_accepted
+from analysis.gap.selection.impact_laws import law_accepted
+from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame

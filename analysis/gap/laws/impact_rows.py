@@ -51,7 +51,7 @@ class ImpactRegression:
         size = np.empty((len(self.known), len(terms)))
         sizes(rows_of(terms), self.known, size)
         if self.on_cylinder is not None:
-            size[np.ix_(self.on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
+            size[np.outer(self.on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
         out = np.zeros((len(self.problem.residual), len(terms)))
         for j, term in enumerate(terms):
             if term.target in self.answers:
@@ -147,7 +147,7 @@ def of_target(
     out = np.empty((len(known), len(terms)))
     sizes(rows_of(terms), known, out)
     if on_cylinder is not None:
-        out[np.ix_(on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
+        out[np.outer(on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
     return np.asarray(out.sum(1), float)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from analysis.flights.fit import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import (
     FEWEST_FRAMES,

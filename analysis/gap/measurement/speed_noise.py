@@ -83,6 +83,7 @@ def _variances(axes: list[tuple[Array, Array]]) -> tuple[Array, Array]:
         covariance = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
         solution = covariance @ (weighted.T @ (residual[near] ** 2 / variance[near]))
     z = residual / np.sqrt(variance)
+    # Not `analysis.statistics.correlation`: outliers are left out as above, and z has the unit variance just fitted.
     lag = float(np.clip(np.mean(z[1:] * z[:-1] * (near[1:] & near[:-1])), 0.0, 0.9))
     # The squares of Gaussian noise have variance 2, and the square of its correlation.
     errors = np.sqrt(2 * np.diag(covariance)[len(axes) :] * (1 + lag**2) / (1 - lag**2))

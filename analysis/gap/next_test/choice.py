@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import best_speed_scale, restitution_design
+from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.evidence import covariance_of
-from analysis.flights.fit import LENS_TERMS, ORIGIN
+from analysis.flights.fit import ORIGIN
 from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Setting, record, starts
-from analysis.gap.selection.flight_candidates import fit, information_of, prior_of
-from analysis.gap.selection.flight_terms import EFFECT_TERMS
+from analysis.gap.selection.flights.fit import fit, information_of, prior_of
+from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 from ovines.workers.threads import in_threads
 

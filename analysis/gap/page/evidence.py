@@ -7,12 +7,12 @@ from functools import partial
 from matplotlib.figure import Figure
 
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.page.figures import residual_panels
-from analysis.gap.page.figures_drive import drive_figure
-from analysis.gap.page.figures_flights import flight_panels
-from analysis.gap.page.figures_impacts import impact_panels, law_figure, overview_panels
-from analysis.gap.page.figures_measured import ground_figure, layout_figure, measured_figure
-from analysis.gap.page.figures_rigid import rigid_figure
+from analysis.gap.page.figures.drive import drive_figure
+from analysis.gap.page.figures.flights import flight_panels
+from analysis.gap.page.figures.impacts import impact_panels, law_figure, overview_panels
+from analysis.gap.page.figures.measured import ground_figure, layout_figure, measured_figure
+from analysis.gap.page.figures.panels import residual_panels
+from analysis.gap.page.figures.rigid import rigid_figure
 from analysis.gap.page.first_screen import REFITTED
 from analysis.gap.page.tables import chance
 from analysis.gap.page.words import bare, plain

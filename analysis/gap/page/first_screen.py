@@ -6,7 +6,7 @@ from typing import Any
 
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.ladder import Ladder
-from analysis.gap.page.figures_measured import direct_shrinkage
+from analysis.gap.page.figures.measured import direct_shrinkage
 from analysis.gap.page.tables import chance
 from analysis.gap.page.words import STAGES, bare, meaning, parameter_words, plain, shown_interval
 from analysis.report.numbers import MISSING, percent, with_unit

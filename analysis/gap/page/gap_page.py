@@ -9,10 +9,10 @@ import numpy as np
 
 import ovines
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.page import figures_paths
 from analysis.gap.page.evidence import drive, evidence_section, flight_evidence, impact_overview, layout, measured
-from analysis.gap.page.figures import Candidate, ladder_figure, ranking_figure
-from analysis.gap.page.figures_impacts import impact_candidates
+from analysis.gap.page.figures import paths as path_figures
+from analysis.gap.page.figures.impact_ranking import impact_candidates
+from analysis.gap.page.figures.panels import Candidate, ladder_figure, ranking_figure
 from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
 from analysis.gap.page.laws import laws_section
 from analysis.gap.page.tables import (
@@ -171,9 +171,9 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
             where_rows(diagnosis.summary["where"]),
             text_columns=(0, 1, 2),
         )
-    paths = figures_paths.paths_of(diagnosis.ladder, diagnosis.predictions)
-    errors = figures_paths.flight_errors(paths)
-    chosen = figures_paths.chosen_flight(errors)
+    paths = path_figures.paths_of(diagnosis.ladder, diagnosis.predictions)
+    errors = path_figures.flight_errors(paths)
+    chosen = path_figures.chosen_flight(errors)
     if chosen is None:
         section.add_missing("map and trajectory", "no flight could be predicted from runs held out.")
         return
@@ -188,18 +188,18 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     section.add_figure(
         "gap-where",
-        partial(figures_paths.where_map, paths),
+        partial(path_figures.where_map, paths),
         f"Where on the Host's plane the held-out residual lies. {how}",
         "Map of the residual",
         image="png",
     )
-    same = figures_paths.same_models(paths)
+    same = path_figures.same_models(paths)
     if same:
         section.add_text("No effect changes the predicted paths, so one model is shown: the recalibrated one.")
     else:
         section.add_figure(
             "gap-flights",
-            partial(figures_paths.flights_figure, errors, chosen),
+            partial(path_figures.flights_figure, errors, chosen),
             "Error of every predicted flight: the one shown below was chosen, this figure was not.",
             "Error of every flight with and without the effect",
         )
@@ -209,7 +209,7 @@ def _where_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     section.add_figure(
         "gap-trajectory",
-        partial(figures_paths.trajectory, path, chosen),
+        partial(path_figures.trajectory, path, chosen),
         f"Run {path.run.data.name}, {choice} (grey band), with its neighbours; held out of every fit. Below: model "
         f"minus measured.",
         "Measured and re-simulated trajectory",

@@ -17,7 +17,7 @@ from analysis.contact.restitution import conditions
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX
 from analysis.gap import thresholds as rules
-from analysis.gap.drive.steps import NEGLIGIBLE_SHARE
+from analysis.gap.drive.findings import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection import inertia
@@ -26,9 +26,10 @@ from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impact_candidates import ImpactGain
 from analysis.gap.selection.impact_fit import ImpactFit
-from analysis.gap.selection.impact_steps import HasLaw, contact_negligible_s
+from analysis.gap.selection.impact_laws import HasLaw
+from analysis.gap.selection.impact_steps import contact_negligible_s
 from analysis.gap.thresholds import SIGNIFICANCE
-from analysis.walls.wall import Ring
+from analysis.walls.outlines import Ring
 
 _MEASURED = {
     "camera_clock_offset": "offset_s",

@@ -15,7 +15,8 @@ from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.one_impact_ahead import through_impacts
-from analysis.gap.selection.flight_candidates import FlightFit, FlightModel
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.model import FlightModel
 from analysis.gap.selection.impact_floor import impact_floor
 from ovines.recording_schema import Nominal
 

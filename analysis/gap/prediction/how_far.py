@@ -28,7 +28,7 @@ from analysis.gap.prediction.one_impact_ahead import subset
 from analysis.gap.selection.impact_fit import ImpactFit, wall_prior
 from analysis.gap.selection.impact_floor import impact_floor
 from analysis.walls.lobes import LOBE_TERMS
-from analysis.walls.wall import ELLIPSE_TERMS
+from analysis.walls.outlines import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own

@@ -14,9 +14,10 @@ from scipy.special import chndtr
 from analysis.contact.restitution import restitution_design
 from analysis.flights.evidence import covariance_of
 from analysis.gap.ladder import Ladder
-from analysis.gap.selection.flight_candidates import FlightFit, Units, prior_of
+from analysis.gap.selection.flight_candidates import Units
 from analysis.gap.selection.flight_steps import FlightSteps
-from analysis.gap.selection.flight_terms import FlightTerm, terms
+from analysis.gap.selection.flights.fit import FlightFit, prior_of
+from analysis.gap.selection.flights.terms import FlightTerm, terms
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.null_distribution import held_out_cost, root_of, threshold

@@ -20,13 +20,8 @@ from analysis.contact.restitution import conditions, held_restitution, restituti
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import share_at_start, stated_sizes
-from analysis.gap.selection.flight_candidates import (
-    FlightFit,
-    FlightModel,
-    moved,
-    nominal_model,
-    run_places,
-)
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.model import FlightModel, moved, nominal_model, run_places
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Nominal

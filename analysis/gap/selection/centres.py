@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.middle import MASS_CENTRE_NEGLIGIBLE
 from analysis.gap.cause import Cause
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.series import Series
 from analysis.gap.thresholds import (
@@ -20,7 +20,8 @@ from analysis.gap.thresholds import (
     SIGNIFICANCE,
     STATED_SHARE,
 )
-from analysis.walls.wall import DISK_TERMS, Sides, Wall, side_term
+from analysis.walls.outlines import DISK_TERMS, Sides, side_term
+from analysis.walls.wall import Wall
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

@@ -4,30 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import RunData
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.flights.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
-from analysis.flights.stated_terms import DRIFT_OF_RUN, stated_terms
+from analysis.flights.stated_terms import stated_terms
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection.flight_candidates import (
-    FlightFit,
-    FlightModel,
-    Gain,
-    Units,
-    fit,
-    gain_of,
-    gains,
-    nominal_model,
-    rig_units,
-)
-from analysis.gap.selection.flight_terms import EFFECT_TERMS, FlightTerm, terms
+from analysis.gap.selection.flight_candidates import Gain, Units, gain_of, gains, rig_units
+from analysis.gap.selection.flight_causes import friction_cause, structure_of, term_cause
+from analysis.gap.selection.flights.fit import FlightFit, fit
+from analysis.gap.selection.flights.model import nominal_model, with_free, without_columns
+from analysis.gap.selection.flights.terms import EFFECT_TERMS, FlightTerm, terms
 from analysis.gap.selection.left_in_flights import left_in_flights
-from analysis.gap.selection.null_distribution import by_chance, flight_null_distribution, threshold
+from analysis.gap.selection.null_distribution import flight_null_distribution, threshold
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNIFICANCE
 
@@ -101,6 +94,56 @@ def select_flight_effects(
     named_terms = tuple(t for t in named_terms if not known & set(t.columns))
     null_distribution = flight_null_distribution(base, (*named_terms, *probe_terms), rng)
     least = threshold(null_distribution, GAIN / 2)
+    base, chosen, rivals, first, every, probes = _grown(runs, base, named_terms, probe_terms, least, units)
+    last = {g.term.name: g for g in (*every, *probes)}
+    # What was missing first was measured before the others were in.
+    causes = [replace(c, parameters=friction_cause(c.effect, base, c.gain, units).parameters) for c in causes]
+    causes += [
+        replace(term_cause(last[t.name], base, series, units), rivals=rivals.get(t.name, ())) for t in chosen if t.named
+    ]
+    structure = [structure_of(last[t.name], null_distribution, units) for t in chosen if not t.named]
+    strongest = max((c.strength for c in causes), default=0.0) * units.negligible_m_per_s2
+    left, left_p = left_in_flights(runs, base, units, rng, strongest)
+    if left is not None and not structure:
+        structure = [left]
+    by_name = _fitted(runs, base, chosen, [t for t in chosen if t.named]) if structure and chosen else base
+    return FlightSteps(
+        nominal,
+        base,
+        tuple(causes),
+        tuple(first),
+        tuple(probes),
+        tuple(structure),
+        null_distribution,
+        tuple(g for g in every if g.term not in chosen),
+        units,
+        tuple(last[t.name] for t in chosen),
+        by_name,
+        min([left_p, *(s.p for s in structure)]),
+    )
+
+
+class _Grown(NamedTuple):
+    """A fit with all terms that it asks for: which they are, which others would have done in place of each, gains of
+    the named terms before any was added (``first``) and on it, gains of the probes on it."""
+
+    base: FlightFit
+    chosen: list[FlightTerm]
+    rivals: dict[str, tuple[str, ...]]
+    first: list[Gain]
+    every: list[Gain]
+    probes: list[Gain]
+
+
+def _grown(
+    runs: Sequence[Run],
+    base: FlightFit,
+    named_terms: Sequence[FlightTerm],
+    probe_terms: Sequence[FlightTerm],
+    least: float,
+    units: Units,
+) -> _Grown:
+    """``base`` and the terms that held-out runs ask for, one after the other."""
     first = every = gains(base, named_terms, units)
     probes = gains(base, probe_terms, units)
     chosen: list[FlightTerm] = []
@@ -124,34 +167,7 @@ def select_flight_effects(
             rivals[best.term.name] = _rivals(best, every)
         base, chosen = fitted, trial
         every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
-    last = {g.term.name: g for g in (*every, *probes)}
-    # What was missing first was measured before the others were in.
-    causes = [replace(c, parameters=_friction_cause(c.effect, base, c.gain, units).parameters) for c in causes]
-    causes += [
-        replace(_term_cause(last[t.name], base, series, units), rivals=rivals.get(t.name, ()))
-        for t in chosen
-        if t.named
-    ]
-    structure = [_structure(last[t.name], null_distribution, units) for t in chosen if not t.named]
-    strongest = max((c.strength for c in causes), default=0.0) * units.negligible_m_per_s2
-    left, left_p = left_in_flights(runs, base, units, rng, strongest)
-    if left is not None and not structure:
-        structure = [left]
-    by_name = _fitted(runs, base, chosen, [t for t in chosen if t.named]) if structure and chosen else base
-    return FlightSteps(
-        nominal,
-        base,
-        tuple(causes),
-        tuple(first),
-        tuple(probes),
-        tuple(structure),
-        null_distribution,
-        tuple(g for g in every if g.term not in chosen),
-        units,
-        tuple(last[t.name] for t in chosen),
-        by_name,
-        min([left_p, *(s.p for s in structure)]),
-    )
+    return _Grown(base, chosen, rivals, first, every, probes)
 
 
 def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
@@ -186,9 +202,9 @@ def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> Fli
     for cause in steps.causes:
         term = next((t for t in EFFECT_TERMS if t.name == cause.effect), None)
         own = (
-            _friction_cause(cause.effect, with_law, cause.gain, steps.units)
+            friction_cause(cause.effect, with_law, cause.gain, steps.units)
             if term is None
-            else _term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
+            else term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
         )
         causes.append(replace(cause, parameters=own.parameters))
     return replace(steps, causes=tuple(causes))
@@ -211,7 +227,7 @@ def _missing_friction(
         # How far friction is coupled to the spin is an unknown of its own: 0 plain Coulomb, 1 a uniformly loaded disk.
         trial = fit(
             runs,
-            _with_free(
+            with_free(
                 nominal_model([*effects, "floor_friction", "spin_coupling"], base.model.stated),
                 (*base.model.free, "coupling", *beside),
             ),
@@ -219,28 +235,15 @@ def _missing_friction(
         )
         friction = trial.model.parameters[INDEX["friction"]]
         # Whitened alike and per number: a better model whitens less and keeps flights that the other had to leave out.
-        before = fit(runs, _with_free(base.model, beside), rounds=4 if beside else 0, noise=trial.noise)
+        before = fit(runs, with_free(base.model, beside), rounds=4 if beside else 0, noise=trial.noise)
         gain = (before.misfit / max(before.count, 1) - trial.misfit / max(trial.count, 1)) * min(
             before.count, trial.count
         )
         units = rig_units(trial)
         if gain > GAIN and friction * GRAVITY_M_PER_S2 > 3 * units.negligible_m_per_s2:
-            causes.append(_friction_cause(name, trial, gain, units))
-            base = fit(runs, _without(trial.model, set(beside))) if beside else trial
+            causes.append(friction_cause(name, trial, gain, units))
+            base = fit(runs, without_columns(trial.model, set(beside))) if beside else trial
     return base, causes
-
-
-def _without(model: FlightModel, columns: set[str]) -> FlightModel:
-    """``model`` without these columns: they are what `[model]` states, or nil."""
-    parameters = model.parameters.copy()
-    for column in columns & set(INDEX):
-        parameters[INDEX[column]] = model.stated.get(column, 0.0)
-    return replace(
-        model,
-        parameters=parameters,
-        drift_per_run=model.stated.get(DRIFT_OF_RUN, 0.0) if DRIFT_OF_RUN in columns else model.drift_per_run,
-        free=tuple(n for n in model.free if n not in columns),
-    )
 
 
 def _next_term(
@@ -291,117 +294,12 @@ def _fitted(
 ) -> FlightFit:
     """``base``, which holds the terms ``before``, refitted with those of ``after``."""
     held = [c for t in after for c in t.columns]
-    model = _without(base.model, {c for t in before for c in t.columns} - set(held))
-    return fit(runs, _with_free(model, held))
+    model = without_columns(base.model, {c for t in before for c in t.columns} - set(held))
+    return fit(runs, with_free(model, held))
 
 
 def _rivals(best: Gain, candidates: Sequence[Gain]) -> tuple[str, ...]:
     """Named effects that would have explained the held-out runs as well, taken in place of the best."""
     return tuple(
         g.term.name for g in candidates if g.term.name != best.term.name and best.held_out - g.held_out < EQUIVALENT
-    )
-
-
-def _with_free(model: FlightModel, names: Sequence[str]) -> FlightModel:
-    return replace(model, free=tuple(dict.fromkeys((*model.free, *names))))
-
-
-def _sd(fit_: FlightFit, name: str) -> float:
-    """Standard deviation of a shared parameter: the larger of the fit's own and the jackknife over runs (lens and model
-    errors scatter there).
-    """
-    at = list(fit_.columns).index(name)
-    own = float(np.sqrt(fit_.covariance[at, at] * max(1.0, fit_.misfit / max(fit_.count, 1))))
-    runs = len(fit_.evidence)
-    if runs < 4:
-        return own
-    left_out = fit_.forms.solved(fit_.columns).left_out[:, at]
-    return max(own, float(np.sqrt((runs - 1) / runs * np.sum((left_out - left_out.mean()) ** 2))))
-
-
-def _friction_cause(name: str, trial: FlightFit, gain: float, units: Units) -> Cause:
-    friction = float(trial.model.parameters[INDEX["friction"]])
-    parameters = (
-        {"coefficient": (friction, _sd(trial, "friction"))}
-        if name == "floor_friction"
-        else {"coupling": (float(trial.model.parameters[INDEX["coupling"]]), _sd(trial, "coupling"))}
-    )
-    size = (
-        friction
-        * GRAVITY_M_PER_S2
-        * (1.0 if name == "floor_friction" else 0.3 * abs(float(trial.model.parameters[INDEX["coupling"]])))
-    )
-    return Cause(name, "flight", parameters, size / units.negligible_m_per_s2, gain, "x", "free flight")
-
-
-def _term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> Cause:
-    p, name = trial.model.parameters, gain.term.name
-    if name == "table_tilt":
-        ax, ay = p[INDEX["tilt_x"]], p[INDEX["tilt_y"]]
-        size = float(np.hypot(ax, ay))
-        sd = float(np.hypot(ax * _sd(trial, "tilt_x"), ay * _sd(trial, "tilt_y")) / max(size, 1e-9))
-        parameters = {
-            "tilt_rad": (size / GRAVITY_M_PER_S2, sd / GRAVITY_M_PER_S2),
-            "direction_rad": (
-                float(np.arctan2(ay, ax)),
-                float(np.hypot(_sd(trial, "tilt_x"), _sd(trial, "tilt_y")) / max(size, 1e-9)),
-            ),
-        }
-    elif name == "vertical_motion":
-        amplitude = np.array([_vertical_amplitude_m(r.data) for r in series.runs])
-        load = p[INDEX["load"]]
-        sd = np.hypot(
-            _sd(trial, "load") * amplitude.mean() / max(abs(load), 0.1),
-            np.std(amplitude) / np.sqrt(max(len(amplitude), 1)) + 1e-6,
-        )
-        parameters = {"amplitude_m": (float(amplitude.mean()), float(sd))}
-    elif name == "friction_drift":
-        # Fitted about the middle of the runs, told about their start and the first of them, as the simulator has it.
-        share = 1 - 0.5 * (len(series.runs) - 1) * trial.model.drift_per_run
-        drift, middle_s = float(p[INDEX["drift"]]), -float(np.mean([r.data.time_s[0] for r in series.runs]))
-        parameters = {
-            "relative_per_s": (drift / (1 - drift * middle_s), _sd(trial, "drift") / (1 - drift * middle_s) ** 2),
-            "relative_per_run": (float(trial.model.drift_per_run / share), _sd(trial, "drift_run") / share**2),
-        }
-    else:
-        column, parameter = {"viscous_drag": ("viscous", "rate_per_s"), "air_drag": ("air", "rate_per_m")}[name]
-        parameters = {parameter: (float(p[INDEX[column]]), _sd(trial, column))}
-    return Cause(
-        name,
-        "flight",
-        parameters,
-        gain.acceleration_m_per_s2 / units.negligible_m_per_s2,
-        gain.gain,
-        _main_coordinate(gain),
-        "free flight",
-    )
-
-
-def _vertical_amplitude_m(run: RunData) -> float:
-    """Of the Host's vertical motion: of its line at the drive's frequency, or what a line as strong as its path has."""
-    host = run.host
-    if not host.harmonic:
-        return float(np.sqrt(2) * np.std(host.at(run.time_s)[:, 2]))
-    return float(np.hypot(*host.harmonics[2, 1:3])) if host.harmonics.shape[1] > 2 else 0.0
-
-
-def _main_coordinate(gain: Gain) -> str:
-    if gain.term.name == "table_tilt":
-        return "x" if abs(gain.estimate[0]) >= abs(gain.estimate[1]) else "y"
-    return "x"
-
-
-def _structure(probe: Gain, null_distribution: Array, units: Units) -> Structure:
-    coordinate = "angle" if probe.term.columns[0] in ("spin_decay", "spin_drive") else "x"
-    size = probe.acceleration_m_per_s2
-    return Structure(
-        "flight",
-        "free flight",
-        coordinate,
-        probe.term.name,
-        size / units.negligible_m_per_s2,
-        probe.gain,
-        size,
-        "m/s^2",
-        by_chance(null_distribution, probe.held_out),
     )

@@ -28,6 +28,7 @@ from analysis.contact.restitution import (
     restitution_design,
 )
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order
+from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.impact_fit import ImpactFit, Shape, wall_prior
 from analysis.statistics.gain import regress
 from analysis.walls.lobes import LOBE_TERMS, ORDERS, LobedWall, lobe_columns
@@ -115,8 +116,6 @@ PROBES = {
     "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"),
     "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
 }
-#: a probe of as many covariates as there are runs, less one: what is different in each, in no order
-EACH_RUN = "each run by itself"
 # It is asked where so many runs have so many impacts each.
 FEWEST_RUNS, FEWEST_IN_RUN = 3, 4
 # What chance gains as seldom by the columns of all runs as by those of a pair, it may: this seldom.

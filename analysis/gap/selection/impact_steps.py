@@ -6,25 +6,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import Law, LawData, fit_restitution
-from analysis.contact.restitution import RESTITUTION_EFFECTS, fit_effects, restitution_design
+from analysis.contact.law import fit_restitution
+from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection import impact_candidates
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.impact_fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
+from analysis.gap.selection.impact_laws import law_accepted, rivals_of, select_laws
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
     chance_of_misfit,
     impact_null_distribution,
-    threshold,
 )
 from analysis.gap.thresholds import (
     CONTACT_NEGLIGIBLE,
@@ -32,15 +31,15 @@ from analysis.gap.thresholds import (
     ELLIPTICITY_NEGLIGIBLE,
     ELLIPTICITY_SD_UNDER_LENS,
     ELLIPTICITY_UNDER_LENS,
-    EQUIVALENT,
     IMPACT_GAIN,
     LEFT_OVER,
-    OVERRIDES,
     SIGNIFICANCE,
     USUAL_DISTANCE,
 )
 from analysis.walls.lobes import LOBE_TERMS
-from analysis.walls.wall import ELLIPSE_TERMS
+from analysis.walls.outlines import ELLIPSE_TERMS
+
+__all__ = ["ImpactSteps", "contact_negligible_s", "law_accepted", "select_impact_effects", "unexplained_scatter"]
 
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
@@ -49,10 +48,6 @@ USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8
 # An impact's noise counts up to so many times the usual one: its distance is no better than clipped.
 GROSS_NOISE = 4.0
-# Terms of the restitution at the most.
-MOST_TERMS = 6
-#: coordinate that each residual of the law is one of
-COORDINATES = {"restitution": "normal", "sliding": "tangential", "sticking": "tangential", "angular": "spin"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,15 +135,10 @@ def _shape(
             best.order or shape.order,
         )
         base = fit_impacts(flight.fits, shape)
-        causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=_rivals(best, found)))
+        causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=rivals_of(best, found)))
         gains = impact_candidates.distance_gains(base, shape, withheld)
         found = [g for g in gains if g.named]
     return shape, causes, base, first, gains
-
-
-def _rivals(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:
-    """Named effects that explain the same residual as well."""
-    return tuple(g.name for g in candidates if g.named and g.name != best.name and best.gain - g.gain < EQUIVALENT)
 
 
 def contact_negligible_s(base: ImpactFit) -> float:
@@ -189,115 +179,6 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
         else {"ellipticity": (e, sd), "direction_rad": direction}
     )
     return Cause(gain.name, "geometry", parameters, e / ELLIPTICITY_NEGLIGIBLE, gain.gain, "radius", "impact")
-
-
-class HasLaw(Protocol):
-    """Impacts and the nominal law fitted to them, wherever they come from."""
-
-    @property
-    def data(self) -> LawData:
-        """The impacts."""
-
-    @property
-    def law(self) -> Law:
-        """The law."""
-
-
-def select_laws(
-    base: HasLaw,
-    held: Sequence[str],
-    finite: bool,
-    withheld: frozenset[str],
-    null_distribution: Array,
-    surely: Sequence[str] = (),
-) -> tuple[list[Cause], list[str], list[ImpactGain], list[ImpactGain], list[ImpactGain], list[Structure]]:
-    """Restitution's terms, named or not, by forward selection with a look back; then probes in tangential and angular
-    law.
-
-    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it.
-    ``surely``: names that something else has shown already."""
-    names, added = [*held, *(name for name in surely if name not in held)], dict[str, tuple[str, ...]]()
-    least = threshold(null_distribution, IMPACT_GAIN)
-    structure: list[ImpactGain] = []
-    first: list[ImpactGain] = []
-    found: list[ImpactGain] = []
-    for _ in range(MOST_TERMS):
-        found = impact_candidates.restitution_gains(base.data, names, withheld, _columns(structure))
-        first = first or [g for g in found if g.named]
-        open_ = [g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data)]
-        best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
-        probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
-        if best is None or (probe is not None and probe.gain > best.gain + OVERRIDES):
-            if probe is None:
-                break
-            structure.append(probe)
-            names = [
-                n
-                for n in names
-                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data)
-            ]
-        else:
-            names.append(best.name)
-            added[best.name] = _rivals(best, found)
-    causes = [
-        replace(
-            _restitution_cause(_kept(base, names, name, structure), base, names, structure), rivals=added.get(name, ())
-        )
-        for name in names
-        if name not in held
-    ]
-    # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove
-    # nothing.
-    tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
-    probes = [g for g in (*found, *tangential) if not g.named]
-    for residual in COORDINATES:
-        accepted = [p for p in tangential if p.residual == residual and law_accepted(p, least, base.data)]
-        structure += sorted(accepted, key=lambda p: -p.gain)[:1]
-    return (
-        causes,
-        names,
-        first,
-        [g for g in found if g.named],
-        probes,
-        [_law_structure(s, base.data, null_distribution, len(tangential)) for s in structure],
-    )
-
-
-def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tried: int) -> Structure:
-    chance = (
-        by_chance(null_distribution, gain.gain)
-        if gain.residual == "restitution"
-        else chance_of_largest(gain.gain, len(gain.estimate), tried)
-    )
-    strength = gain.size / impact_candidates.negligible_size(gain.residual, data)
-    unit = "m/s" if gain.residual == "angular" else "1"
-    return Structure(
-        "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
-    )
-
-
-def _columns(structure: Sequence[ImpactGain]) -> Array | None:
-    columns = [s.columns for s in structure if s.columns is not None]
-    return np.column_stack(columns) if columns else None
-
-
-def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[ImpactGain]) -> ImpactGain:
-    return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
-
-
-def law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
-    """``least``: gain that chance does not reach."""
-    return (
-        gain.gain > least
-        and gain.significance > SIGNIFICANCE - 1
-        and gain.size > impact_candidates.negligible_size(gain.residual, data)
-    )
-
-
-def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain]) -> Cause:
-    parameters = fit_effects(base.data, names, {}, _columns(structure)).sizes[gain.name]
-    strength = gain.size / NEGLIGIBLE["restitution"]
-    return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 
 
 def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause], limit_m: float) -> list[Structure]:

@@ -13,7 +13,7 @@ from analysis.contact.law import law_data
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_fit import wall_prior
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from analysis.flights.runs import Run
 from analysis.gap.cause import Structure
-from analysis.gap.selection.flight_candidates import FlightFit, Units
-from analysis.gap.selection.missing_acceleration import (
+from analysis.gap.selection.flight_candidates import Units
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.missing_acceleration import (
     CIRCULAR,
     COMPONENTS,
     LONG,

@@ -19,8 +19,8 @@ from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import SPEED_SCALES_M_PER_S, restitution_design
 from analysis.flights.evidence import covariance_of
 from analysis.gap.cause import SMALLEST_P
-from analysis.gap.selection.flight_candidates import FlightFit, information_of, prior_of
-from analysis.gap.selection.flight_terms import FlightTerm
+from analysis.gap.selection.flights.fit import FlightFit, information_of, prior_of
+from analysis.gap.selection.flights.terms import FlightTerm
 from analysis.gap.selection.impact_candidates import SPOTS_BY_CHANCE, restitution_groups, spots
 
 Array = NDArray[np.float64]

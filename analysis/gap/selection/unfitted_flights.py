@@ -12,7 +12,7 @@ from scipy.special import bdtrc
 from analysis.flights.evidence import OUTLYING_FLIGHT
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import SMALLEST_P, Cause, Structure
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.null_distribution import chance_of_misfit
 
 # A lens residual of 0.05 mm over sharp markers (5 um) leaves a misfit of 2.4 (practice-05); where the cameras show

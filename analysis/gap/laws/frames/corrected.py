@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
-from analysis.flights.fit import RunData
+from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion, size_of
 from analysis.gap.series import Series, with_points, with_times

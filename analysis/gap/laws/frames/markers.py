@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from analysis.flights.fit import RunData
+from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.frames.rows import Key, every_frame, key_of, known_frames, problem_of, size_of
 from analysis.gap.laws.regression import Regression
 from analysis.gap.measurement.loose_markers import apart

@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
-from analysis.flights.fit import RunData
+from analysis.flights.cutting.run_data import RunData
 from analysis.flights.runs import Run
 from analysis.gap.laws.regression import Regression
 from analysis.gap.measurement.body_rows import body_rows

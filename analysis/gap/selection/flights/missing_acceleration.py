@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.fit import LENS_TERMS, impact_before, lens_basis
+from analysis.flights.cutting.impact_before import impact_before
+from analysis.flights.cutting.run_data import LENS_TERMS, lens_basis
 from analysis.flights.runs import Run
-from analysis.gap.selection.flight_candidates import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit
 from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.fit import RunData
-from analysis.flights.segments import WALL_OFF_SHARE
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.segments import WALL_OFF_SHARE
 from analysis.walls.wall import Wall
 from ovines.robust import residual_sd
 

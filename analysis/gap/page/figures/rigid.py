@@ -12,7 +12,7 @@ from analysis.figures.style import BLACK, CYCLE, label, legend, new_figure
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.body_residuals import marker_residuals, on_body
 from analysis.gap.measurement.loose_markers import ACCELERATION
-from analysis.gap.page.figures import binned, give_room
+from analysis.gap.page.figures.panels import binned, give_room
 
 Array = NDArray[np.float64]
 

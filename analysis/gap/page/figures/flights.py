@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.gap.ladder import Ladder
-from analysis.gap.page.figures import Panel
-from analysis.gap.selection.missing_acceleration import (
+from analysis.gap.page.figures.panels import Panel
+from analysis.gap.selection.flights.missing_acceleration import (
     CIRCULAR,
     LONG,
     SHORT,
@@ -14,7 +14,7 @@ from analysis.gap.selection.missing_acceleration import (
     residual_frames,
 )
 
-# (component, covariate): columns of :func:`analysis.gap.selection.missing_acceleration.missing_acceleration`
+# (component, covariate): columns of :func:`analysis.gap.selection.flights.missing_acceleration.missing_acceleration`
 VIEWS: dict[str, tuple[tuple[str, str], ...]] = {
     "nes_rocking": (("along sliding", "time since the impact before"), ("along sliding", "sliding speed")),
     "floor_friction": (("along sliding", "sliding speed"), ("along sliding", "time in the run")),

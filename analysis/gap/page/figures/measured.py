@@ -14,8 +14,8 @@ from analysis.gap.finding import Finding
 from analysis.gap.ladder import Ladder
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.fixed_markers import PARTS, slow_motion
-from analysis.gap.page.figures import Panel, draw_panel, give_room
-from analysis.gap.page.figures_impacts import impact_panels
+from analysis.gap.page.figures.impacts import impact_panels
+from analysis.gap.page.figures.panels import Panel, draw_panel, give_room
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]

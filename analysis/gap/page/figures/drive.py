@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.figures.style import BLUE, GREY, RED, label, legend, new_figure
+from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.measured_path import MeasuredPath
-from analysis.gap.drive.steps import DriveSteps
 
 Array = NDArray[np.float64]
 # Seconds of a run that are shown: some swings, each seen.

@@ -1,0 +1,138 @@
+"""Effects and probes of the impacts by what they gain on runs held out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import predicted_tangential
+from analysis.contact.restitution import (
+    RESTITUTION_EFFECTS,
+    best_speed_scale,
+    conditions,
+    restitution_columns,
+    restitution_design,
+)
+from analysis.contact.wall_fit import DISTANCE_FLOOR_M
+from analysis.gap.ladder import Ladder
+from analysis.gap.page.figures.impact_residuals import WEAK_M_PER_S
+from analysis.gap.page.figures.impacts import SHOWN_OF
+from analysis.gap.page.figures.panels import Candidate
+from analysis.gap.selection.impact_candidates import LOBES_AS_PROBE, PROBES, covariates
+from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.statistics.robust import at_least_noise, least_squares
+from analysis.walls.lobes import ORDERS, lobe_columns
+
+Array = NDArray[np.float64]
+
+# Losses of single impacts are cut here (sd squared), as in the fits.
+CLIP = 25.0
+
+
+def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
+    """Gain of each effect (on the recalibrated model) or of each probe (on the final one) on runs held out of its
+    estimate.
+    """
+    fitted = ladder.impacts.fitted if probes else ladder.impacts.nominal
+    if fitted is None:
+        return []
+    d, runs = fitted.data, len(ladder.series.runs)
+    terms = ladder.impacts.restitution_terms if probes else ()
+    design = restitution_design(d, terms)
+    restitution = (d.after / d.before, d.normal_sd / d.before, design)
+    wall = fitted.wall
+    distance_sd = np.hypot(wall.impacts.sd("gap")[d.index], DISTANCE_FLOOR_M)
+    nominal, ellipse = (wall.impacts.design(t)[d.index] for t in (wall.wall.nominal_terms, wall.wall.ellipse_terms))
+    speed = d.before[:, None]
+    base = np.hstack(
+        [
+            nominal,
+            ellipse if ladder.impacts.shape.ellipse and probes else ellipse[:, :0],
+            speed if ladder.impacts.shape.finite and probes else speed[:, :0],
+        ]
+    )
+    distance = (wall.residual_m[d.index], distance_sd, base)
+    if not probes:
+        found = {c.effect for c in ladder.causes}
+        blocks = {
+            RESTITUTION_EFFECTS: (
+                restitution,
+                [
+                    restitution_columns(conditions(d), [name], best_speed_scale(d))[:, 1:]
+                    for name in RESTITUTION_EFFECTS
+                ],
+            ),
+            ("wall_ellipticity", "wall_lobes", "finite_contact_time"): (distance, [ellipse, _lobes(ladder), speed]),
+        }
+        return [
+            Candidate(name, True, gains, name in found)
+            for names, (data, columns) in blocks.items()
+            for name, gains in zip(names, _gains(*data, columns, d.run, runs), strict=True)
+            if name not in ("wall_ellipticity", "wall_lobes") or ellipse.shape[1]
+        ]
+    return _probe_candidates(ladder, fitted, {"restitution": restitution, "distance": distance})
+
+
+def _lobes(ladder: Ladder) -> Array:
+    """Lobes (K, 2) of the order that was tried, at the impacts of the recalibrated fit."""
+    d = ladder.both_impacts()[0].data
+    order = next((gain.order for gain in ladder.impacts.gains if gain.order), ORDERS[0])
+    return lobe_columns(d.azimuth_rad - d.host_angle_rad, order)
+
+
+def _probe_candidates(
+    ladder: Ladder, fitted: ImpactFit, regressions: dict[str, tuple[Array, Array, Array]]
+) -> list[Candidate]:
+    """Every group of covariates tried on every residual: the two of ``regressions`` (y, sd, base) and the two of the
+    tangential law.
+    """
+    d, runs = fitted.data, len(ladder.series.runs)
+    law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    strong = law > WEAK_M_PER_S
+    share = np.where(strong, np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1, 0.0)
+    share_sd = np.where(strong, np.hypot(d.tangential_sd / np.maximum(law, 1e-9), 0.01), 1e3)
+    one = np.ones((len(d), 1))
+    data = {
+        **regressions,
+        "tangential": (share, share_sd, one),
+        "angular": (d.angular, np.hypot(d.angular_sd, 0.002 * d.normal_impulse), one),
+    }
+    coordinates = {shown: coordinate for coordinate, shown in SHOWN_OF.items()}
+    found = {(s.coordinate, s.goes_with) for s in ladder.structure}
+    table = covariates(d)
+    out = []
+    for residual, regression in data.items():
+        # The wall's own shape is a named effect, not a probe.
+        groups = {name: parts for name, parts in PROBES.items() if residual != "distance" or name not in LOBES_AS_PROBE}
+        columns = [np.column_stack([table[p] for p in parts]) for parts in groups.values()]
+        for name, gains in zip(groups, _gains(*regression, columns, d.run, runs), strict=True):
+            words = f"{residual} with {name}".replace(
+                "the recording's time at the drive's frequency", "the drive's clock"
+            )
+            out.append(Candidate(words, False, gains, (coordinates[residual], name) in found))
+    return out
+
+
+def _gains(
+    y: Array, sd: Array, base: Array, columns: Sequence[Array], run: NDArray[np.int64], runs: int
+) -> list[Array]:
+    """For each block of ``columns`` the fall of -2 log L per run (runs,) when it joins ``base``, coefficients from the
+    other runs.
+    """
+    without = _loss(y, sd, base, run, runs)
+    return [without - _loss(y, sd, np.hstack([base, c]), run, runs) for c in columns]
+
+
+def _loss(y: Array, sd: Array, design: Array, run: NDArray[np.int64], runs: int) -> Array:
+    """-2 log L of each run (runs,) under a regression of the other runs; single losses are clipped."""
+    out = np.zeros(runs)
+    for number in np.unique(run):
+        here = run == number
+        rest = ~here if np.any(~here) else here
+        z = (y - design @ least_squares(design[rest], y[rest], sd[rest], rounds=4).coefficients) / sd
+        # Each model has its own scatter, learnt from the other runs, never below the noise ``sd``.
+        scale = at_least_noise(z[rest])
+        out[number] = np.sum(np.minimum((z[here] / scale) ** 2, CLIP) + 2 * np.log(scale))
+    return out

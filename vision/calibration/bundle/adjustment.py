@@ -1,0 +1,153 @@
+"""Bundle adjustment of cameras and board poses, with the full least-squares covariance.
+
+Unknowns: per camera sixteen intrinsics (fx, fy, cx, cy and OpenCV's twelve distortion terms; some held, at zero), a
+spline over its image where it has one, and its pose in the world; per board view a pose, either in the one camera's
+frame or, when both cameras saw the board at once, in the world.  Gauss-Newton with Levenberg's damping on the normal
+equations, Huber weights, weak priors.  Rotations are updated by a rotation vector from the left, so none is ever near a
+singularity.  OpenCV 5's own standard deviations of cx, cy come out far too small for a small board; these do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.robust import residual_sd
+from vision.calibration.bundle.descent import descend, information, without_poses
+from vision.calibration.bundle.equations import add_rows, normal_equations, project, rows_of
+from vision.calibration.bundle.unknowns import (
+    FIXED,
+    N_POSE,
+    POSE,
+    Adjusted,
+    Setting,
+    Sighting,
+    State,
+    camera_places,
+    n_parameters,
+)
+from vision.pinhole import INTRINSICS
+
+Array = NDArray[np.float64]
+
+_ROUNDS, _SAME_SD = 4, 0.05  # of sd and weights, which settle in two; relative change that ends them
+# A rendered board's images differ by 14 % in the sd of their points, as much as 15 points tell of one; drawn together
+# by more than that, images that are equally sharp lose less than a hundredth.
+_SHARED_POINTS, _FEWEST_IMAGES = 40, 3
+_CUT_SD = 4.0  # sds at which a residual is cut: an outlier is no wide noise
+_LEAST_SIGMA_PX = 1e-4  # of an exact film: weights stay finite
+_LEAST_FREEDOM = 0.1  # share of the residuals that the parameters leave at least
+
+
+def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterations: int = 40) -> Adjusted:
+    """Minimise the robust weighted reprojection error; the pixel sd of each camera is estimated along the way."""
+    cameras, state = len(start.intrinsics), start.copy()
+    sigma = np.ones(cameras)
+    if len(setting.sigma_px) == cameras:
+        sigma = setting.sigma_px
+    for sighting in sightings:
+        sighting.share = 1.0
+    for _ in range(_ROUNDS):
+        setting.sigma_px = sigma
+        state = descend(sightings, state, setting, iterations)
+        sigma = _spread(sightings, state, setting, _spline_freedom(sightings, state, setting))
+        before = [sighting.share for sighting in sightings]
+        _share_noise(sightings, state, setting, sigma)
+        settled = np.allclose([sighting.share for sighting in sightings], before, rtol=_SAME_SD)
+        if settled and np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
+            break
+    setting.sigma_px = sigma
+    cost, normal, _ = normal_equations(sightings, state, setting)
+    kept = n_parameters(state.splines)
+    used = np.flatnonzero(np.diag(normal)[:kept] > 0)
+    covariance = np.full((kept, kept), np.nan)
+    complement = without_poses(normal, kept)[0][np.ix_(used, used)]
+    scale = 1 / np.sqrt(np.diag(normal)[used])  # without it the pseudo-inverse would drop what is known least
+    covariance[np.ix_(used, used)] = np.linalg.pinv(complement * np.outer(scale, scale), hermitian=True) * np.outer(
+        scale, scale
+    )
+    labels = [(c, name) for c in range(cameras) for name in (*INTRINSICS, *POSE)]
+    labels += [(c, name) for c, spline in enumerate(state.splines) if spline is not None for name in spline.labels]
+    return Adjusted(
+        state,
+        sigma,
+        [s.uv_px - project(s, state, setting)[0] for s in sightings],
+        [s.camera for s in sightings],
+        covariance,
+        cost,
+        labels,
+    )
+
+
+def _spline_freedom(sightings: Sequence[Sighting], state: State, setting: Setting) -> Array:
+    """How many numbers each camera's spline (C,) takes from its residuals: fewer than it has, by its prior."""
+    taken = np.zeros(len(state.splines))
+    for c, prior in enumerate(setting.spline_priors):
+        if prior is not None and state.splines[c] is not None:
+            told = information(sightings, state, setting, c)[0]
+            taken[c] = np.trace(np.linalg.solve(told + prior.precision, told))
+    return taken
+
+
+def _share_noise(sightings: Sequence[Sighting], state: State, setting: Setting, sigma: Array) -> None:
+    """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one; of
+    fewer images than :data:`_FEWEST_IMAGES` none is told from the others.
+    """
+    images = np.bincount([sighting.camera for sighting in sightings])
+    for sighting, taken in zip(sightings, _taken(sightings, state, setting), strict=True):
+        if images[sighting.camera] < _FEWEST_IMAGES:
+            continue
+        sd = sigma[sighting.camera]
+        residual = (sighting.uv_px - project(sighting, state, setting)[0]) / sd
+        count = len(residual)
+        freedom = max(_LEAST_FREEDOM, 1 - taken / (2 * count))
+        own = float(np.mean(np.minimum(residual**2, _CUT_SD**2))) / freedom
+        sighting.share = float(np.sqrt((count * own + _SHARED_POINTS) / (count + _SHARED_POINTS)))
+
+
+def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> list[float]:
+    """How many numbers the fit takes from each image's residuals: its pose, and of the lenses as much as it tells of
+    them (the trace of its part of the hat matrix).  Images that tell most have the smallest residuals.
+    """
+    kept = n_parameters(state.splines)
+    places = [camera_places(state.splines, c) for c in range(len(state.splines))]
+    whole = normal_equations([], state, setting)[1][:kept, :kept]  # the priors
+    told = []
+    for sighting, (derivative, residual, sigma) in zip(sightings, rows_of(sightings, state, setting), strict=True):
+        count = derivative.shape[-1]
+        own, where = np.zeros((count, count)), places[sighting.camera]
+        add_rows(derivative, residual, sigma, np.arange(count), own, np.zeros(count))
+        lens, pose = np.split(own, [len(where)])
+        if sighting.pose != FIXED:
+            lens = lens - lens[:, len(where) :] @ np.linalg.pinv(pose[:, len(where) :], hermitian=True) @ pose
+        told.append(lens[:, : len(where)])
+        whole[np.ix_(where, where)] += told[-1]
+    used = np.flatnonzero(np.diag(whole) > 0)
+    scale = 1 / np.sqrt(np.diag(whole)[used])
+    covariance = np.zeros((kept, kept))
+    covariance[np.ix_(used, used)] = np.linalg.pinv(
+        whole[np.ix_(used, used)] * np.outer(scale, scale), hermitian=True
+    ) * np.outer(scale, scale)
+    own_covariance = [covariance[np.ix_(where, where)] for where in places]
+    poses = [0.0 if s.pose == FIXED else N_POSE * (0.5 if s.in_world else 1.0) for s in sightings]
+    return [
+        pose + float(np.sum(own_covariance[s.camera] * one))
+        for s, pose, one in zip(sightings, poses, told, strict=True)
+    ]
+
+
+def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:
+    """Robust sd of a pixel coordinate per camera, corrected for the fitted parameters."""
+    cameras, sigma = len(state.intrinsics), []
+    for c in range(cameras):
+        own = [s for s in sightings if s.camera == c]
+        if not own:
+            sigma.append(1.0)
+            continue
+        residual = np.concatenate([(s.uv_px - project(s, state, setting)[0]).ravel() for s in own])
+        taken = setting.free[c].sum() + by_splines[c] + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
+        freedom = max(_LEAST_FREEDOM, 1 - taken / residual.size)
+        sigma.append(max(_LEAST_SIGMA_PX, residual_sd(residual)) / np.sqrt(freedom))
+    return np.full(cameras, np.sqrt(np.mean(np.square(sigma)))) if setting.one_sigma else np.array(sigma)
