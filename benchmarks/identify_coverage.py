@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from analysis.blind.recording.observe import Marks
+from analysis.blind.recording.markers import Marks
 from analysis.blind.recording.place import Place, draw_place
 from analysis.blind.recording.views import HOST_M
 from analysis.blind.series import NOISE_KINDS, outline_series, run_outline, write_series

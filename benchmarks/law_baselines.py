@@ -28,12 +28,12 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.blind.causes.later import LATER
-from analysis.blind.causes.latest import LATEST
-from analysis.blind.causes.unlisted import UNLISTED
-from analysis.blind.plant.accelerations import derivative
-from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.causes.groups import GROUPS
+from analysis.blind.causes.named import CAUSES
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import IMPACT_S, STATES
 from analysis.blind.series import make_series, write_series
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
@@ -78,13 +78,20 @@ def oracle_columns(regression, made, series):
             place = back @ known[[W.X, W.Y]] + series.frame.origin_m
             speed = back @ known[[W.VX, W.VY]]
             since = known[W.TIME] - known[W.SINCE] if known[W.SINCE] < 0.5 * W.LONG_AGO_S else -1.0
-            state = np.array([*place, *speed, known[W.ANGLE] + turn, known[W.SPIN], since, 0.0, 0.0, 0.0])
+            state = np.zeros(STATES)
+            state[:IMPACT_S] = *place, *speed, known[W.ANGLE] + turn, known[W.SPIN]
+            state[IMPACT_S] = since
             more = derivative(known[W.TIME], state, whole, host, table) - derivative(
                 known[W.TIME], state, without, host, table
             )
             given[i, :2, 0], given[i, 2, 0] = back.T @ more[2:4], more[5]
         rows.append(_columns(flight, given))
     return np.vstack(rows)
+
+
+def _named(groups, stages):
+    """Causes of these groups and stages, joined by commas."""
+    return ",".join(name for group in groups for name in GROUPS[group] if CAUSES[name].stage in stages)
 
 
 def _switches(name):
@@ -215,7 +222,7 @@ def impact_case(kind, options, rng):
 
 def tell_impacts(options):
     print("| cause | law | closes | interval |", flush=True)
-    kinds = options.kinds or ",".join(c.name for c in LATER if c.stage in ("impact", "geometry"))
+    kinds = options.kinds or _named(("later",), ("impact", "geometry"))
     for number, kind in enumerate(kinds.split(",")):
         found = impact_case(kind, options, np.random.default_rng([options.seed, 100 + number]))
         for words, (value, low, high) in found or [("none", (0.0, 0.0, 0.0))]:
@@ -224,7 +231,7 @@ def tell_impacts(options):
 
 def tell_frames(options):
     print("| cause | severity | noise | laws | closes | halves agree |", flush=True)
-    kinds = options.kinds or ",".join(c.name for c in (*UNLISTED, *LATER, *LATEST) if c.stage == "measurement")
+    kinds = options.kinds or _named(("unlisted", "later", "latest"), ("measurement",))
     for kind in kinds.split(","):
         for number, noise in enumerate(("white", "ar1", "warp", "white")):
             size = (0.35, 0.8)[number % 2]
@@ -255,7 +262,7 @@ def main():
     if options.impacts:
         tell_impacts(options)
         return
-    kinds = options.kinds or ",".join(c.name for c in LATER if c.stage == "flight")
+    kinds = options.kinds or _named(("later",), ("flight",))
     names = ("law",) if options.law_only else ("law", "library", "sparse", "Gaussian process")
     shares = {name: [] for name in names}
     print("| cause | squares over noise | oracle takes | " + " | ".join(names) + " | law |", flush=True)

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.recording.files import Poses, calibration_of, recording_text
+from analysis.blind.recording.files import calibration_of, recording_text
+from analysis.blind.recording.markers import Poses
 from analysis.blind.recording.views import GROUND_M, HOST_M
 from analysis.blind.series import Outline, Series
 from ovines.camera import read_calibration

@@ -6,25 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.blind.causes.further import FURTHER
-from analysis.blind.causes.later import LATER
-from analysis.blind.causes.latest import LATEST
-from analysis.blind.causes.listed import LISTED
+from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.named import CAUSES, may_stand_together
-from analysis.blind.causes.newest import NEWEST
-from analysis.blind.causes.plausible import PLAUSIBLE
-from analysis.blind.causes.undreamt import UNDREAMT
-from analysis.blind.causes.unexpected import UNEXPECTED
-from analysis.blind.causes.unforeseen import UNFORESEEN
-from analysis.blind.causes.unimagined import UNIMAGINED
-from analysis.blind.causes.unlisted import UNLISTED
-from analysis.blind.causes.unsuspected import UNSUSPECTED
-from analysis.blind.causes.untold import UNTOLD
 from analysis.blind.series import NOISE_KINDS
 from ovines.errors import InputError
 
 # Of a trial whose kinds are not said: how many causes a series has, and whether some are in nobody's list.
 SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.04, "latest": 0.08, "beside": 0.12}
+# Groups that are drawn from only where they are among the kinds, the later first.
+ASKED_FOR = ("plausible", "untold", "unexpected", "unsuspected", "undreamt", "unimagined", "unforeseen", "newest")
 MADE_OF = {  # the pool that each of a series' causes is drawn from
     "none": (),
     "listed": ("listed",),
@@ -33,33 +23,15 @@ MADE_OF = {  # the pool that each of a series' causes is drawn from
     "unknown": ("unknown",),
     "later": ("later",),
     "latest": ("latest",),
-    "newest": ("newest",),
-    "unforeseen": ("unforeseen",),
-    "unimagined": ("unimagined",),
-    "undreamt": ("undreamt",),
-    "unsuspected": ("unsuspected",),
-    "unexpected": ("unexpected",),
-    "untold": ("untold",),
-    "plausible": ("plausible",),
+    **{group: (group,) for group in reversed(ASKED_FOR)},
     "beside": ("listed", "any unknown"),
 }
 POOLS = {
-    "listed": tuple(c.name for c in LISTED + FURTHER),
-    "unknown": tuple(c.name for c in UNLISTED + LATER),
-    "later": tuple(c.name for c in LATER),
-    "latest": tuple(c.name for c in LATEST),
-    "newest": tuple(c.name for c in NEWEST),
-    "unforeseen": tuple(c.name for c in UNFORESEEN),
-    "unimagined": tuple(c.name for c in UNIMAGINED),
-    "undreamt": tuple(c.name for c in UNDREAMT),
-    "unsuspected": tuple(c.name for c in UNSUSPECTED),
-    "unexpected": tuple(c.name for c in UNEXPECTED),
-    "untold": tuple(c.name for c in UNTOLD),
-    "plausible": tuple(c.name for c in PLAUSIBLE),
-    "any unknown": tuple(c.name for c in UNLISTED + LATER + LATEST),
+    **GROUPS,
+    "listed": GROUPS["listed"] + GROUPS["further"],
+    "unknown": GROUPS["unlisted"] + GROUPS["later"],
+    "any unknown": GROUPS["unlisted"] + GROUPS["later"] + GROUPS["latest"],
 }
-# Pools that are drawn from only where they are among the kinds, the later first.
-ASKED_FOR = ("plausible", "untold", "unexpected", "unsuspected", "undreamt", "unimagined", "unforeseen", "newest")
 SEVERITIES = (0.3, 1.2)  # 1: what an experimenter would notice
 WALL_SHARES = {"round": 0.76, "triangle": 0.06, "square": 0.06, "cylinder": 0.12}
 DRIVE_SHARES = {"sine": 0.65, "start_up": 0.07, "two_axes": 0.07, "two_lines": 0.07, "chirp": 0.07, "random": 0.07}
@@ -116,8 +88,8 @@ class _Decks:
 
 
 def _pools(group: str, kinds: tuple[str, ...]) -> tuple[str, ...]:
-    """What the causes of ``group`` are drawn from: beside a listed one stands one of the plausible, the untold, the
-    unexpected, the unsuspected, the undreamt, the unimagined, the unforeseen or the newest where they are asked for."""
+    """What the causes of ``group`` are drawn from: beside a listed one stands one of the latest group that is asked
+    for."""
     beside = next((pool for pool in ASKED_FOR if pool in kinds), "any unknown")
     return tuple(beside if pool == "any unknown" else pool for pool in MADE_OF[group])
 
@@ -144,9 +116,8 @@ def draw_cases(
     Without ``kinds`` in the shares of ``SHARES``; with them as evenly as whole numbers allow.  ``sizes``: severities
     that take turns; without them they are drawn anew for every cause, evenly in their logarithm over ``SEVERITIES``.
     Walls, drives and numbers of runs are dealt in their shares, but for causes asked for by name: those are of a round
-    wall, a sine and ``runs`` runs.  With ``newest``, ``unforeseen``, ``unimagined``, ``undreamt``, ``unsuspected``,
-    ``unexpected``, ``untold`` or ``plausible`` among the kinds the unlisted part of ``beside`` is one of them (with
-    several, of the last named here), from the same deck: none comes twice before all have come.
+    wall, a sine and ``runs`` runs.  With groups of ``ASKED_FOR`` among the kinds the unlisted part of ``beside`` is one
+    of the first of them that is, from the same deck: none comes twice before all have come.
     Noise kinds take turns within a kind of case.
     """
     _refuse_strange(kinds)

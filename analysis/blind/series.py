@@ -6,22 +6,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.blind.causes.draft import Draft
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
-from analysis.blind.plant.state import PlantParameters
-from analysis.blind.recording.draft import Draft
+from analysis.blind.plant.host import host_rise
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.recording.clock import frame_times, latest_s, of_the_second_camera
 from analysis.blind.recording.drive import draw_drive
-from analysis.blind.recording.files import Poses, Series, calibration_of, recording_text, write_series
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.files import Series, calibration_of, recording_text, write_series
+from analysis.blind.recording.light import shadowed
+from analysis.blind.recording.markers import Marks, Poses, bent_m, blurred, carded, draw_marks, flung, world_points
 from analysis.blind.recording.noise import Noise, draw_noise
-from analysis.blind.recording.observe import Marks, draw_marks, tracks_of, world_points
+from analysis.blind.recording.observe import tracks_of
+from analysis.blind.recording.picture import shaking_of
 from analysis.blind.recording.place import HOME, Place, draw_place
-from analysis.blind.recording.plausible import dropped_s, shadowed, tripod_px
-from analysis.blind.recording.undreamt import bent_m, free_running_s, risen_m
-from analysis.blind.recording.unexpected import flung, pulsed_s
-from analysis.blind.recording.unforeseen import shake_px
-from analysis.blind.recording.unimagined import grounded_s
-from analysis.blind.recording.unsuspected import twist_rad
-from analysis.blind.recording.untold import carded, shocked_s
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -113,17 +112,16 @@ def _with_sway(harmonics: np.ndarray, sway: tuple[float, float, float], phase_ra
 
 
 def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
-    """What the Host's markers do beside the Host (n, 2): after each impact they swing along its normal's impulse."""
+    """What the Host's markers do beside the Host (n, 2): after each impact they swing along the wall's normal, by the
+    impulse along it."""
     out = np.zeros((len(time_s), 2))
     if draft.ringing is None:
         return out
     mass, hz, damping = draft.ringing
     omega = 2.0 * np.pi * hz
     swing = omega * np.sqrt(1.0 - damping**2)
-    for (instant, *_), kick in zip(motion.impacts, motion.kicks, strict=True):
-        at = np.array([instant])
-        away = state_at(motion, at)[0, :2] - host_at(motion, at)[0, :2]
-        away /= np.hypot(*away)
+    for (instant, *_), kick, normal in zip(motion.impacts, motion.kicks, motion.normals, strict=True):
+        away = np.array([np.cos(normal), np.sin(normal)])
         late = np.maximum(time_s - instant, 0.0)
         start = -PlantParameters().mass_kg * (kick @ away) / mass
         out += (start / swing * np.exp(-damping * omega * late) * np.sin(swing * late))[:, None] * away
@@ -137,25 +135,11 @@ def _blows(motion: Motion) -> np.ndarray:
     return np.column_stack([instant, after - before])
 
 
-def _blurred(poses: Poses, time_s: np.ndarray, blur_s: float, rng: np.random.Generator) -> Poses:
-    """Poses as they are found where faster bodies are found less well; the same for both cameras' `rng`."""
-    if blur_s == 0.0:
-        return poses
-    moved = []
-    for pose, angle in ((poses.nes, 3), (poses.host, 2)):
-        rate = np.gradient(pose, time_s, axis=0)
-        speed, seen = np.hypot(rate[:, 0], rate[:, 1]), pose.copy()
-        seen[:, :2] += blur_s * speed[:, None] * rng.standard_normal((len(pose), 2))
-        seen[:, angle] += blur_s * rate[:, angle] * rng.standard_normal(len(pose))
-        moved.append(seen)
-    return Poses(*moved)
-
-
 def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     """Where the disk's middle and the Host are at `time_s`."""
     state = state_at(motion, time_s)
     host = host_at(motion, time_s)
-    host[:, 3] += risen_m(host[:, 0], draft.plant.get("arc_per_m", 0.0))
+    host[:, 3] += host_rise(host[:, 0], draft.plant.get("arc_per_m", 0.0))
     host[:, :2] += _rung(motion, draft, time_s)
     angle = state[:, 4]
     x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)
@@ -168,6 +152,30 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
         ]
     )
     return Poses(middle, host)
+
+
+def _times(motion: Motion, run: int, place: Place, errors: ViewErrors, rng: np.random.Generator) -> list[np.ndarray]:
+    """When either camera takes its frames (n,) in `run`, as many as the motion has for both."""
+    rate = place.frame_rate_hz * errors.rate_ratio
+    frames = min(
+        int((motion.nodes[-1, 0] - latest_s(errors, LONGEST_S)) * rate),
+        int(LONGEST_S * place.frame_rate_hz),
+    )
+    first = frame_times(frames, rate, errors, rng)
+    second = of_the_second_camera(first, motion.lines, motion.impacts[:, 0], motion.kicks, run, rate, errors)
+    return [first, second]
+
+
+def _points(
+    motion: Motion, poses: list[Poses], times: list[np.ndarray], marks: Marks, errors: ViewErrors
+) -> list[np.ndarray]:
+    """Where the markers are (frames, 12, 3) as either camera takes its frames."""
+    blows, out = _blows(motion), []
+    for pose, time_s in zip(poses, times, strict=True):
+        card = carded(pose.nes, time_s, blows, errors)
+        points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
+        out.append(shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors))
+    return out
 
 
 def _one_run(
@@ -187,44 +195,16 @@ def _one_run(
         motion = run_plant(physics, harmonics, start, LONGEST_S + 2e-3, rng)
         if motion.nodes[-1, 0] > SHORTEST_S:
             break
-    rate = place.frame_rate_hz * errors.rate_ratio
-    late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
-    late_s += 0.5 * abs(errors.free_running) * LONGEST_S + 0.5 * abs(errors.sync_s)
-    late_s += 6.0 * abs(errors.shocked_s)
-    frames = min(
-        int((motion.nodes[-1, 0] - late_s) * rate),
-        int(LONGEST_S * place.frame_rate_hz),
-    )
-    even = np.arange(frames) / rate
-    first = np.maximum(even + rng.normal(0.0, 1.0, frames) * errors.jitter_s, -1.9e-3)
-    share = np.arange(frames) / frames
-    first += 4.0 * errors.uneven_s * share * (1.0 - share)
-    first += errors.alternate_s * (np.arange(frames) % 2)
-    if errors.skipped_frame_share > 0.0:
-        first = np.where(share < errors.skipped_frame_share, first, first + 1.0 / rate)[:-1]
-    second_late_s = grounded_s(first, motion.lines, errors) + free_running_s(first, errors) + pulsed_s(first, errors)
-    second_late_s += shocked_s(first, motion.impacts[:, 0], motion.kicks, errors)
-    second_late_s += dropped_s(len(first), run, rate, errors)
-    times = [first, first + errors.clock_s + second_late_s]
+    times = _times(motion, run, place, errors, rng)
     poses = [_poses(motion, draft, t) for t in times]
     if errors.blur_s > 0.0:
         smeared = int(rng.integers(2**63))
         poses = [
-            _blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
+            blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
-    blows = _blows(motion)
-    points = [
-        world_points(carded(p.nes, t, blows, errors), p.host, outline.marks, errors, bent_m(t, motion.lines, errors))
-        for p, t in zip(poses, times, strict=True)
-    ]
-    points = [flung(q, p.nes[:, 3], t, errors) for q, p, t in zip(points, poses, times, strict=True)]
-    points = [shadowed(q, p.host, errors) for q, p in zip(points, poses, strict=True)]
-    shaken = shake_px(first, motion.impacts[:, 0], motion.kicks, errors)
-    turned = twist_rad(first, motion.lines, errors) if errors.twisted_rad else None
-    swayed = tripod_px(first, motion.lines, errors) if errors.tripod_px else None
-    tracks = tracks_of(
-        points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaken, turned, swayed
-    )
+    points = _points(motion, poses, times, outline.marks, errors)
+    shaking = shaking_of(times[0], motion.lines, motion.impacts[:, 0], motion.kicks, errors)
+    tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaking)
     tracks["time_s"] *= place.slower
     if place.start_s:
         tracks = tracks.assign(
@@ -232,7 +212,7 @@ def _one_run(
         )
     number = f"{run + 1:02d}"
     states = {
-        f"state{number}": state_at(motion, first),
+        f"state{number}": state_at(motion, times[0]),
         f"imp{number}": motion.impacts,
         f"held{number}": motion.held,
         f"H{number}": harmonics,

@@ -46,8 +46,8 @@ def test_a_file_whose_fields_are_compiled_in_belongs_to_the_stamp(tmp_path):
 
 
 def test_the_plant_is_kept_under_a_stamp_that_knows_its_parameters():
-    folder = ROOT / "analysis" / "blind" / "plant"
-    assert _run._cache._cache_file._source_stamp == stamp_above(folder, ("state.py",)) != stamp_above(folder)
+    folder, constants = ROOT / "analysis" / "blind" / "plant", ("parameters.py", "state.py")
+    assert _run._cache._cache_file._source_stamp == stamp_above(folder, constants) != stamp_above(folder)
 
 
 def test_the_engine_is_kept_under_the_stamp():

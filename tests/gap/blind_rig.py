@@ -12,13 +12,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.accelerations import derivative, host_pose
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import run_plant, state_at
-from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import STATES
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.series import draw_start, outline_series, run_outline
 from ovines.__main__ import main
 
@@ -114,12 +117,12 @@ def physics(name, size):
 
 @cache
 def on_its_way(drop=None):
-    """Times and states (k, STATES) of plain runs at 8 g: in flight, and as each blow begins; of a disk that is wetted
-    by a `drop` of oil at that place (m)."""
-    flying, striking = [], []
+    """Times and states (k, STATES) of plain runs at 8 g: in flight, and as each blow begins, with what is remembered of
+    those before; of a disk that is wetted by a `drop` of oil at that place (m)."""
+    flying, striking, p = [], [], physics("none", 1.0)
     for seed in range(4):
         rng = np.random.default_rng(seed)
-        motion = run_plant(physics("none", 1.0), HOST, draw_start(rng), 1.2, rng)
+        motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
@@ -139,6 +142,8 @@ def on_its_way(drop=None):
                 known |= {"impact_s": node[0], "way_before": known["way"], "count": blows + 1}
                 normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
+                after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
+                known |= {name: after[PLACE.index(name)] for name in ("tired", "struck")}
                 assert kick @ (node[1:3] - place[:2]) < 0.0
             elif passed > 1e-9:
                 flying.append((node[0], state))
@@ -147,11 +152,17 @@ def on_its_way(drop=None):
 
 def done_on_its_way(name, size, drop=None):
     """What the plant does on the way of plain runs, with the cause `name` at `size`: rates in flight, states after
-    blows, gaps and normals at the wall."""
+    blows, each of its own chance, gaps and normals at the wall."""
     p, table, (flying, striking) = physics(name, size), disk_friction_table(), on_its_way(drop)
+    chances = np.random.default_rng(2).normal(size=len(striking))
     return (
         np.array([derivative(time, state, p, HOST, table) for time, state in flying]),
-        np.array([impact(time, state, p, HOST, np.zeros(2), 1.0)[0] for time, state in striking]),
+        np.array(
+            [
+                impact(time, state, p, HOST, np.array([0.0, chance]), 1.0)[0]
+                for (time, state), chance in zip(striking, chances, strict=True)
+            ]
+        ),
         np.array([wall_gap(time, state, p, HOST) for time, state in striking]),
     )
 
@@ -212,12 +223,12 @@ def means_what_it_says(name, does, rel=0.12):
     assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=rel)
 
 
-def changes_nothing_at_zero(name, done=done_on_its_way):
+def changes_nothing_at_zero(name):
     """At a severity of 0 films, what the plant does on its way and whole runs are the plain ones."""
     if CAUSES[name].stage == "measurement":
         assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
         return
-    for with_it, without in zip(done(name, 0.0), done("none", 1.0), strict=True):
+    for with_it, without in zip(done_on_its_way(name, 0.0), done_on_its_way("none", 1.0), strict=True):
         assert np.array_equal(with_it, without)
     assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
 
@@ -230,10 +241,15 @@ def goes_another_way(name):
     assert np.hypot(*(ends[0] - ends[1])[:2]) > 5e-4
 
 
-def say_what_they_follow(causes, follows):
+def of_group(group):
+    """The causes that were written together, in their order."""
+    return [CAUSES[name] for name in GROUPS[group]]
+
+
+def say_what_they_follow(causes):
     """Each of a group's sixteen does, none comes twice or is listed, and its parameters are told."""
     names = [cause.name for cause in causes]
-    assert list(follows) == names and len(set(names)) == 16
+    assert all(cause.follows for cause in causes) and len(set(names)) == 16
     stages = [cause.stage for cause in causes]
     assert [stages.count(stage) for stage in MEANT] == [6, 5, 2, 3]
     assert not any(cause.listed for cause in causes)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from analysis.blind.recording.files import Poses
-from analysis.blind.recording.observe import world_points
-from analysis.blind.recording.views import ViewErrors
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.markers import Poses, world_points
 from analysis.blind.series import outline_series, run_outline
 from ovines.blind_film import OUTWARD, film_series
 from ovines.recording import read_recording

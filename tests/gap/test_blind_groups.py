@@ -1,5 +1,5 @@
 """Each cause of the groups that are drawn only where they are asked for does as much as is stated and nothing else
-(what their formulas say: test_blind_newest.py and the others)."""
+(what their formulas say: test_plant_floor.py and the others)."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,32 +8,15 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
-from analysis.blind.causes.newest import NEWEST
-from analysis.blind.causes.plausible import PLAUSIBLE
-from analysis.blind.causes.undreamt import UNDREAMT
-from analysis.blind.causes.unexpected import UNEXPECTED
-from analysis.blind.causes.unforeseen import UNFORESEEN
-from analysis.blind.causes.unimagined import UNIMAGINED
-from analysis.blind.causes.unsuspected import UNSUSPECTED
-from analysis.blind.causes.untold import UNTOLD
-from analysis.blind.draw import draw_cases
-from analysis.blind.plant.accelerations import derivative
-from analysis.blind.plant.contact import impact, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
+from analysis.blind.draw import ASKED_FOR, draw_cases
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.state import STATES
+from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.series import outline_series, run_outline
-from tests.gap.blind_rig import DRIVE, HOST, PLACE, TIMES, random_states
+from tests.gap.blind_rig import DRIVE, HOST, PLACE, TIMES, of_group, random_states
 
-GROUPS = {
-    "newest": NEWEST,
-    "unforeseen": UNFORESEEN,
-    "unimagined": UNIMAGINED,
-    "undreamt": UNDREAMT,
-    "unsuspected": UNSUSPECTED,
-    "unexpected": UNEXPECTED,
-    "untold": UNTOLD,
-    "plausible": PLAUSIBLE,
-}
+GROUPS = {group: of_group(group) for group in reversed(ASKED_FOR)}
 EVERY = [cause for group in GROUPS.values() for cause in group]
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
 ORDERS = {

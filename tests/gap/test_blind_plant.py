@@ -9,10 +9,10 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 from analysis.blind.plant import dynamics
-from analysis.blind.plant.accelerations import host_pose
-from analysis.blind.plant.disk_friction import disk_friction_table
 from analysis.blind.plant.dynamics import START_S, host_at, run_plant, state_at
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
 
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = ROOT.parent / "shared" / "practice_truth"

@@ -12,10 +12,12 @@ import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run
 from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.files import calibration_of
 from analysis.blind.recording.place import HOME, Place, draw_place, on_the_films_clock
 from analysis.blind.recording.views import draw_views
-from analysis.blind.series import NOISE_KINDS, draw_start, make_series, outline_series
+from analysis.blind.series import NOISE_KINDS, draw_start, make_series, outline_series, run_outline
 from ovines.camera import read_calibration, triangulate_points
 
 MEASUREMENT = {name for name, cause in CAUSES.items() if cause.stage == "measurement"} | {"centre_marker_offset"}
@@ -278,3 +280,30 @@ def test_the_plane_leans_the_same_way_in_a_turned_world():
     true = series.truth["parameters"]["plane_tilt"]
     # a turn by (x, y) about the horizontal axes leans the normal towards (y, -x)
     assert normal[:2] == pytest.approx([true["y_rad"], -true["x_rad"]], abs=5e-4)
+
+
+def test_a_ringing_host_swings_along_the_struck_sides_normal():
+    """In a triangle that is not the line from its middle to the disk; by the normal part of the first blow's impulse,
+    until the second."""
+    outline = outline_series("host_ringing", 1.0, np.random.default_rng(6), 1, "white", place=Place(wall="triangle"))
+    series = run_outline(outline, np.random.default_rng(3))
+    host, state = series.poses[0][0].host[:, :2], series.states["state01"]
+    time_s = np.arange(len(host)) / 800.0
+    middle = np.array([host_pose(t, series.states["H01"])[0][:2] for t in time_s])
+    first, second = series.states["imp01"][:2, 0]
+    between = np.flatnonzero((time_s > first) & (time_s < second))
+    before, after = between[0] - 1, between[0]
+    sides = 0.5 + 2.0 * np.pi * np.arange(3) / 3.0
+    normals, line = np.column_stack([np.cos(sides), np.sin(sides)]), state[before, :2] - middle[before]
+    normal = normals[np.argmax(normals @ line)]
+    assert line @ normal < 0.9 * np.hypot(*line)
+    kick = state[after, 2:4] - state[before, 2:4]  # and a frame of friction
+    assert abs(kick @ [-normal[1], normal[0]]) > 0.1
+    mass, hz, damping = outline.draft.ringing
+    omega, late = 2.0 * np.pi * hz, time_s[between] - first
+    rings = np.exp(-damping * omega * late) * np.sin(omega * np.sqrt(1.0 - damping**2) * late)
+    most = PlantParameters().mass_kg * abs(kick @ normal) / mass / omega / np.sqrt(1.0 - damping**2)
+    off = (host - middle)[between]
+    assert len(between) > 5 and np.abs(off @ [-normal[1], normal[0]]).max() < 1e-12
+    assert off @ normal == pytest.approx(most * rings, abs=0.02 * most)
+    assert np.all((host - middle)[:after] == pytest.approx(0.0, abs=1e-15))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.blind import trial
-from analysis.blind.causes.listed import LISTED
+from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.named import may_stand_together
 from analysis.blind.draw import draw_cases
 from analysis.blind.recording.drive import DRIVES
@@ -23,7 +23,7 @@ from ovines.recording import read_recording
 def test_drawn_cases_are_of_every_kind_wall_drive_noise_and_size():
     cases = draw_cases(200, np.random.default_rng(0))
     assert len(cases) == 200 and cases == draw_cases(200, np.random.default_rng(0))
-    listed = {c.name for c in LISTED}
+    listed = set(GROUPS["listed"])
     assert listed <= {cause for case in cases for cause in case.causes}
     assert {len(case.causes) for case in cases} == {0, 1, 2, 3}
     assert any(len(case.causes) == 2 and len(listed & set(case.causes)) == 1 for case in cases)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from analysis.blind.recording.undreamt import TAB_AT_M_PER_S2
+from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.gap import written_laws
 from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
 from analysis.gap.laws.frames.corrected import without_frame_laws
@@ -41,7 +41,7 @@ def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed
     assert [one.quantity for one in term.factors] == ["host_acceleration_along"]
     value, sd, unit = law.numbers["coefficient"]
     assert unit == "s^2"
-    assert abs(value + true["tab_m"] / TAB_AT_M_PER_S2) < SURE_90 * sd < 0.2 * abs(value)
+    assert abs(value + true["tab_m"] / HOST_M_PER_S2) < SURE_90 * sd < 0.2 * abs(value)
     assert abs(np.angle(np.exp(1j * (term.y - term.factors[0].x)))) < 0.05  # along the pull
     assert law.closed > 0.8 and law.halves.agree
     path = tmp_path / "law-1.toml"

@@ -1,1 +1,1 @@
-"""What may be wrong with a plant: listed and unlisted causes, and their sizes."""
+"""What may be wrong with a plant: causes by what they act on, their sizes, and which were written together."""

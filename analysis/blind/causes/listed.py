@@ -1,4 +1,4 @@
-"""The causes that FORMATS.md lists, at the sizes of this rig.
+"""The causes that the diagnosis knows by name, at the sizes of this rig: FORMATS.md lists most, the library has more.
 
 Each returns its true parameters by the names of `ovines simulate` and `diagnosis.json`, relative changes
 from the first run or from a run's start as these count them.
@@ -6,8 +6,9 @@ from the first run or from a run's start as these count them.
 
 import numpy as np
 
-from analysis.blind.plant.state import PlantParameters
-from analysis.blind.recording.draft import Cause, Draft, Rng, Truth, sign, spread, vector
+from analysis.blind.causes.cause import Cause, Rng, Truth, sign, spread, vector
+from analysis.blind.causes.draft import Draft
+from analysis.blind.plant.parameters import PlantParameters
 
 
 def _floor_friction(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -132,28 +133,102 @@ def _trigger_jitter(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"sd_s": draft.view["jitter_s"]}
 
 
+def _nes_rocking(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.plant.update(settling=0.7 * size * spread(rng), settling_s=float(rng.uniform(0.012, 0.025)))
+    return {"relative": -draft.plant["settling"], "decay_s": draft.plant["settling_s"]}
+
+
+def _restitution_drift(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    change = 0.25 * size * spread(rng) * sign(rng)
+    if rng.random() < 0.5:
+        per_run = change / max(runs - 1, 1)
+        draft.run_restitution = 1.0 + per_run * np.arange(runs)
+        return {"relative_per_run": per_run}
+    draft.plant["ageing_per_s"] = -change
+    return {"relative_per_s": change}
+
+
+def _wall_lobes(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    order = int(rng.integers(3, 7))
+    amplitude, phase = 0.004 * size * spread(rng), float(rng.uniform(0.0, 2.0 * np.pi / order))
+    draft.plant.update(lobes=amplitude, lobe_order=float(order), lobe_phase_rad=phase)
+    return {"amplitude": amplitude, "order": float(order), "direction_rad": phase}
+
+
+def _inertia_error(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    ratio = 1.0 + 0.15 * size * spread(rng) * sign(rng)
+    draft.plant["inertia_factor"] = 0.5 * ratio
+    return {"ratio": ratio}
+
+
+def _host_recoil(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    mass, hz, damping = 12.0 / size * spread(rng), float(rng.uniform(3.0, 8.0)), float(rng.uniform(0.15, 0.5))
+    draft.plant.update(recoil_kg=mass, recoil_rad_per_s=2.0 * np.pi * hz, recoil_damping=damping)
+    return {"mass_kg": mass, "frequency_hz": hz, "damping_ratio": damping}
+
+
+def _host_ringing(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    mass, hz, damping = 3.0 / size * spread(rng), float(rng.uniform(40.0, 120.0)), float(rng.uniform(0.02, 0.1))
+    draft.ringing = (mass, hz, damping)
+    return {"mass_kg": mass, "frequency_hz": hz, "damping_ratio": damping}
+
+
+def _host_sway(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    amplitude, hz = 2e-4 * size * spread(rng), float(rng.uniform(1.0, 3.5))
+    draft.sway = (amplitude, hz, float(rng.uniform(0.0, np.pi)))
+    return {"amplitude_m": amplitude, "frequency_hz": hz, "direction_rad": draft.sway[2]}
+
+
+def _motion_blur(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view["blur_s"] = 6e-5 * size * spread(rng)
+    return {"sd_s": draft.view["blur_s"]}
+
+
 LISTED = [
-    Cause(name, stage, True, globals()["_" + name])
-    for stage, names in {
-        "flight": (
+    Cause("floor_friction", "flight", _floor_friction, listed=True),
+    Cause("spin_coupling", "flight", _spin_coupling, listed=True, rivals=("floor_friction",)),
+    Cause("viscous_drag", "flight", _viscous_drag, listed=True),
+    Cause("air_drag", "flight", _air_drag, listed=True),
+    Cause("table_tilt", "flight", _table_tilt, listed=True),
+    Cause("vertical_motion", "flight", _vertical_motion, listed=True),
+    Cause(
+        "friction_drift",
+        "flight",
+        _friction_drift,
+        listed=True,
+        rivals=(
             "floor_friction",
             "spin_coupling",
-            "viscous_drag",
-            "air_drag",
-            "table_tilt",
-            "vertical_motion",
-            "friction_drift",
         ),
-        "impact": ("speed_dependent_restitution", "direction_dependent_restitution", "finite_contact_time"),
-        "geometry": ("wall_ellipticity", "wall_centre_offset", "mass_centre_offset", "centre_marker_offset"),
-        "measurement": (
-            "camera_clock_offset",
-            "sensor_window_offset",
-            "length_scale_error",
-            "frame_rate_error",
-            "plane_tilt",
-            "trigger_jitter",
+    ),
+    Cause("nes_rocking", "flight", _nes_rocking, listed=True),
+    Cause("speed_dependent_restitution", "impact", _speed_dependent_restitution, listed=True),
+    Cause("direction_dependent_restitution", "impact", _direction_dependent_restitution, listed=True),
+    Cause("finite_contact_time", "impact", _finite_contact_time, listed=True),
+    Cause("restitution_drift", "impact", _restitution_drift, listed=True),
+    Cause("wall_ellipticity", "geometry", _wall_ellipticity, listed=True, round_only=True),
+    Cause("wall_centre_offset", "geometry", _wall_centre_offset, listed=True),
+    Cause("mass_centre_offset", "geometry", _mass_centre_offset, listed=True),
+    Cause("centre_marker_offset", "geometry", _centre_marker_offset, listed=True),
+    Cause("wall_lobes", "geometry", _wall_lobes, listed=True, round_only=True),
+    Cause("inertia_error", "geometry", _inertia_error, listed=True),
+    Cause("host_recoil", "drive", _host_recoil, listed=True),
+    Cause("host_ringing", "drive", _host_ringing, listed=True, rivals=("host_recoil",)),
+    Cause(
+        "host_sway",
+        "drive",
+        _host_sway,
+        listed=True,
+        rivals=(
+            "host_recoil",
+            "host_ringing",
         ),
-    }.items()
-    for name in names
+    ),
+    Cause("camera_clock_offset", "measurement", _camera_clock_offset, listed=True),
+    Cause("sensor_window_offset", "measurement", _sensor_window_offset, listed=True),
+    Cause("length_scale_error", "measurement", _length_scale_error, listed=True),
+    Cause("frame_rate_error", "measurement", _frame_rate_error, listed=True),
+    Cause("plane_tilt", "measurement", _plane_tilt, listed=True),
+    Cause("trigger_jitter", "measurement", _trigger_jitter, listed=True),
+    Cause("motion_blur", "measurement", _motion_blur, listed=True),
 ]

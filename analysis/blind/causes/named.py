@@ -1,83 +1,51 @@
-"""The plant's causes: what each changes, how large it is at size 1, and in which stage it lies.
+"""The plant's causes by name, which of them may stand together, and what a series with some of them is.
 
 Sizes are those of this rig at which an experimenter would notice (severity 1); at a third of it diagnosis
 is decided. Every cause takes `size` (1.0 or 0.35, or anything positive) and draws its own directions and a
 spread of 15 %.
 """
 
+from itertools import permutations
+
 import numpy as np
 
-from analysis.blind.causes.further import FURTHER
-from analysis.blind.causes.later import LATER
-from analysis.blind.causes.latest import LATEST
+from analysis.blind.causes.cause import Cause
+from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.floor_friction import FLOOR_FRICTION
+from analysis.blind.causes.forces import FORCES
+from analysis.blind.causes.geometry import GEOMETRY
+from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.listed import LISTED
-from analysis.blind.causes.newest import NEWEST
-from analysis.blind.causes.plausible import PLAUSIBLE
-from analysis.blind.causes.undreamt import UNDREAMT
-from analysis.blind.causes.unexpected import UNEXPECTED
-from analysis.blind.causes.unforeseen import UNFORESEEN
-from analysis.blind.causes.unimagined import UNIMAGINED
-from analysis.blind.causes.unlisted import UNLISTED
-from analysis.blind.causes.unsuspected import UNSUSPECTED
-from analysis.blind.causes.untold import UNTOLD
-from analysis.blind.plant.state import PlantParameters
-from analysis.blind.recording.draft import Cause, Draft
+from analysis.blind.causes.measurement import MEASUREMENT
+from analysis.blind.causes.restitution import RESTITUTION
+from analysis.blind.causes.wall_friction import WALL_FRICTION
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
-from analysis.blind.recording.views import ViewErrors
 
-GROUPS = (
-    *(LISTED, FURTHER, UNLISTED, LATER, LATEST, NEWEST, UNFORESEEN, UNIMAGINED, UNDREAMT, UNSUSPECTED, UNEXPECTED),
-    UNTOLD,
-    PLAUSIBLE,
-)
-CAUSES: dict[str, Cause] = {cause.name: cause for group in GROUPS for cause in group}
-
-
-# Of these a series has one at most: what they do is the same, or their laws cannot stand side by side.
-RIVALS = (
-    ("floor_friction", "spin_coupling", "friction_drift"),
-    ("nes_rocking", "unknown_hop", "unknown_lifted_disk"),
-    ("wall_lobes", "unknown_chucked_ring"),
-    ("restitution_drift", "unknown_warming_ring"),
-    ("host_recoil", "host_ringing", "host_sway"),
-    # A contact that lasts keeps nothing of the last impact.
-    ("finite_contact_time", "unknown_glue_thread"),
-    ("finite_contact_time", "unknown_loose_ring"),
-    ("finite_contact_time", "unknown_tossed_disk"),
-    ("finite_contact_time", "unknown_coin_wobble"),
-    ("finite_contact_time", "unknown_leaking_liner"),
-    # In one that lasts no spin jumps.
-    ("finite_contact_time", "unknown_swollen_band"),
-    ("finite_contact_time", "unknown_rubbery_card"),
-    (
-        "finite_contact_time",
-        *(cause.name for cause in CAUSES.values() if cause.stage == "impact" and cause.name != "finite_contact_time"),
-    ),
-)
-ROUND_ONLY = (
-    *("wall_ellipticity", "wall_lobes", "unknown_dented_wall", "unknown_oval_disk"),
-    *("unknown_stepped_wall", "unknown_lobed_disk", "unknown_breathing_wall"),
-    *("unknown_chipped_disk", "unknown_creeping_liner"),
-    *("unknown_air_cushion", "unknown_glue_thread", "unknown_overlapping_strip"),
-    *("unknown_squashed_ring", "unknown_turning_sleeve", "unknown_split_ring"),
-    *("unknown_swinging_ring", "unknown_packing_felt"),
-    *("unknown_eddy_ring", "unknown_poled_disk"),
-    *("unknown_chucked_ring", "unknown_wall_bead", "unknown_marker_shadow"),
-)
-STEADY_ONLY = ("unknown_drive_phase_restitution",)
+_ALL = (LISTED, FLOOR_FRICTION, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, MEASUREMENT)
+_BY_NAME = {cause.name: cause for kind in _ALL for cause in kind}
+# In the groups' order.
+CAUSES: dict[str, Cause] = {name: _BY_NAME[name] for group in GROUPS.values() for name in group}
+LASTING = "finite_contact_time"
 
 
 def may_stand_together(causes: tuple[str, ...], wall: str, drive: str) -> bool:
     """Whether a series with that wall and drive may have all `causes` at once."""
-    if len(set(causes)) < len(causes):
+    several = [CAUSES[name] for name in causes]
+    if len(set(causes)) < len(causes) or any(_rules_out(one, other) for one, other in permutations(several, 2)):
         return False
-    if sum(c == "finite_contact_time" for c in causes) and len(set(RIVALS[-1]) & set(causes)) > 1:
+    if wall in ("triangle", "square") and any(cause.round_only for cause in several):
         return False
-    if any(len(set(rivals) & set(causes)) > 1 for rivals in RIVALS[:-1]):
-        return False
-    if wall in ("triangle", "square") and set(ROUND_ONLY) & set(causes):
-        return False
-    return drive in ("sine", "start_up") or not set(STEADY_ONLY) & set(causes)
+    return drive in ("sine", "start_up") or not any(cause.steady_only for cause in several)
+
+
+def _rules_out(one: Cause, other: Cause) -> bool:
+    """Whether the first cannot stand beside the other: a rival, or a contact that lasts.
+
+    Such a contact has a law of its own and keeps nothing of the last blow; in it no spin jumps.
+    """
+    return other.name in one.rivals or (one.name == LASTING and (other.short_blows or other.stage == "impact"))
 
 
 def draft_series(

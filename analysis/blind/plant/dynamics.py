@@ -5,11 +5,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.blind.plant.accelerations import derivative, host_pose
 from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.contact import compliant_step, impact, spring_dashpot, wall_gap
-from analysis.blind.plant.disk_friction import disk_friction_table
-from analysis.blind.plant.state import STATES, PlantParameters
+from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.flight.disk_friction import disk_friction_table
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import (
+    CORE,
+    COUNT,
+    IMPACT_S,
+    NORMAL,
+    PRINT_X,
+    PRINT_Y,
+    SPIN,
+    STATES,
+    STRETCH,
+    VX,
+    VY,
+    WAY,
+    WAY_BEFORE,
+    X,
+    Y,
+)
+from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.lasting_contact import compliant_step, spring_dashpot
 
 STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
@@ -21,13 +40,15 @@ RELEASE_GAP_M = 1e-6
 class Motion(NamedTuple):
     """What one run did. `nodes` (n, 8): time, x, y, vx, vy (centre of mass), angle, spin, held (0 or 1);
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
-    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y); `lines` (m, 7): those that the Host
-    followed (`host_pose`), `swings` (s, 2, 7) its swings along x and y, each from its own time on."""
+    contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y), `normals` (k,): direction of the
+    wall's outward normal in it (rad); `lines` (m, 7): those that the Host followed (`host_pose`), `swings` (s, 2, 7)
+    its swings along x and y, each from its own time on."""
 
     nodes: np.ndarray
     impacts: np.ndarray
     held: np.ndarray
     kicks: np.ndarray
+    normals: np.ndarray
     lines: np.ndarray
     swings: np.ndarray
 
@@ -56,6 +77,21 @@ def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: 
 
 
 @compiled
+def _with_swings(lines: Floats, p: PlantParameters) -> Floats:
+    """The Host's lines, and two more (x, y) of one that gives: swings of no size yet."""
+    if p.recoil_kg == 0.0:
+        return lines.copy()
+    host = np.zeros((lines.shape[0] + 2, 7))
+    host[: lines.shape[0]] = lines
+    for axis in range(2):
+        row = host[lines.shape[0] + axis]
+        row[0], row[4] = axis, START_S
+        row[2] = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
+        row[5] = p.recoil_damping * p.recoil_rad_per_s
+    return host
+
+
+@compiled
 def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantParameters) -> None:
     """Swings of the Host (2, 7) after the disk's velocity has changed at `time`: the Host takes the opposite momentum,
     as a mass on a damped spring."""
@@ -70,19 +106,12 @@ def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantP
 @compiled
 def _run(
     duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
-    impacts, kicks, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty((400, 2))
+    impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
     n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
-    gives = p.recoil_kg > 0.0
-    host = np.zeros((n_line + 2 if gives else n_line, 7))
-    host[:n_line] = lines
+    gives, host = p.recoil_kg > 0.0, _with_swings(lines, p)
     swings = np.zeros((nodes.shape[0] if gives else 0, 2, 7))
-    if gives:
-        for axis in range(2):
-            host[n_line + axis, 0], host[n_line + axis, 4] = axis, START_S
-            host[n_line + axis, 2] = p.recoil_rad_per_s * np.sqrt(1.0 - p.recoil_damping**2)
-            host[n_line + axis, 5] = p.recoil_damping * p.recoil_rad_per_s
     soft = p.contact_time_s > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
     sustained = 5.0 * p.contact_time_s
@@ -102,13 +131,13 @@ def _run(
                 new = impact(time + STEP_S, new, p, host, np.zeros(2), 0.0)[0]
             elif gap > (0.0 if soft else RELEASE_GAP_M):
                 touching = False
-                new[7] = 0.0
+                new[STRETCH] = 0.0
                 if time - since > sustained:
                     held[n_held, 0], held[n_held, 1] = since, time
                     n_held += 1
         if touching or gap >= 0.0:
             if gives:
-                _push(host[n_line:], time + STEP_S, new[2] - state[2], new[3] - state[3], p)
+                _push(host[n_line:], time + STEP_S, new[VX] - state[VX], new[VY] - state[VY], p)
                 swings[n_swing] = host[n_line:]
                 n_swing += 1
             time, state = time + STEP_S, new
@@ -118,7 +147,8 @@ def _run(
         n += 1
         new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
-        kicks[n_impact, 0], kicks[n_impact, 1] = new[2] - state[2], new[3] - state[3]
+        kicks[n_impact, 0], kicks[n_impact, 1] = new[VX] - state[VX], new[VY] - state[VY]
+        normals[n_impact] = new[NORMAL]
         if gives:
             _push(host[n_line:], time, kicks[n_impact, 0], kicks[n_impact, 1], p)
             swings[n_swing] = host[n_line:]
@@ -126,7 +156,7 @@ def _run(
         n_impact += 1
         if not soft:
             state = new
-        state[6], state[13], state[20] = time, n_impact, state[8]
+        state[IMPACT_S], state[COUNT], state[WAY_BEFORE] = time, n_impact, state[WAY]
         if soft or speed < HOLD_SPEED_M_PER_S:
             touching, since = True, time
     if touching and time - since > sustained:
@@ -138,6 +168,7 @@ def _run(
         impacts[:n_impact].copy(),
         held[:n_held].copy(),
         kicks[:n_impact].copy(),
+        normals[:n_impact].copy(),
         lines,
         swings[:n_swing].copy(),
     )
@@ -161,10 +192,10 @@ def run_plant(
     position = host_pose(START_S, lines)[0]
     state = np.zeros(STATES)
     state[:6] = initial
-    state[0] += position[0]
-    state[1] += position[1]
-    state[6], state[7] = -1.0, 0.0
-    state[18:20], state[21] = initial[:2], initial[5]
+    state[X] += position[0]
+    state[Y] += position[1]
+    state[IMPACT_S], state[CORE] = -1.0, initial[SPIN]
+    state[PRINT_X], state[PRINT_Y] = initial[X], initial[Y]
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
     return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), chances))

@@ -9,19 +9,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.blind.recording.drive import ASKED
+from analysis.blind.recording.markers import Poses
 from analysis.blind.recording.place import HOME, WALLS, Place
 from analysis.blind.recording.views import HOST_M, NES_M, SENSOR_PX, View
 from ovines.io.provenance import provenance
 from ovines.tables import write_table
-
-
-@dataclass(frozen=True)
-class Poses:
-    """What one camera sees, frame by frame: `nes` (n, 4) middle x, y, z, angle; `host` (n, 4) x, y,
-    rotation, z."""
-
-    nes: np.ndarray
-    host: np.ndarray
 
 
 @dataclass(frozen=True)

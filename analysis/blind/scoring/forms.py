@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from analysis.blind.plant.state import PlantParameters
+from analysis.blind.plant.parameters import PlantParameters
 
 GRAVITY_M_PER_S2 = 9.81
 # Where a run's number or its time may carry a drift, and the drive's sine or its clock a load.

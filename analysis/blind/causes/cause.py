@@ -1,0 +1,73 @@
+"""What a cause is, and what most are made of."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.blind.causes.draft import Draft
+
+Rng = np.random.Generator
+Truth = dict[str, float]
+Apply = Callable[[Draft, float, Rng, int], Truth]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A cause by name: its stage, the function that puts it into a draft, and whether the diagnosis knows its name.
+
+    The function returns the true parameters by the names that `diagnosis.json` uses where there are any; of the others
+    ``follows`` says what their effect goes with: what a search would have to find.  Facts of the rig it needs:
+    ``round_only``: a wall without corners, ``steady_only``: a drive that has a phase, ``short_blows``: blows that take
+    no time, as all in the stage "impact" do.  Beside its ``rivals`` it does not stand: what they do is the same, or
+    their laws cannot stand side by side.
+    """
+
+    name: str
+    stage: str
+    apply: Apply
+    listed: bool = False
+    follows: str = ""
+    rivals: tuple[str, ...] = ()
+    round_only: bool = False
+    steady_only: bool = False
+    short_blows: bool = False
+
+
+def spread(rng: Rng) -> float:
+    """A factor of 15 % either way: sizes are not to be guessed."""
+    return float(rng.uniform(0.85, 1.15))
+
+
+def vector(size: float, rng: Rng) -> tuple[float, float]:
+    """A vector of length `size` in a random direction."""
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    return float(size * np.cos(angle)), float(size * np.sin(angle))
+
+
+def sign(rng: Rng) -> float:
+    """1 or -1."""
+    return 1.0 if rng.random() < 0.5 else -1.0
+
+
+def changes(scale: dict[str, float], angles: tuple[str, ...] = (), signed: bool = False) -> Apply:
+    """A cause that sets numbers proportional to its size and draws the named angles at random."""
+
+    def apply(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+        factor = size * spread(rng) * (sign(rng) if signed else 1.0)
+        out = {name: value * factor for name, value in scale.items()}
+        out.update({name: float(rng.uniform(0.0, 2.0 * np.pi)) for name in angles})
+        draft.plant.update(out)
+        return out
+
+    return apply
+
+
+def seen(name: str, value: float) -> Apply:
+    """A cause in the cameras: one number, proportional to its size."""
+
+    def apply(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+        draft.view[name] = value * size * spread(rng)
+        return {name: draft.view[name]}
+
+    return apply

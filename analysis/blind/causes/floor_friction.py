@@ -1,0 +1,193 @@
+"""Unlisted causes in the floor's friction and load."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
+from analysis.blind.causes.draft import Draft
+
+
+def _patch(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    x, y = vector(0.018, rng)
+    out = {"patch_amplitude": 0.9 * size * spread(rng), "patch_x_m": x, "patch_y_m": y}
+    draft.plant.update(out)
+    return out
+
+
+def _seam(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"seam": 0.5 * size * spread(rng), "seam_m": float(rng.uniform(-0.012, 0.012))}
+    draft.plant.update(out, seam_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
+def _polished_track(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A track where the disk has mostly run: somewhat inside the wall, or half-way to it."""
+    out = {"track": 0.5 * size * spread(rng), "track_m": float(rng.uniform(0.018, 0.028))}
+    draft.plant.update(out)
+    return out
+
+
+def _wandering_bead(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A bead that is put back between the runs, and goes round in each of them alike."""
+    out = {
+        "bead": 0.75 * size * spread(rng),
+        "bead_rad": float(rng.uniform(0.0, 6.283)),
+        "bead_rad_per_s": float(rng.uniform(3.0, 7.0)) * sign(rng),
+    }
+    draft.plant.update(out)
+    return out
+
+
+def _chattering_slide(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"chatter": 0.6 * size * spread(rng), "chatter_m_per_s": float(rng.uniform(0.5, 0.9))}
+    draft.plant.update(out)
+    return out
+
+
+def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.plant["grit"] = 0.35 * size * spread(rng)
+    draft.run_numbers["grit_draw"] = rng.random(runs)
+    return {"grit": draft.plant["grit"]}
+
+
+def _smeared_drop(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A drop of oil between the Host's middle and its wall."""
+    x, y = vector(0.016, rng)
+    out = {"drop": 0.65 * size * spread(rng), "drop_x_m": x, "drop_y_m": y}
+    draft.plant.update(out)
+    return out
+
+
+def _scratched_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Scratched along the drive, more or less: it rubs most across that."""
+    out = {"scratched": 0.3 * size * spread(rng), "scratched_rad": 0.5 * np.pi + float(rng.uniform(-0.4, 0.4))}
+    draft.plant.update(out)
+    return out
+
+
+def _lifted_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """It settles within a flight or two."""
+    out = {"lifted": 0.6 * size * spread(rng), "lifted_s": float(rng.uniform(0.03, 0.05))}
+    draft.plant.update(out)
+    return out
+
+
+FLOOR_FRICTION = [
+    # --- how much of the disk stands on the floor, with which load ---
+    Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
+    # A weld spatter under the disk, beside its middle.
+    Cause("unknown_stuck_grain", "flight", changes({"grain": 0.35}, ("grain_rad",))),
+    # A dished washer stands on its inner part only.
+    Cause("unknown_domed_disk", "flight", changes({"dome": 0.6})),
+    # A table on leaf springs moves on an arc: it rises as it leaves its middle, or sinks.
+    Cause("unknown_leaf_springs", "flight", changes({"arc_per_m": 2.8}, signed=True)),
+    # A blow tosses the disk up, the harder the higher; then it lands.
+    Cause("unknown_tossed_disk", "flight", changes({"toss": 0.06}), short_blows=True),
+    # A washer is punched, and has a burr around its rim.
+    Cause("unknown_punched_burr", "flight", changes({"burr": 0.8})),
+    # A punched washer that rests on a ring.
+    Cause(
+        "unknown_ring_contact",
+        "flight",
+        changes({"ring_foot": 0.3}),
+        follows="the spin, where it slides slowly",
+    ),
+    # --- by the place on the floor ---
+    Cause("unknown_patchy_friction", "flight", _patch),
+    Cause("unknown_grooved_floor", "flight", changes({"groove": 0.5}, ("groove_rad", "groove_phase_rad"))),
+    Cause("unknown_dusty_rim", "flight", changes({"rim": 0.7})),
+    Cause("unknown_floor_seam", "flight", _seam),
+    # A track around the centre, polished in months of use.
+    Cause("unknown_polished_track", "flight", _polished_track, follows="the distance from the Host's centre"),
+    # A bead of oil that the drive shakes round the floor.
+    Cause(
+        "unknown_wandering_bead",
+        "flight",
+        _wandering_bead,
+        follows="the place in the Host against one that goes round with the time in the run",
+    ),
+    # A floor plate that is worn in its middle, where most sliding is done: polished, or roughened.
+    Cause(
+        "unknown_worn_middle",
+        "flight",
+        changes({"worn": 0.4}, signed=True),
+        follows="the distance from the Host's centre",
+    ),
+    # --- by the speed, and late ---
+    Cause("unknown_weakening_friction", "flight", changes({"weakening": 0.5})),
+    Cause("unknown_lubricated_spin", "flight", changes({"film": 0.4})),
+    Cause("unknown_lift", "flight", changes({"lift": 0.5})),
+    # Soft feet or an oil film: friction has to build up anew after each change of direction.
+    Cause("unknown_lagging_friction", "flight", changes({"lag_s": 0.004})),
+    # At one sliding speed the washer chatters and floats.
+    Cause("unknown_chattering_slide", "flight", _chattering_slide),
+    # Friction of plastic: it holds what creeps and lets run what runs.
+    Cause("unknown_stribeck_floor", "flight", changes({"stribeck": 0.8}), follows="the slip's speed"),
+    # --- by the direction of sliding ---
+    Cause("unknown_anisotropic_friction", "flight", changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",))),
+    # A floor turned on a lathe, with a spiral of fine grooves.
+    Cause("unknown_canted_friction", "flight", changes({"canted_rad": 0.12}, signed=True)),
+    # The load moves to the leading edge, as under a curling stone.
+    Cause("unknown_curling", "flight", changes({"curling": 0.2}, signed=True)),
+    # A bent washer stands on two points and drags them.
+    Cause("unknown_warped_washer", "flight", changes({"warped": 0.3}, ("warped_rad",))),
+    # A brushed floor or a felt: smooth one way, rough the other.
+    Cause("unknown_napped_floor", "flight", changes({"nap": 0.35}, ("nap_rad",))),
+    # Floor and washer are both brushed: they hold on to each other where their marks lie alike.
+    Cause("unknown_brushed_pair", "flight", changes({"brushed": 0.4}, ("brushed_rad",))),
+    # A floor faced on a lathe: circles around the Host's centre, which hold what slides across them.
+    Cause(
+        "unknown_concentric_marks",
+        "flight",
+        changes({"rings": 0.25}),
+        follows="the angle between the slip and the radius from the Host's centre",
+    ),
+    # A washer whose edge is bevelled at one side only.
+    Cause(
+        "unknown_bevelled_edge",
+        "flight",
+        changes({"bevel": 0.4}, ("bevel_rad",)),
+        follows="the angle between the slip and the disk",
+    ),
+    # A floor of upright bristles, whose tips stay back as the Host is accelerated.
+    Cause(
+        "unknown_bristled_floor",
+        "flight",
+        changes({"bristled": 0.5}, signed=True),
+        follows="the Host's acceleration along the slip",
+    ),
+    # Scratches along the drive.
+    Cause(
+        "unknown_scratched_floor",
+        "flight",
+        _scratched_floor,
+        follows="the slip's direction in the Host, twice around",
+    ),
+    # --- by what went before ---
+    Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
+    # Each blow shakes off one grain of grit and picks up another.
+    Cause("unknown_gritty_floor", "flight", _gritty_floor),
+    # A drop of oil on the floor: a disk that has been there carries some of it along.
+    Cause(
+        "unknown_smeared_drop",
+        "flight",
+        _smeared_drop,
+        follows="the way slid since the disk was last at one place of the Host's floor",
+    ),
+    # A blow beside the height of the mass centre lifts the disk.
+    Cause(
+        "unknown_lifted_disk",
+        "flight",
+        _lifted_disk,
+        follows="the time since the last blow",
+        rivals=("nes_rocking", "unknown_hop"),
+    ),
+    # --- by the Host's motion ---
+    # A floor plate whose screws are loose follows the ring only in part.
+    Cause("unknown_loose_floor", "flight", changes({"loose_floor": 0.6})),
+    # A floor plate on one screw in its middle, which creeps round under the drive.
+    Cause("unknown_turning_floor", "flight", changes({"floor_turn_rad_per_s": 7.0}, signed=True)),
+    # The shaker's table pitches as it is accelerated: one side of the floor presses, the other gives way.
+    Cause("unknown_pitching_floor", "flight", changes({"pitching": 0.6}, signed=True)),
+    # A guide with worn bearings, whose rumble shakes the load off the floor.
+    Cause("unknown_rumbling_guide", "flight", changes({"rumble": 0.4}), follows="the square of the Host's speed"),
+]

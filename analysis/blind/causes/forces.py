@@ -1,0 +1,189 @@
+"""Unlisted causes in flights beside the floor's friction: slopes, air, magnets and threads, torques."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
+from analysis.blind.causes.draft import Draft
+
+
+def _sway(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"sway_m_per_s2": 0.35 * size * spread(rng), "sway_rad_per_s": float(rng.uniform(8.0, 30.0))}
+    draft.plant.update(out, sway_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
+def _ridge(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"ridge_m_per_s2": 1.2 * size * spread(rng), "ridge_m": float(rng.uniform(-0.015, 0.015))}
+    draft.plant.update(out, ridge_rad=float(rng.uniform(0.0, np.pi)))
+    return out
+
+
+def _slam(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """At its own time in each run, in half of the runs only."""
+    out = {"slam_m_per_s2": 1.2 * size * spread(rng), "slam_rad": float(rng.uniform(0.0, 2.0 * np.pi))}
+    draft.plant.update(out)
+    draft.run_numbers["slam_s"] = np.where(rng.permutation(runs) % 2 == 0, rng.uniform(0.05, 0.3, runs), 1e3)
+    return out
+
+
+def _coin_wobble(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Slow enough that the disk goes aside before it is pushed back."""
+    out = {"wobble_per_s": 0.6 * size * spread(rng), "wobble_rad_per_s": float(rng.uniform(50.0, 110.0)) * sign(rng)}
+    draft.plant.update(out)
+    return out
+
+
+def _pull(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    x, y = vector(0.02, rng)
+    out = {"pull_m_per_s2": 0.7 * size * spread(rng), "pull_x_m": x, "pull_y_m": y}
+    draft.plant.update(out)
+    return out
+
+
+def _tether(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    x, y = vector(0.03, rng)
+    out = {"tether_per_s2": 40.0 * size * spread(rng), "tether_x_m": x, "tether_y_m": y}
+    draft.plant.update(out)
+    return out
+
+
+def _eddy_brake(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    x, y = vector(0.018, rng)
+    out = {"eddy_per_s": 2.5 * size * spread(rng), "eddy_x_m": x, "eddy_y_m": y}
+    draft.plant.update(out)
+    return out
+
+
+def _windmill(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {"windmill_per_s": 1.2 * size * spread(rng), "windmill_rad_per_s": 150.0 * sign(rng)}
+    draft.plant.update(out)
+    return out
+
+
+FORCES = [
+    # --- a floor that is not level ---
+    Cause("unknown_central", "flight", changes({"central_per_s2": 13.3})),
+    Cause("unknown_swaying_floor", "flight", _sway),
+    Cause("unknown_ridge", "flight", _ridge),
+    Cause("unknown_saddle_floor", "flight", changes({"saddle_per_s2": 12.0}, ("saddle_rad",))),
+    Cause("unknown_sagging_table", "flight", changes({"sag_m_per_s2": 0.2}, ("sag_rad",))),
+    Cause("unknown_bowl_rim", "flight", changes({"bowl_m_per_s2": 1.5}, signed=True)),
+    Cause("unknown_slam", "flight", _slam),
+    # A floor plate that sags between its screws.
+    Cause(
+        "unknown_dished_floor",
+        "flight",
+        changes({"dished_per_m": 1.2}),
+        follows="the place from the Host's centre",
+    ),
+    # The shaker rocks the table that the disk slides on.
+    Cause("unknown_rocking_table", "flight", changes({"rocking": 0.005}, signed=True)),
+    # A carriage with play in its guide leans one way there and the other way back.
+    Cause(
+        "unknown_guide_play",
+        "flight",
+        changes({"lean_m_per_s2": 0.4}, ("lean_rad",)),
+        follows="the sense in which the Host moves along the drive's axis",
+    ),
+    # A thin floor sheet that buckles under its own inertia.
+    Cause(
+        "unknown_buckling_sheet",
+        "flight",
+        changes({"buckled_per_s2": 25.0}, signed=True),
+        follows="the place from the Host's centre, times the Host's acceleration along the drive's axis",
+    ),
+    # --- what lies on it, and how the disk stands ---
+    # A mat keeps the disk's print for a while, and the disk would fall back into it.
+    Cause("unknown_soft_mat", "flight", changes({"mat_per_s2": 20.0})),
+    # Dust that the disk sweeps together and pushes along, until a blow scatters it.
+    Cause("unknown_dust_bow", "flight", changes({"bow_m_per_s2": 0.8}), follows="the way slid since the last blow"),
+    # A blow leaves the washer wobbling like a coin.
+    Cause(
+        "unknown_coin_wobble",
+        "flight",
+        _coin_wobble,
+        follows="the time since the last blow, its normal and its approach speed",
+        short_blows=True,
+    ),
+    # --- air ---
+    Cause("unknown_magnus", "flight", changes({"magnus": 0.005}, signed=True)),
+    Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
+    Cause("unknown_air_stream", "flight", changes({"stream_per_s": 1.6}, ("stream_rad",))),
+    Cause("unknown_cubic_drag", "flight", changes({"cubic_s_per_m2": 0.26})),
+    # A thick washer presses the air out between its rim and the wall, and draws it in again.
+    Cause("unknown_air_cushion", "flight", changes({"cushion_per_s": 6.0}), round_only=True),
+    # The moving Host pumps air through a gap below its wall.
+    Cause("unknown_bellows", "flight", changes({"bellows_m_per_s2": 0.7}, signed=True)),
+    # Below a lid the air goes with the ring, and carries the disk.
+    Cause("unknown_enclosed_air", "flight", changes({"enclosed_per_m": 0.4})),
+    # --- magnets, charge and threads ---
+    Cause("unknown_magnetic_pull", "flight", _pull),
+    Cause("unknown_wall_pull", "flight", changes({"wall_pull_m_per_s2": 2.5}, signed=True)),
+    Cause("unknown_swirl", "flight", changes({"swirl_per_s2": 10.0}, signed=True)),
+    Cause("unknown_tether", "flight", _tether),
+    # A magnet under the Host's floor brakes what moves over it.
+    Cause("unknown_eddy_brake", "flight", _eddy_brake),
+    # The shaker's coil draws the steel, whichever way its current flows.
+    Cause("unknown_coil_pull", "flight", changes({"coil_m_per_s2": 0.5}, ("coil_rad",))),
+    # Residue of an adhesive tape on the wall: it holds on to what leaves, until it tears.
+    Cause("unknown_glue_thread", "flight", changes({"thread_m_per_s2": 5.0}), round_only=True, short_blows=True),
+    # A magnetised washer between two opposed magnets under the Host: pushed as it lies, and turned off the middle.
+    Cause("unknown_stray_poles", "flight", changes({"poles_m_per_s2": 0.4}, ("poles_rad",))),
+    # Dry air and a plastic floor: the disk is charged as it slides, until it touches the ring.
+    Cause(
+        "unknown_charged_disk",
+        "flight",
+        changes({"charged_per_s2": 26.0}),
+        follows="the place from the Host's centre, times the way slid since the last blow",
+    ),
+    # A magnetised washer near a ring of aluminium.
+    Cause(
+        "unknown_eddy_ring",
+        "flight",
+        changes({"eddied_per_s": 2.0}),
+        follows="the speed of the rim along the wall, and the way to the wall",
+        round_only=True,
+    ),
+    # A magnetised washer in a ring of steel.
+    Cause(
+        "unknown_poled_disk",
+        "flight",
+        changes({"poled_m_per_s2": 0.4}, ("poled_rad",)),
+        follows="the angle between the disk and the radius from the Host's centre, twice around",
+        round_only=True,
+    ),
+    # --- torques ---
+    Cause("unknown_spin_drag", "flight", changes({"spin_drag_per_s": 1.5})),
+    Cause("unknown_compass_needle", "flight", changes({"needle_rad_per_s2": 350.0}, ("needle_rad",))),
+    Cause("unknown_windmill", "flight", _windmill),
+    Cause("unknown_bistable_disk", "flight", changes({"bistable_rad_per_s2": 300.0}, ("bistable_rad",))),
+    # A burr that catches in one sense of spin only.
+    Cause("unknown_spin_ratchet", "flight", changes({"ratchet_rad_per_s2": 120.0}, signed=True)),
+    # The shaker's alternating field turns a magnetised washer to and fro.
+    Cause("unknown_alternating_field", "flight", changes({"alternating_rad_per_s2": 400.0}, ("alternating_rad",))),
+    # A sticker that has come off at one end and stands up like a fin.
+    Cause(
+        "unknown_weathervane",
+        "flight",
+        changes({"vane_rad_per_s2": 11.0}, ("vane_rad",)),
+        follows="the angle between the disk and its way through the room, and the square of its speed",
+    ),
+    # A weight in the washer's hole that turns in its soft glue.
+    Cause(
+        "unknown_loose_core",
+        "flight",
+        changes({"core_per_s": 1.6}),
+        follows="the spin against its mean over the last 30 ms",
+    ),
+    # A washer faced on a lathe: its spiral groove turns it as it slides.
+    Cause(
+        "unknown_spiral_face", "flight", changes({"spiral_rad_per_s2": 32.0}, signed=True), follows="the slip's speed"
+    ),
+    # A wire from the ceiling, for a charge or a sensor, that the disk's turns wind up.
+    Cause(
+        "unknown_wound_wire",
+        "flight",
+        changes({"wound_per_s2": 3.5}, ("wound_rad",)),
+        follows="the disk's angle, whole turns counted",
+    ),
+]

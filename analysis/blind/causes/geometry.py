@@ -1,0 +1,149 @@
+"""Unlisted causes in the shape and the place of wall and disk."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
+from analysis.blind.causes.draft import Draft
+
+
+def _dented_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.plant.update(dent_m=4e-4 * size * spread(rng) * sign(rng), dent_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"dent_m": draft.plant["dent_m"]}
+
+
+def _packing_felt(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as far inwards of the mean at first as outwards at last."""
+    most = 2e-4 * size * spread(rng)
+    draft.run_numbers.update(packed_m=most * np.linspace(-1.0, 1.0, runs))
+    return {"packed_m": most}
+
+
+def _oval_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.plant.update(oval=0.004 * size * spread(rng), oval_rad=float(rng.uniform(0.0, np.pi)))
+    return {"oval": draft.plant["oval"]}
+
+
+def _creeping_liner(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """It goes on between the runs: each finds it somewhere else."""
+    out = {"liner": 0.005 * size * spread(rng), "liner_rad_per_s": 2.0 * sign(rng)}
+    draft.plant.update(out)
+    draft.run_numbers["liner_rad"] = rng.uniform(0.0, np.pi, runs)
+    return out
+
+
+def _squashed_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Held at one side, within 0.6 rad of the drive's axis: what stands across it is not squashed."""
+    clamp = float(rng.uniform(-0.6, 0.6)) + (np.pi if rng.random() < 0.5 else 0.0)
+    out = {"squash_m": 3.5e-4 * size * spread(rng) * sign(rng), "squash_rad": clamp}
+    draft.plant.update(out)
+    return out
+
+
+def _refitted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Put back once, half-way through the series."""
+    x, y = vector(3.5e-4 * size * spread(rng), rng)
+    side = np.where(np.arange(runs) < (runs + 1) // 2, 1.0, -1.0)
+    draft.run_numbers.update(refit_x_m=x * side, refit_y_m=y * side)
+    return {"refit_x_m": x, "refit_y_m": y, "runs_before": float((runs + 1) // 2)}
+
+
+def _orbiting_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A ring that falls back to its place between the runs, and rolls round in each of them alike."""
+    out = {
+        "orbit_m": 2.7e-4 * size * spread(rng),
+        "orbit_rad": float(rng.uniform(0.0, 6.283)),
+        "orbit_rad_per_s": float(rng.uniform(4.0, 8.0)) * sign(rng),
+    }
+    draft.plant.update(out)
+    return out
+
+
+GEOMETRY = [
+    # --- the wall's shape ---
+    Cause("unknown_dented_wall", "geometry", _dented_wall, round_only=True),
+    Cause("unknown_stepped_wall", "geometry", changes({"step_m": 4e-4}, ("step_rad",)), round_only=True),
+    # A ring bent of a strip, its ends one upon the other.
+    Cause(
+        "unknown_overlapping_strip",
+        "geometry",
+        changes({"joint_m": 6e-4}, ("joint_rad",), signed=True),
+        round_only=True,
+    ),
+    # A ring made of two halves, put together askew along their joint.
+    Cause(
+        "unknown_split_ring",
+        "geometry",
+        changes({"split_m": 5.5e-4}, ("split_rad",), signed=True),
+        follows="the azimuth in the Host",
+        round_only=True,
+    ),
+    # A ring turned in a chuck of three jaws.
+    Cause(
+        "unknown_chucked_ring",
+        "geometry",
+        changes({"chucked_m": 2.6e-4}, ("chucked_rad",)),
+        follows="the azimuth of the blow, three times around",
+        rivals=("wall_lobes",),
+        round_only=True,
+    ),
+    # A ring bent of a strip, whose ends are glued.
+    Cause(
+        "unknown_wall_bead",
+        "geometry",
+        changes({"seam_bead_m": 5.5e-4}, ("seam_bead_rad",)),
+        follows="the azimuth of the blow, at one place",
+        round_only=True,
+    ),
+    # A felt liner that is packed down from run to run.
+    Cause("unknown_packing_felt", "geometry", _packing_felt, follows="the number of the run", round_only=True),
+    # --- the disk's shape ---
+    Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
+    Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
+    Cause("unknown_chipped_disk", "geometry", changes({"chip_m": 7e-4}, ("chip_rad",)), round_only=True),
+    # A sleeve on the washer's rim that is thicker at one side.
+    Cause("unknown_eccentric_tyre", "geometry", changes({"tyre_m": 4e-4}, ("tyre_rad",))),
+    # A slack rubber band around the washer, which the spin draws wide.
+    Cause(
+        "unknown_swollen_band",
+        "geometry",
+        changes({"swollen_m": 2.4e-4}),
+        follows="the square of the spin",
+        short_blows=True,
+    ),
+    # --- where the wall lies and how it moves ---
+    Cause("unknown_breathing_wall", "geometry", changes({"breathing_m": 2e-4}, signed=True), round_only=True),
+    # An oval liner that is not fastened and turns in the Host.
+    Cause("unknown_creeping_liner", "geometry", _creeping_liner, round_only=True),
+    # A liner on a rubber bed, which stays back behind the Host's acceleration.
+    Cause("unknown_springy_liner", "geometry", changes({"springy_m": 4e-4})),
+    # A ring that lies in its groove with play, and stays where the last blow has pushed it.
+    Cause("unknown_loose_ring", "geometry", changes({"loose_ring_m": 2.5e-4}), short_blows=True),
+    # A thin ring clamped at one side, squashed as the Host starts one way and stretched as it starts the other.
+    Cause("unknown_squashed_ring", "geometry", _squashed_ring, round_only=True),
+    # A ring that slips in its clamps in the course of a run.
+    Cause("unknown_slipping_ring", "geometry", changes({"slipping_m": 3.5e-4}, ("slipping_rad",))),
+    # A ring that lies to one side of its seat, until it is taken out for cleaning and then lies to the other.
+    Cause("unknown_refitted_ring", "geometry", _refitted_ring),
+    # A ring on thick double-sided tape, which trails behind the Host's velocity.
+    Cause(
+        "unknown_trailing_ring",
+        "geometry",
+        changes({"trailing_m": 3.7e-4}),
+        follows="the Host's velocity along the contact's normal",
+    ),
+    # A ring in a seat too wide for it, in which it rolls round.
+    Cause(
+        "unknown_orbiting_ring",
+        "geometry",
+        _orbiting_ring,
+        follows="the azimuth of the blow against one that goes round with the time in the run",
+    ),
+    # A liner full of air, which blows press out and a pump brings back.
+    Cause(
+        "unknown_leaking_liner",
+        "geometry",
+        changes({"leaking_m": 3e-4}),
+        follows="how hard and how long ago the last blows were",
+        short_blows=True,
+    ),
+]

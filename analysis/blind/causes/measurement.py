@@ -1,0 +1,244 @@
+"""Unlisted causes in the cameras, their clocks and the markers."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, seen, sign, spread, vector
+from analysis.blind.causes.draft import Draft
+
+
+def _skipped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view["skipped_frame_share"] = float(rng.uniform(0.3, 0.7))
+    return {"at_share_of_run": draft.view["skipped_frame_share"]}
+
+
+def _lost_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view["lost_frame_share"] = float(rng.uniform(0.3, 0.7))
+    return {"at_share_of_run": draft.view["lost_frame_share"]}
+
+
+def _free_running_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view["free_running"] = 1.2e-3 * size * spread(rng) * sign(rng)
+    return {"free_running": draft.view["free_running"]}
+
+
+def _sync_pulses(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Three to six pulses in a run, the first of them somewhere in its first fifth of a second."""
+    draft.view.update(
+        sync_s=3.3e-4 * size * spread(rng) * sign(rng),
+        sync_every_s=float(rng.uniform(0.2, 0.4)),
+        sync_late_s=float(rng.uniform(0.0, 0.2)),
+    )
+    return {"sync_s": draft.view["sync_s"], "every_s": draft.view["sync_every_s"]}
+
+
+def _dropped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In four runs of ten at size 1, at a place of its own in each; in one at least."""
+    count = min(max(round(0.4 * size * spread(rng) * runs), 1), runs) if size > 0.0 else 0
+    lost = rng.permutation(runs) < count
+    draft.view.update(dropped_from=tuple(np.where(lost, rng.uniform(0.3, 0.7, runs), 1.0).tolist()))
+    return {"runs_dropped": float(count)}
+
+
+def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(slipped_m=vector(0.5e-3 * size * spread(rng), rng))
+    return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
+
+
+def _bent_tab(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(tab_m=5e-4 * size * spread(rng), tab_marker=int(rng.integers(4)))
+    return {"tab_m": draft.view["tab_m"], "marker": float(draft.view["tab_marker"])}
+
+
+def _flung_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one."""
+    draft.view.update(flung_m=3e-4 * size * spread(rng), flung_marker=int(rng.integers(1, 5)))
+    return {"flung_m": draft.view["flung_m"], "marker": float(draft.view["flung_marker"] + 1)}
+
+
+def _rubbery_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that each of its swings is in several frames."""
+    draft.view.update(card_s=1.35e-3 * size * spread(rng), card_hz=float(rng.uniform(25.0, 60.0)))
+    return {"card_s": draft.view["card_s"], "frequency_hz": draft.view["card_hz"]}
+
+
+def _glare(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    at = vector(0.02, rng)
+    draft.view.update(glare_px=2.0 * size * spread(rng), glare_m=at, glare_camera=int(rng.integers(2)))
+    return {"glare_px": draft.view["glare_px"], "x_m": at[0], "y_m": at[1]}
+
+
+def _half_lid(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    edge = vector(0.012, rng)
+    draft.view.update(
+        lid_px=1.2 * size * spread(rng) * sign(rng),
+        lid_m=edge,
+        lid_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        lid_camera=int(rng.integers(2)),
+    )
+    return {"lid_px": draft.view["lid_px"], "x_m": edge[0], "y_m": edge[1], "edge_rad": draft.view["lid_rad"]}
+
+
+def _glinting_stickers(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Foil stickers of the disk, and a lamp at one side of one camera."""
+    draft.view.update(
+        glint_px=1.0 * size * spread(rng),
+        glint_rad=float(rng.uniform(0.0, 6.283)),
+        lamp_rad=float(rng.uniform(0.0, 6.283)),
+        glint_camera=int(rng.integers(2)),
+    )
+    return {"glint_px": draft.view["glint_px"], "angle_rad": draft.view["glint_rad"]}
+
+
+def _shaded_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A low lamp at any side."""
+    draft.view.update(shade_px=2.2 * size * spread(rng), shade_rad=float(rng.uniform(0.0, 6.283)))
+    return {"shade_px": draft.view["shade_px"], "angle_rad": draft.view["shade_rad"]}
+
+
+def _wobble(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(wobble_px=0.9 * size * spread(rng), wobble_hz=float(rng.uniform(15.0, 60.0)))
+    return {"amplitude_px": draft.view["wobble_px"], "frequency_hz": draft.view["wobble_hz"]}
+
+
+def _swinging_zoom(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(zoom_swing=8e-4 * size * spread(rng), zoom_swing_hz=float(rng.uniform(4.0, 40.0)))
+    return {"zoom": draft.view["zoom_swing"], "frequency_hz": draft.view["zoom_swing_hz"]}
+
+
+def _shaken_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(shaken_px=0.4 * size * spread(rng), shaken_hz=float(rng.uniform(15.0, 60.0)))
+    return {"shaken_px": draft.view["shaken_px"], "frequency_hz": draft.view["shaken_hz"]}
+
+
+def _shaking_tripod(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In any direction of the picture, late by a quarter of the drive's period at most."""
+    draft.view.update(
+        tripod_px=1.0 * size * spread(rng),
+        tripod_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        tripod_s=float(rng.uniform(0.0, 0.02)),
+    )
+    return {"tripod_px": draft.view["tripod_px"], "late_s": draft.view["tripod_s"]}
+
+
+def _twisted_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The first camera, on the shaker's own frame."""
+    draft.view["twisted_rad"] = 4.5e-3 * size * spread(rng) * sign(rng)
+    return {"twisted_rad": draft.view["twisted_rad"]}
+
+
+def _stretched_picture(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view["stretched"] = 0.006 * size * spread(rng) * sign(rng)
+    return {"stretched": draft.view["stretched"]}
+
+
+MEASUREMENT = [
+    # --- the clock of both cameras ---
+    Cause("unknown_uneven_clock", "measurement", seen("uneven_s", 1e-3)),
+    Cause("unknown_skipped_frame", "measurement", _skipped_frame),
+    # A trigger of two channels, one late.
+    Cause("unknown_alternating_clock", "measurement", seen("alternate_s", 1.6e-4)),
+    # --- the second camera's own clock ---
+    Cause("unknown_lost_frame", "measurement", _lost_frame),
+    # A trigger line on the amplifier's ground: its threshold goes with the shaker's current.
+    Cause("unknown_grounded_trigger", "measurement", seen("grounded_s", 4e-4)),
+    # Two cameras started together in the middle of their buffers, each with a clock of its own.
+    Cause("unknown_free_running_camera", "measurement", _free_running_camera),
+    # A second camera that is set right by pulses, and runs free in between.
+    Cause(
+        "unknown_sync_pulses",
+        "measurement",
+        _sync_pulses,
+        follows="the time since the last of some even pulses, and the velocity in the picture",
+    ),
+    # A second camera whose trigger has a worn relay, on the rig's own bench.
+    Cause(
+        "unknown_shocked_trigger",
+        "measurement",
+        seen("shocked_s", 3e-5),
+        follows="the time since the last blows, how hard they were, and the velocity in the picture",
+    ),
+    # A recorder that loses frames.
+    Cause(
+        "unknown_dropped_frame",
+        "measurement",
+        _dropped_frame,
+        follows="the velocity in the picture, in some runs and from some frame on",
+    ),
+    # --- the markers ---
+    Cause("unknown_slipped_marker", "measurement", _slipped_marker),
+    # One of the Host's markers sits on a tab that bends as the Host is accelerated.
+    Cause("unknown_bent_tab", "measurement", _bent_tab),
+    # A sticker that has come loose and is flung outwards by the spin.
+    Cause("unknown_flung_sticker", "measurement", _flung_sticker, follows="the square of the spin"),
+    # The disk's markers are on a card, and that on soft glue.
+    Cause(
+        "unknown_rubbery_card",
+        "measurement",
+        _rubbery_card,
+        follows="the time since the last blows and their changes of spin",
+        short_blows=True,
+    ),
+    # --- light ---
+    # A lamp's reflection on a lid draws the markers' centres towards it.
+    Cause("unknown_glare", "measurement", _glare),
+    # A pane over one half of the rig, put there after the calibration.
+    Cause("unknown_half_lid", "measurement", _half_lid),
+    # Bright markers on bare steel draw tails; the Host's do not.
+    Cause(
+        "unknown_comet_tails",
+        "measurement",
+        seen("comet_s", 6e-5),
+        follows="the velocity of the disk's markers in the picture",
+    ),
+    # Foil stickers that light up at one edge as the disk turns.
+    Cause("unknown_glinting_stickers", "measurement", _glinting_stickers, follows="the disk's angle"),
+    # A low lamp, and the ring's own shade.
+    Cause(
+        "unknown_shaded_wall",
+        "measurement",
+        _shaded_wall,
+        follows="the place of the disk's markers in the Host, along one direction",
+    ),
+    # A lamp that the wall stands in the way of.
+    Cause(
+        "unknown_marker_shadow",
+        "measurement",
+        seen("shadow_m", 8e-4),
+        follows="the way of each of the disk's markers to the wall",
+        round_only=True,
+    ),
+    # --- cameras that move ---
+    Cause("unknown_camera_wobble", "measurement", _wobble),
+    Cause("unknown_camera_creep", "measurement", seen("creep_px", 1.5)),
+    Cause("unknown_zooming_camera", "measurement", seen("zoom", 1.2e-3)),
+    Cause("unknown_swinging_zoom", "measurement", _swinging_zoom),
+    # A tripod that stands on the rig's own bench.
+    Cause("unknown_shaken_camera", "measurement", _shaken_camera),
+    # A tripod on the shaker's own floor.
+    Cause(
+        "unknown_shaking_tripod",
+        "measurement",
+        _shaking_tripod,
+        follows="the Host's acceleration along the drive's axis, some time before",
+    ),
+    # A camera on the shaker's own frame, which the drive's reaction twists.
+    Cause(
+        "unknown_twisted_camera",
+        "measurement",
+        _twisted_camera,
+        follows="the Host's acceleration, and the place in the picture",
+    ),
+    # --- the picture ---
+    Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),
+    # A camera that writes a full buffer's frame again where it misses one.
+    Cause("unknown_stuttering_camera", "measurement", seen("stutter_share", 0.05)),
+    # A film scaled to another height than its calibration.
+    Cause("unknown_stretched_picture", "measurement", _stretched_picture),
+    # Films coded too coarsely, in blocks.
+    Cause(
+        "unknown_coded_blocks",
+        "measurement",
+        seen("blocked_px", 0.75),
+        follows="the place in the picture, once in eight pixels",
+    ),
+]

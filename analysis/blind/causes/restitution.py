@@ -1,0 +1,127 @@
+"""Unlisted causes in the restitution of a blow."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread
+from analysis.blind.causes.draft import Draft
+
+
+def _wandering_shim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A shim that falls back to its place between the runs, and wanders in each of them alike."""
+    out = {
+        "shim": 0.16 * size * spread(rng),
+        "shim_rad": float(rng.uniform(0.0, 6.283)),
+        "shim_rad_per_s": float(rng.uniform(2.0, 4.0)) * sign(rng),
+    }
+    draft.plant.update(out)
+    return out
+
+
+def _ringing_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    out = {
+        "ringing": 0.25 * size * spread(rng) * sign(rng),
+        "ringing_rad_per_s": 2.0 * np.pi * float(rng.uniform(25.0, 60.0)),
+    }
+    draft.plant.update(out)
+    return out
+
+
+def _warming_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much harder than on the mean at first as softer at last."""
+    most = 0.1 * size * spread(rng)
+    draft.run_numbers.update(warmed=most * np.linspace(-1.0, 1.0, runs))
+    return {"warmed": most}
+
+
+RESTITUTION = [
+    # --- by the place on the wall ---
+    Cause("unknown_soft_spot", "impact", changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
+    Cause("unknown_three_clamps", "impact", changes({"clamps": 0.1}, ("clamps_rad",))),
+    # A shim behind the ring that the drive makes wander.
+    Cause(
+        "unknown_wandering_shim",
+        "impact",
+        _wandering_shim,
+        follows="the azimuth of the blow against one that goes round with the time in the run",
+    ),
+    # --- by the place on the disk's rim ---
+    Cause("unknown_nicked_disk", "impact", changes({"nick": 0.2}, ("nick_rad",))),
+    # A washer punched of rolled sheet is harder along the grain.
+    Cause(
+        "unknown_rolled_sheet",
+        "impact",
+        changes({"sheet": 0.11}, ("sheet_rad",)),
+        follows="the place on the disk's rim that is struck, twice around it",
+    ),
+    # A loose rubber band around the rim, which each blow pushes to the other side.
+    Cause(
+        "unknown_shifted_band",
+        "impact",
+        changes({"shifted": 0.12}),
+        follows="the place on the disk's rim that is struck against the last one",
+    ),
+    # --- by how the blow comes ---
+    Cause("unknown_spin_restitution", "impact", changes({"spin_restitution_s": 0.0012})),
+    Cause("unknown_slip_restitution", "impact", changes({"slip_restitution_s_per_m": 0.15})),
+    Cause("unknown_glancing_blows", "impact", changes({"glancing": 0.25})),
+    Cause("unknown_adhesion", "impact", changes({"adhesion_m_per_s": 0.35})),
+    # A loose chip in the ring, which now and then lies between.
+    Cause("unknown_loose_chip", "impact", changes({"loose_chip": 0.25})),
+    # A liner wound with overlaps, like shingles.
+    Cause(
+        "unknown_shingled_liner", "impact", changes({"shingled": 0.11}, signed=True), follows="the slip with its sense"
+    ),
+    # A wall that is sheared by oblique blows.
+    Cause(
+        "unknown_oblique_restitution",
+        "impact",
+        changes({"oblique": 0.5}, signed=True),
+        follows="the angle of incidence",
+    ),
+    # --- by the blows before, the time in the run and the run ---
+    Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
+    Cause("unknown_restless_restitution", "impact", changes({"rest_amplitude": 0.2})),
+    Cause("unknown_damaged_wall", "impact", changes({"damage": 0.12})),
+    # The wall's coating is still pressed in where it was hit the last time.
+    Cause("unknown_bruised_wall", "impact", changes({"bruise": 0.35})),
+    # A washer that rocks from blow to blow strikes with its upper edge, then with its lower one.
+    Cause("unknown_two_edges", "impact", changes({"two_edges": 0.1}, signed=True)),
+    # The ring still rings from the blow before.
+    Cause("unknown_ringing_wall", "impact", _ringing_wall),
+    # A rubber liner tires from blow to blow, and recovers.
+    Cause("unknown_tiring_liner", "impact", changes({"tired": 0.07})),
+    # A weight in the washer's hole whose glue has failed: it rattles.
+    Cause(
+        "unknown_rattling_weight",
+        "impact",
+        changes({"rattling": 0.12}),
+        follows="the angle between this blow's normal and the last one's",
+    ),
+    # A shaker that warms the ring from run to run.
+    Cause(
+        "unknown_warming_ring",
+        "impact",
+        _warming_ring,
+        follows="the number of the run",
+        rivals=("restitution_drift",),
+    ),
+    # --- by the Host's motion ---
+    Cause(
+        "unknown_drive_phase_restitution",
+        "impact",
+        changes({"phase_amplitude": 0.12}, ("phase_rad",)),
+        steady_only=True,
+    ),
+    Cause("unknown_yielding_wall", "impact", changes({"yielding_s_per_m": 0.2}, signed=True)),
+    # A ring that its own inertia presses into its seat, or lifts from it.
+    Cause("unknown_seated_ring", "impact", changes({"seated": 0.13}, signed=True)),
+    # A hollow ring filled with lead shot.
+    Cause("unknown_shot_filled_ring", "impact", changes({"shot": 0.12}), follows="the size of the Host's acceleration"),
+    # A shaker whose armature gives way along its axis.
+    Cause(
+        "unknown_soft_armature",
+        "impact",
+        changes({"armature": 0.2}),
+        follows="the blow's direction against the drive's axis, twice around",
+    ),
+]

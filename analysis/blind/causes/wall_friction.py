@@ -1,0 +1,149 @@
+"""Unlisted causes in a blow beside its restitution: friction of the wall, its direction, the spin it leaves."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread
+from analysis.blind.causes.draft import Draft
+
+
+def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The tighter it sits, the more it hands on: without end at size 0."""
+    draft.plant["band_m_per_s"] = 0.1 / np.sqrt(size * spread(rng))
+    return {"band_m_per_s": draft.plant["band_m_per_s"]}
+
+
+def _wiped_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Before half of the runs, whichever."""
+    most = 0.55 * size * spread(rng)
+    side = np.where(rng.permutation(runs) % 2 == 0, 1.0, -1.0)
+    draft.run_numbers.update(wiped=most * side)
+    return {"wiped": most, "runs_wiped": float(np.sum(side > 0.0))}
+
+
+def _swinging_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Its weight stands across the drive's axis, within 0.6 rad: what stands along it does not swing."""
+    out = {
+        "swinging_m_per_s": 0.4 * size * spread(rng) * sign(rng),
+        "swinging_rad": float(rng.uniform(-0.6, 0.6)),
+    }
+    draft.plant.update(out)
+    return out
+
+
+def _cornered_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Filed by hand, to as many corners as it happens."""
+    out = {
+        "cornered_m": 4e-4 * size * spread(rng),
+        "corners": float(rng.integers(4, 8)),
+        "cornered_rad": float(rng.uniform(0.0, 6.283)),
+    }
+    draft.plant.update(out)
+    return out
+
+
+WALL_FRICTION = [
+    # --- friction of the wall ---
+    Cause(
+        "unknown_wall_friction_azimuth",
+        "impact",
+        changes({"wall_friction_amplitude": 0.6}, ("wall_friction_phase_rad",)),
+    ),
+    Cause("unknown_handed_wall_friction", "impact", changes({"handed": 0.4}, signed=True)),
+    Cause("unknown_tacky_spot", "impact", changes({"tacky": 1.5}, ("tacky_rad",))),
+    Cause("unknown_polished_wall", "impact", changes({"polish": 0.6})),
+    # Grease that carries the disk the faster it slips.
+    Cause("unknown_greased_wall", "impact", changes({"greased": 0.4})),
+    # A tacky coating, which shears off at a force of its own, however light the blow.
+    Cause("unknown_cohesive_wall", "impact", changes({"cohesion_m_per_s": 0.07})),
+    # A hard blow squeezes the grease out and meets the metal.
+    Cause("unknown_squeezed_grease", "impact", changes({"squeezed": 0.6})),
+    # A rubber band around the washer slips on it before it slips on the wall.
+    Cause("unknown_slipping_band", "impact", _slipping_band),
+    # A wall of plastic that melts under a hard blow with a fast slip.
+    Cause("unknown_flash_heat", "impact", changes({"flash": 0.6}), follows="the approach speed times the slip"),
+    # A rim whose oil each blow wipes off, and which creeps back.
+    Cause("unknown_rewetted_rim", "impact", changes({"creeping": 0.7}), follows="the time since the last blow"),
+    # A velvet liner, whose pile lies as the last blow has combed it.
+    Cause(
+        "unknown_combed_pile",
+        "impact",
+        changes({"combed": 0.9}),
+        follows="the sense of the slip against that of the last blow's",
+    ),
+    # The markers' glue has run over one side of the rim.
+    Cause(
+        "unknown_glued_rim",
+        "impact",
+        changes({"glued": 0.7}, ("glued_rad",)),
+        follows="the place on the disk's rim that is struck, once around it",
+    ),
+    # A rim that is wiped before some of the runs.
+    Cause("unknown_wiped_rim", "impact", _wiped_rim, follows="the number of the run, in no order"),
+    # A wall ground from one side to the other, its scales all lying towards there.
+    Cause(
+        "unknown_scaly_wall",
+        "impact",
+        changes({"scaly": 0.8}, ("scaly_rad",)),
+        follows="the direction of the slip in the Host",
+    ),
+    # A wall whose friction falls with the slip's speed.
+    Cause(
+        "unknown_slip_weakened_wall",
+        "impact",
+        changes({"rubbed_s_per_m": 1.25}),
+        follows="the size of the slip",
+    ),
+    # --- how much of the slip comes back ---
+    Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
+    # Hard blows plough: less of the slip comes back.
+    Cause("unknown_fading_grip", "impact", changes({"fading_grip": 1.0})),
+    # Half of the rim is taped.
+    Cause("unknown_taped_rim", "impact", changes({"taped": 0.9}, ("taped_rad",))),
+    # A soft skin gives back the less of a slip the farther it is sheared.
+    Cause("unknown_yielding_skin", "impact", changes({"skin": 1.5})),
+    # --- the direction of the blow, and what gives or goes round in it ---
+    Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),
+    # A wall that was sanded by hand, each of whose places looks somewhere else.
+    Cause(
+        "unknown_ragged_wall",
+        "impact",
+        changes({"ragged_rad": 0.033}),
+        follows="nothing: each blow's normal is its own",
+    ),
+    # Teeth all leaning one way, as a turning tool leaves them: they strike beside the wall's normal.
+    Cause("unknown_sawtooth_wall", "impact", changes({"saw_rad": 0.045}, signed=True)),
+    # A thin sleeve in the ring is carried along by a blow, and still turns at the next.
+    Cause("unknown_turning_sleeve", "impact", changes({"sleeve": 0.8}), round_only=True),
+    # The ring's mount gives along one line.
+    Cause("unknown_sprung_mount", "impact", changes({"mount": 0.12}, ("mount_rad",))),
+    # A ring that is heavier at one side and turns in its seat.
+    Cause(
+        "unknown_swinging_ring",
+        "impact",
+        _swinging_ring,
+        follows="the Host's velocity along one direction",
+        round_only=True,
+    ),
+    # A rim filed by hand, to blunt corners.
+    Cause(
+        "unknown_cornered_rim",
+        "impact",
+        _cornered_rim,
+        follows="the place on the disk's rim that is struck, several times around it",
+    ),
+    # --- the spin, and the disk on the floor ---
+    Cause("unknown_rolling_loss", "impact", changes({"rolling_loss": 0.05})),
+    # A chamfer that leads the blow past the disk's centre.
+    Cause("unknown_offset_blow", "impact", changes({"offset_blow_m": 1.5e-4}, signed=True)),
+    # A soft rim flattens where it is pressed, and resists being turned.
+    Cause("unknown_rolling_resistance", "impact", changes({"rolling_arm_m": 2e-4})),
+    # A ring cast with a draught leans over the disk, and presses it onto the floor.
+    Cause("unknown_leaning_wall", "impact", changes({"leaning": 0.25})),
+    # A rubber ring around the rim that hard blows flatten.
+    Cause(
+        "unknown_flattened_o_ring",
+        "impact",
+        changes({"o_ring_s_per_m": 0.05}),
+        follows="the approach speed times the spin",
+    ),
+]

@@ -1,0 +1,1 @@
+"""The disk between contacts: its forces and torques, by what acts."""

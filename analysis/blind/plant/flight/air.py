@@ -1,0 +1,79 @@
+"""Forces of the air: drag in the room and in the Host, lift of the spin, streams, a cushion at the wall."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.host import HOST_M_PER_S
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import SPIN, VX, VY
+
+CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
+
+
+@inlined
+def drag_rate(vx: float, vy: float, p: PlantParameters) -> float:
+    """Drag in the room over the velocity (1 / s): with it, and with its square."""
+    return p.viscous_per_s + p.air_per_m * np.sqrt(vx**2 + vy**2)
+
+
+@inlined
+def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """All that comes beside the plain drag."""
+    _add_room(at.state, p, out)
+    _add_stream(at, p, out)
+    _add_host(at, p, out)
+    _add_cushion(at, p, out)
+
+
+@inlined
+def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
+    """Air at rest in the room: across the way of a spinning disk, with the third power of the speed, along a rail."""
+    vx, vy = state[VX], state[VY]
+    out[VX] -= p.magnus * state[SPIN] * vy
+    out[VY] += p.magnus * state[SPIN] * vx
+    if p.cubic_s_per_m2 != 0.0:
+        slowed = p.cubic_s_per_m2 * (vx**2 + vy**2)
+        out[VX] -= slowed * vx
+        out[VY] -= slowed * vy
+    if p.rail_per_s != 0.0:
+        a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
+        along = p.rail_per_s * (a * vx + b * vy)
+        out[VX] -= along * a
+        out[VY] -= along * b
+
+
+@inlined
+def _add_stream(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A stream along a line across the ring."""
+    if p.stream_per_s != 0.0:
+        a, b = np.cos(p.stream_rad), np.sin(p.stream_rad)
+        across = (b * at.x - a * at.y) / p.stream_width_m
+        carried = p.stream_per_s * np.exp(-0.5 * across**2)
+        out[VX] += carried * (p.stream_m_per_s * a - at.state[VX])
+        out[VY] += carried * (p.stream_m_per_s * b - at.state[VY])
+
+
+@inlined
+def _add_host(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Air that goes with the Host below a lid, and air that the Host pumps through a gap below its wall."""
+    if p.enclosed_per_m != 0.0:
+        rate = p.enclosed_per_m * np.sqrt(at.rate_x**2 + at.rate_y**2)
+        out[VX] -= rate * at.rate_x
+        out[VY] -= rate * at.rate_y
+    if p.bellows_m_per_s2 != 0.0:
+        velocity = at.host_velocity
+        blown = p.bellows_m_per_s2 * np.sqrt(velocity[0] ** 2 + velocity[1] ** 2) / HOST_M_PER_S**2
+        out[VX] += blown * velocity[0]
+        out[VY] += blown * velocity[1]
+
+
+@inlined
+def _add_cushion(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Air that a thick washer presses out between its rim and the wall, and draws in again."""
+    if p.cushion_per_s != 0.0:
+        radius = np.sqrt(at.x * at.x + at.y * at.y) + 1e-12
+        rate = p.cushion_per_s * np.exp((radius - p.contact_radius_m) / CUSHION_M)
+        radial = rate * (at.rate_x * at.x + at.rate_y * at.y) / radius
+        out[VX] -= radial * at.x / radius
+        out[VY] -= radial * at.y / radius

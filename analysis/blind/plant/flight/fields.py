@@ -1,0 +1,125 @@
+"""Forces of magnets, of charge and of threads."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.host import HOST_M_PER_S2
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import ANGLE, AZIMUTH, COUNT, IMPACT_S, SPIN, VX, VY, WAY, WAY_BEFORE, X, Y
+
+CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
+EDDY_M = 0.008  # from the wall, within which a magnetised rim's eddies in it fall off
+THREAD_M, THREAD_S = 0.015, 0.03  # a thread of glue breaks at this length, and lets go by itself after this time
+THREAD_EDGE_M = 5e-4  # length within which it becomes taut: no step for the integrator
+
+
+@inlined
+def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """All of them, with the torques of a magnetised disk."""
+    _add_pulls(at, p, out)
+    _add_charge(at, p, out)
+    _add_poles(at, p, out)
+    _add_eddies(at, p, out)
+    _add_threads(at, p, out)
+
+
+@inlined
+def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Of a steel disk: to a magnet in the room, to the wall, round the Host's centre, to the shaker's coil, which draws
+    with the square of its current as of the Host's acceleration."""
+    if p.pull_m_per_s2 != 0.0:
+        away_x, away_y = p.pull_x_m - at.state[X], p.pull_y_m - at.state[Y]
+        near = p.pull_m_per_s2 / p.pull_width_m * np.exp(0.5 - 0.5 * (away_x**2 + away_y**2) / p.pull_width_m**2)
+        out[VX] += near * away_x
+        out[VY] += near * away_y
+    if p.wall_pull_m_per_s2 != 0.0:
+        radius = np.sqrt(at.x * at.x + at.y * at.y) + 1e-12
+        pull = p.wall_pull_m_per_s2 * np.exp((radius - p.contact_radius_m) / p.wall_pull_m)
+        out[VX] += pull * at.x / radius
+        out[VY] += pull * at.y / radius
+    out[VX] -= p.swirl_per_s2 * at.y
+    out[VY] += p.swirl_per_s2 * at.x
+    if p.coil_m_per_s2 != 0.0:
+        acceleration = at.host_acceleration
+        pull = p.coil_m_per_s2 * (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
+        out[VX] += pull * np.cos(p.coil_rad)
+        out[VY] += pull * np.sin(p.coil_rad)
+
+
+@inlined
+def _add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Sliding charges a disk, and the metal ring draws it outwards; a blow discharges it: `charged_per_s2` (x, y)
+    (1 - exp(-s / `CHARGE_M`)), s the way slid since the last blow."""
+    if p.charged_per_s2 != 0.0:
+        slid = max(at.state[WAY] - at.state[WAY_BEFORE], 0.0)
+        pull = p.charged_per_s2 * (1.0 - np.exp(-slid / CHARGE_M))
+        out[VX] += pull * at.x
+        out[VY] += pull * at.y
+
+
+@inlined
+def _add_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A magnetised disk between two opposed poles, and in a steel ring.
+
+    Between the poles the field is B (x, -y): a dipole m is pushed by B (mx, -my), the same everywhere, and turned by
+    B (-mx y - my x).
+    In a ring a pole that looks to the wall is drawn there, and a disk that lies across is pushed off.  Its energy per
+    unit mass is -`poled_m_per_s2` r^2 / (2 `contact_radius_m`) cos 2(azimuth - angle - `poled_rad`); the force and the
+    torque are that one's.
+    """
+    x, y, inertia = at.x, at.y, p.inertia_factor * p.disk_radius_m**2
+    if p.poles_m_per_s2 != 0.0:
+        along, across = np.cos(at.state[ANGLE] + p.poles_rad), np.sin(at.state[ANGLE] + p.poles_rad)
+        out[VX] += p.poles_m_per_s2 * along
+        out[VY] -= p.poles_m_per_s2 * across
+        out[SPIN] -= p.poles_m_per_s2 * (along * y + across * x) / inertia
+    if p.poled_m_per_s2 != 0.0:
+        size, turned = p.poled_m_per_s2 / p.contact_radius_m, 2.0 * (at.state[ANGLE] + p.poled_rad)
+        c, s = np.cos(turned), np.sin(turned)
+        out[VX] += size * (x * c + y * s)
+        out[VY] += size * (x * s - y * c)
+        out[SPIN] += size * (2.0 * x * y * c - (x * x - y * y) * s) / inertia
+
+
+@inlined
+def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A magnet under the Host's floor brakes what moves over it; and a ring of aluminium the rim of a magnetised disk.
+
+    In the ring acts `eddied_per_s` exp(-(the disk's way to the wall) / `EDDY_M`) times the rim's own speed along the
+    wall next to it, against it.
+    """
+    if p.eddy_per_s != 0.0:
+        far = ((at.x - p.eddy_x_m) ** 2 + (at.y - p.eddy_y_m) ** 2) / p.eddy_width_m**2
+        rate = p.eddy_per_s * np.exp(-0.5 * far)
+        out[VX] -= rate * at.rate_x
+        out[VY] -= rate * at.rate_y
+    radius = np.sqrt(at.x * at.x + at.y * at.y)
+    if p.eddied_per_s != 0.0 and radius > 1e-9:
+        nx, ny = at.x / radius, at.y / radius
+        speed = -at.rate_x * ny + at.rate_y * nx + p.disk_radius_m * at.spin
+        push = p.eddied_per_s * np.exp((radius - p.contact_radius_m) / EDDY_M) * speed
+        out[VX] += push * ny
+        out[VY] -= push * nx
+        out[SPIN] -= push / (p.inertia_factor * p.disk_radius_m)
+
+
+@inlined
+def _add_threads(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A thread from a point of the Host, slack at first; and a thread of glue from where the wall was hit the last
+    time."""
+    if p.tether_per_s2 != 0.0:
+        away_x, away_y = p.tether_x_m - at.x, p.tether_y_m - at.y
+        length = np.sqrt(away_x**2 + away_y**2) + 1e-12
+        taut = p.tether_per_s2 * max(length - p.tether_slack_m, 0.0) / length
+        out[VX] += taut * away_x
+        out[VY] += taut * away_y
+    late = at.time - at.state[IMPACT_S]
+    if p.thread_m_per_s2 != 0.0 and at.state[COUNT] > 0.5 and 0.0 <= late < THREAD_S:
+        back_x = p.contact_radius_m * np.cos(at.state[AZIMUTH]) - at.x
+        back_y = p.contact_radius_m * np.sin(at.state[AZIMUTH]) - at.y
+        length = np.sqrt(back_x**2 + back_y**2) + 1e-12
+        if length < THREAD_M:
+            pull = p.thread_m_per_s2 * np.tanh(length / THREAD_EDGE_M) / length
+            out[VX] += pull * back_x
+            out[VY] += pull * back_y

@@ -1,0 +1,173 @@
+"""The floor's coefficient of friction: by the place on the floor, the speed, the direction of sliding, what went before
+and how the Host moves."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
+
+TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
+WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
+RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
+BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
+BEAD_M = 0.01  # from a bead's middle to where it wets half as well: it is as wide as the disk
+CHATTER_M_PER_S = 0.2  # width of the band of sliding speeds in which a disk chatters
+DROP_M = 0.01  # from a drop's middle to where it wets half as well: it is as wide as the disk
+SOAK_S = 0.01  # in which a disk over the middle of a drop is wetted
+WIPE_M = 0.06  # way on which it loses what it has taken up: most of a flight
+
+
+@inlined
+def floor_friction(at: Instant, p: PlantParameters) -> float:
+    """The coefficient with every cause that acts on it."""
+    mu = p.floor_friction * (1.0 + p.friction_change_per_s * (at.time - 0.5 * p.duration_s))
+    mu *= 1.0 + p.weakening * np.exp(-np.sqrt(at.slip_x**2 + at.slip_y**2) / p.weakening_m_per_s)
+    if p.settling != 0.0 and at.time > at.state[IMPACT_S] >= 0.0:
+        mu *= 1.0 - p.settling * np.exp(-(at.time - at.state[IMPACT_S]) / p.settling_s)
+    mu *= _by_place(at, p)
+    mu *= _by_speed(at, p)
+    mu *= _by_direction(at, p)
+    mu *= _by_what_went_before(at, p)
+    return mu * _by_the_host(at, p)
+
+
+@inlined
+def _by_place(at: Instant, p: PlantParameters) -> float:
+    """What the coefficient is multiplied by at a place of the Host's floor: a patch, a seam, grooves, dust at the wall.
+
+    Months of use have polished a track around the centre: there it is less by `track`, falling off to either side of
+    the radius `track_m` like a bell of `TRACK_M`.
+    A bead of oil is shaken round the floor, `BEAD_AT_M` from its middle and at `bead_rad` + `bead_rad_per_s` times the
+    time in the run: over it the disk loses `bead` of its friction, falling off like a bell of `BEAD_M`.
+    A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre.
+    """
+    share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
+    if p.patch_amplitude != 0.0:
+        far = ((at.x - p.patch_x_m) ** 2 + (at.y - p.patch_y_m) ** 2) / p.patch_width_m**2
+        share *= 1.0 + p.patch_amplitude * np.exp(-0.5 * far)
+    if p.seam != 0.0 and np.cos(p.seam_rad) * at.x + np.sin(p.seam_rad) * at.y > p.seam_m:
+        share *= 1.0 + p.seam
+    if p.groove != 0.0:
+        along = np.cos(p.groove_rad) * at.x + np.sin(p.groove_rad) * at.y
+        share *= 1.0 + p.groove * np.cos(2.0 * np.pi * along / p.groove_m + p.groove_phase_rad)
+    if p.rim != 0.0:
+        late = (radius / p.contact_radius_m - p.rim_share) / RIM_EDGE
+        share *= 1.0 + p.rim * 0.5 * (1.0 + np.tanh(late))
+    if p.track != 0.0:
+        off = (radius - p.track_m) / TRACK_M
+        share *= max(1.0 - p.track * np.exp(-0.5 * off**2), 0.0)
+    if p.bead != 0.0:
+        azimuth = p.bead_rad + p.bead_rad_per_s * at.time
+        far = (at.x - BEAD_AT_M * np.cos(azimuth)) ** 2 + (at.y - BEAD_AT_M * np.sin(azimuth)) ** 2
+        share *= max(1.0 - p.bead * np.exp(-0.5 * far / BEAD_M**2), 0.0)
+    if p.worn != 0.0:
+        share *= max(1.0 + p.worn * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
+    return share
+
+
+@inlined
+def _by_speed(at: Instant, p: PlantParameters) -> float:
+    """What it is multiplied by at a speed: lift with its square, a film below a fast spin, chatter in a band.
+
+    Stribeck: what creeps is held more than what runs, 1 + `stribeck` exp(-speed / `stribeck_m_per_s`).
+    """
+    share = 1.0
+    if p.lift != 0.0:
+        share *= 1.0 - p.lift * min((at.state[VX] ** 2 + at.state[VY] ** 2) / p.lift_m_per_s**2, 1.0)
+    if p.film != 0.0:
+        share *= 1.0 - p.film * (1.0 - np.exp(-abs(at.state[SPIN]) / p.film_rad_per_s))
+    if p.chatter != 0.0:
+        off = (np.sqrt(at.slip_x**2 + at.slip_y**2) - p.chatter_m_per_s) / CHATTER_M_PER_S
+        share *= 1.0 - p.chatter * np.exp(-0.5 * off**2)
+    if p.stribeck != 0.0:
+        share *= 1.0 + p.stribeck * np.exp(-np.sqrt(at.slip_x**2 + at.slip_y**2) / p.stribeck_m_per_s)
+    return share
+
+
+@inlined
+def _by_direction(at: Instant, p: PlantParameters) -> float:
+    """What it is multiplied by in a direction of sliding, less as the rim goes round faster than the disk slides: it
+    then meets the floor from all sides (but for scratches and brushed faces).
+
+    A nap holds what slides against it: 1 + `nap` cos(the slip's direction - `nap_rad`).
+    An edge bevelled at one side lifts over the floor where it leads and ploughs where it trails: 1 + `bevel` cos(the
+    slip's direction - the disk's angle - `bevel_rad`).
+    The tips of bristles stay back as the Host is accelerated: 1 + `bristled` (the acceleration along the slip /
+    `HOST_M_PER_S2`).
+    Two brushed faces hold on to each other where their marks lie alike: 1 + `brushed` cos 2(the disk's angle -
+    `brushed_rad`), however it slides.
+    A floor scratched along one direction: 1 + `scratched` cos 2(the slip's direction - `scratched_rad`), with its mean
+    where the disk rests.
+    """
+    rim = p.disk_radius_m * at.turning
+    speed = np.sqrt(at.slip_x**2 + at.slip_y**2 + rim**2) + p.smoothing_m_per_s
+    share = 1.0 + p.brushed * np.cos(2.0 * (at.state[ANGLE] - p.brushed_rad))
+    if p.nap != 0.0:
+        share *= 1.0 + p.nap * (at.slip_x * np.cos(p.nap_rad) + at.slip_y * np.sin(p.nap_rad)) / speed
+    if p.bevel != 0.0:
+        leads = at.slip_x * np.cos(at.state[ANGLE] + p.bevel_rad) + at.slip_y * np.sin(at.state[ANGLE] + p.bevel_rad)
+        share *= max(1.0 + p.bevel * leads / speed, 0.0)
+    if p.bristled != 0.0:
+        along = (at.slip_x * at.host_acceleration[0] + at.slip_y * at.host_acceleration[1]) / speed
+        share *= max(1.0 + p.bristled * along / HOST_M_PER_S2, 0.0)
+    if p.scratched != 0.0:
+        c, s = np.cos(2.0 * p.scratched_rad), np.sin(2.0 * p.scratched_rad)
+        squared = at.slip_x**2 + at.slip_y**2 + p.smoothing_m_per_s**2
+        twice = (c * (at.slip_x**2 - at.slip_y**2) + s * 2.0 * at.slip_x * at.slip_y) / squared
+        share *= max(1.0 + p.scratched * twice, 0.0)
+    return share
+
+
+@inlined
+def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
+    """What it is multiplied by after a way slid, so many impacts, a drop of oil: a disk that has been through the drop
+    carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that.
+
+    A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
+    """
+    state = at.state
+    share = friction_of_flight(state[COUNT], p) * max(1.0 - p.drop * state[OILED], 0.0)
+    if p.warming != 0.0:
+        share *= 1.0 - p.warming * (1.0 - np.exp(-state[WAY] / p.warming_m))
+    if p.lifted != 0.0 and at.time >= state[IMPACT_S] >= 0.0:
+        share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
+    return share
+
+
+@inlined
+def friction_of_flight(count: float, p: PlantParameters) -> float:
+    """What it is multiplied by in the flight after so many impacts: drawn evenly, of mean 1 and standard deviation
+    `grit`, anew after each; `grit_draw` (0 to 1) is the run's own."""
+    if p.grit == 0.0:
+        return 1.0
+    drawn = np.sin(12.9898 * (count + 1.0) + 78.233 * p.grit_draw) * 43758.5453
+    return max(1.0 + p.grit * np.sqrt(3.0) * (2.0 * (drawn - np.floor(drawn)) - 1.0), 0.05)
+
+
+@inlined
+def _by_the_host(at: Instant, p: PlantParameters) -> float:
+    """What it is multiplied by as the Host moves.
+
+    Its table pitches as it is accelerated: the side that it is accelerated to presses, the other gives way.
+    Worn bearings of its guide rumble and shake the load off the floor: 1 - `rumble` (its speed / `HOST_M_PER_S`)^2.
+    """
+    share, velocity, acceleration = 1.0, at.host_velocity, at.host_acceleration
+    if p.pitching != 0.0:
+        lever = (at.x * acceleration[0] + at.y * acceleration[1]) / (p.contact_radius_m * HOST_M_PER_S2)
+        share *= max(1.0 + p.pitching * lever, 0.0)
+    if p.rumble != 0.0:
+        share *= max(1.0 - p.rumble * (velocity[0] ** 2 + velocity[1] ** 2) / HOST_M_PER_S**2, 0.0)
+    return share
+
+
+@inlined
+def add_oil(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """What a disk carries of a drop (0 to 1): over it, by a bell of `DROP_M` around (`drop_x_m`, `drop_y_m`) of the
+    Host's floor, it takes up what it lacks within `SOAK_S`; it loses it along the way slid, over `WIPE_M`."""
+    if p.drop != 0.0:
+        far = ((at.x - p.drop_x_m) ** 2 + (at.y - p.drop_y_m) ** 2) / DROP_M**2
+        out[OILED] = np.exp(-0.5 * far) * (1.0 - at.state[OILED]) / SOAK_S
+        out[OILED] -= np.sqrt(at.slip_x**2 + at.slip_y**2) * at.state[OILED] / WIPE_M

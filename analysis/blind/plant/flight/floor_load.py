@@ -1,0 +1,29 @@
+"""The floor's load per unit mass (m/s^2): of a Host that moves up and down, under a disk that a blow has lifted."""
+
+from analysis.blind.plant.compiled import inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import APPROACH, IMPACT_S
+
+
+@inlined
+def floor_load(at: Instant, p: PlantParameters) -> float:
+    """Never negative.
+
+    A Host on leaf springs is led along an arc of the curvature `arc_per_m`.
+    A blow tosses the disk up at the share `toss` of its approach: no load in its flight, as long again twice as much
+    where it lands.
+    A disk that hops has none for `hop_s` after an impact.
+    """
+    load = p.load_m_per_s2 + at.host_acceleration[3]
+    if p.arc_per_m != 0.0:
+        load += p.arc_per_m * (at.host_velocity[0] ** 2 + at.host_position[0] * at.host_acceleration[0])
+    load = max(load, 0.0)
+    late = at.time - at.state[IMPACT_S]
+    if p.toss > 0.0:
+        up_s = 2.0 * p.toss * at.state[APPROACH] / p.load_m_per_s2
+        if 0.0 <= late < 2.0 * up_s:
+            load *= 0.0 if late < up_s else 2.0
+    if p.hop_s > 0.0 and 0.0 <= late < p.hop_s:
+        load = 0.0
+    return load

@@ -1,0 +1,65 @@
+"""What the laws of a flight are told at one instant."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
+
+
+class Instant(NamedTuple):
+    """The disk in flight at one time; the Host's position, velocity and acceleration are x, y, rotation, z."""
+
+    time: float
+    state: Floats
+    x: float  # of the disk's middle, from the Host's centre (m)
+    y: float
+    rate_x: float  # its velocity against the Host (m/s)
+    rate_y: float
+    slip_x: float  # and over the floor
+    slip_y: float
+    spin: float  # against the Host (rad/s)
+    turning: float  # and over the floor
+    arm_x: float  # from the centre of mass to the disk's middle (m)
+    arm_y: float
+    host_position: Floats
+    host_velocity: Floats
+    host_acceleration: Floats
+
+
+@compiled
+def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> Instant:
+    """The disk at `time`, over a floor that may stay behind the Host (`loose_floor`) or turn below it
+    (`floor_turn_rad_per_s`)."""
+    position, velocity, acceleration = host_pose(time, host)
+    cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
+    arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)
+    arm_y = -(sine * p.mass_x_m + cosine * p.mass_y_m)
+    spin = state[SPIN]
+    x = state[X] + arm_x - position[0]
+    y = state[Y] + arm_y - position[1]
+    rate_x = state[VX] - spin * arm_y - (velocity[0] - velocity[2] * y)
+    rate_y = state[VY] + spin * arm_x - (velocity[1] + velocity[2] * x)
+    slip_x = rate_x + p.loose_floor * velocity[0] + p.floor_turn_rad_per_s * y
+    slip_y = rate_y + p.loose_floor * velocity[1] - p.floor_turn_rad_per_s * x
+    against = spin - velocity[2]
+    return Instant(
+        time,
+        state,
+        x,
+        y,
+        rate_x,
+        rate_y,
+        slip_x,
+        slip_y,
+        against,
+        against - p.floor_turn_rad_per_s,
+        arm_x,
+        arm_y,
+        position,
+        velocity,
+        acceleration,
+    )

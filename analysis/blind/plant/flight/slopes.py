@@ -1,0 +1,90 @@
+"""Forces of a floor that is not level, or not at rest: slopes fixed in the Host, a table that leans, sways or is
+struck, a Host that tilts as it moves."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.host import HOST_M_PER_S2
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import VX, VY
+
+RIDGE_M = 0.004  # from a ridge's line to where it is steepest
+GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
+
+
+@inlined
+def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """All of them; a steady tilt of the table first."""
+    out[VX] += p.tilt_x_m_per_s2
+    out[VY] += p.tilt_y_m_per_s2
+    _add_shape(at, p, out)
+    _add_table(at.time, p, out)
+    _add_tilting_host(at, p, out)
+
+
+@inlined
+def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a ridge along a line.
+
+    A floor plate sags between its screws, like a dish of curvature `dished_per_m`: the disk slides down to its middle,
+    by the load times that times its place.
+    """
+    x, y = at.x, at.y
+    out[VX] -= p.central_per_s2 * x
+    out[VY] -= p.central_per_s2 * y
+    if p.dished_per_m != 0.0:
+        out[VX] -= p.load_m_per_s2 * p.dished_per_m * x
+        out[VY] -= p.load_m_per_s2 * p.dished_per_m * y
+    if p.saddle_per_s2 != 0.0:
+        a, b = np.cos(2.0 * p.saddle_rad), np.sin(2.0 * p.saddle_rad)
+        out[VX] += p.saddle_per_s2 * (a * x + b * y)
+        out[VY] += p.saddle_per_s2 * (b * x - a * y)
+    if p.bowl_m_per_s2 != 0.0:
+        share = (x * x + y * y) / p.contact_radius_m**2
+        out[VX] -= p.bowl_m_per_s2 * share**2.5 * x / p.contact_radius_m
+        out[VY] -= p.bowl_m_per_s2 * share**2.5 * y / p.contact_radius_m
+    if p.ridge_m_per_s2 != 0.0:
+        a, b = np.cos(p.ridge_rad), np.sin(p.ridge_rad)
+        across = (a * x + b * y - p.ridge_m) / RIDGE_M
+        _add_along(p.ridge_m_per_s2 * across * np.exp(0.5 - 0.5 * across**2), p.ridge_rad, out)
+
+
+@inlined
+def _add_table(time: float, p: PlantParameters, out: Floats) -> None:
+    """A table that sways, that sags in a run, or that a blow against the room's floor has set swinging."""
+    if p.sway_m_per_s2 != 0.0:
+        _add_along(p.sway_m_per_s2 * np.sin(p.sway_rad_per_s * time), p.sway_rad, out)
+    if p.sag_m_per_s2 != 0.0:
+        _add_along(p.sag_m_per_s2 * (2.0 * time / p.duration_s - 1.0), p.sag_rad, out)
+    late = time - p.slam_s
+    if p.slam_m_per_s2 != 0.0 and late > 0.0:
+        push = p.slam_m_per_s2 * np.exp(-late / p.slam_decay_s) * np.sin(p.slam_rad_per_s * late)
+        _add_along(push, p.slam_rad, out)
+
+
+@inlined
+def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A Host that rocks with its own acceleration.
+
+    Its carriage has play in its guide: it leans to one side on the way there and to the other on the way back, and the
+    floor with it, by `lean_m_per_s2` tanh(the Host's speed along x / `GUIDE_M_PER_S`).
+    A thin floor sheet, held at one end, buckles up as the Host is accelerated along x and sags as it is accelerated
+    back: the disk slides down to all sides, or to the middle, by `buckled_per_s2` (x, y) (acceleration /
+    `HOST_M_PER_S2`).
+    """
+    out[VX] += p.rocking * at.host_acceleration[0]
+    out[VY] += p.rocking * at.host_acceleration[1]
+    if p.lean_m_per_s2 != 0.0:
+        _add_along(p.lean_m_per_s2 * np.tanh(at.host_velocity[0] / GUIDE_M_PER_S), p.lean_rad, out)
+    if p.buckled_per_s2 != 0.0:
+        push = p.buckled_per_s2 * at.host_acceleration[0] / HOST_M_PER_S2
+        out[VX] += push * at.x
+        out[VY] += push * at.y
+
+
+@inlined
+def _add_along(push: float, direction_rad: float, out: Floats) -> None:
+    """A push in one direction."""
+    out[VX] += push * np.cos(direction_rad)
+    out[VY] += push * np.sin(direction_rad)

@@ -1,0 +1,125 @@
+"""The floor's traction on the disk: friction per unit of mu N, a force (x, y) along the slip and a torque / R, and what
+turns it aside."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import ANGLE
+
+RIM_POINTS = 24  # around a burr: the friction of their mean is within 1 % of a circle's
+GRAIN_AT_M = 0.007  # from the disk's middle, of its 10 mm
+MIDDLE_M = 0.002  # from the Host's centre, within which marks around it have no direction
+
+Traction = tuple[float, float, float]
+
+
+@inlined
+def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
+    """Of a disk that may stand on its inner part, on a burr or on a grain, with what turns the force or weighs it by
+    its direction."""
+    flat = floor_traction(at.slip_x, at.slip_y, at.turning, p, table)
+    force_x, force_y, turn = _on_a_grain(_on_a_burr(flat, at, p), at, p)
+    if p.anisotropy != 0.0:  # along one direction of the room
+        force_x, force_y = _weighed(force_x, force_y, p.anisotropy_phase_rad, p.anisotropy)
+    if p.canted_rad != 0.0:
+        c, s = np.cos(p.canted_rad), np.sin(p.canted_rad)
+        force_x, force_y = c * force_x - s * force_y, s * force_x + c * force_y
+    if p.curling != 0.0:
+        rim = p.disk_radius_m * at.turning
+        share = 2.0 * p.curling * rim / (at.slip_x**2 + at.slip_y**2 + rim**2 + p.smoothing_m_per_s**2)
+        force_x, force_y = force_x - share * at.slip_y, force_y + share * at.slip_x
+    if p.warped != 0.0:  # along one line of the disk
+        force_x, force_y = _weighed(force_x, force_y, at.state[ANGLE] + p.warped_rad, p.warped)
+    force_x, force_y = _on_circles(force_x, force_y, at, p)
+    return force_x, force_y, turn
+
+
+@inlined
+def floor_traction(slip_x: float, slip_y: float, spin: float, p: PlantParameters, table: Floats) -> Traction:
+    """Of a flat disk, smoothed by one tanh of the overall rim speed; `table`: `disk_friction_table`."""
+    speed = np.sqrt(slip_x**2 + slip_y**2)
+    stands = 1.0 - p.dome  # share of its radius within which the disk touches the floor
+    rim = p.disk_radius_m * stands * abs(spin)
+    place = np.arctan2(rim, speed) / (0.5 * np.pi) * (table.shape[0] - 1)
+    low = min(int(place), table.shape[0] - 2)
+    share = place - low
+    force = table[low, 0] * (1.0 - share) + table[low + 1, 0] * share
+    torque = table[low, 1] * (1.0 - share) + table[low + 1, 1] * share
+    both = np.tanh(np.sqrt(speed**2 + rim**2) / p.smoothing_m_per_s)
+    plain = np.tanh(speed / p.smoothing_m_per_s)
+    size = p.spin_share * force * both + (1.0 - p.spin_share) * plain
+    sign = 1.0 if spin > 0.0 else (-1.0 if spin < 0.0 else 0.0)
+    turn = p.spin_share * torque * both * sign * stands
+    if speed < 1e-12:
+        return 0.0, 0.0, turn
+    return size * slip_x / speed, size * slip_y / speed, turn
+
+
+@inlined
+def _on_a_burr(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
+    """Of a disk that stands with a share of its weight on a burr around its rim."""
+    if p.burr == 0.0:
+        return flat
+    share, along_x, along_y, turn = min(p.burr, 1.0), 0.0, 0.0, 0.0
+    for k in range(RIM_POINTS):
+        c, s = np.cos(2.0 * np.pi * k / RIM_POINTS), np.sin(2.0 * np.pi * k / RIM_POINTS)
+        ux, uy = at.slip_x - p.disk_radius_m * at.turning * s, at.slip_y + p.disk_radius_m * at.turning * c
+        speed = np.sqrt(ux * ux + uy * uy) + 1e-300
+        held = np.tanh(speed / p.smoothing_m_per_s) / speed / RIM_POINTS
+        along_x, along_y, turn = along_x + held * ux, along_y + held * uy, turn + held * (c * uy - s * ux)
+    rest = 1.0 - share
+    return rest * flat[0] + share * along_x, rest * flat[1] + share * along_y, rest * flat[2] + share * turn
+
+
+@inlined
+def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
+    """Of a disk that stands with a share of its weight on one grain."""
+    if p.grain == 0.0:
+        return flat
+    angle = at.state[ANGLE] + p.grain_rad
+    arm_x, arm_y = GRAIN_AT_M * np.cos(angle), GRAIN_AT_M * np.sin(angle)
+    ux, uy = at.slip_x - at.turning * arm_y, at.slip_y + at.turning * arm_x
+    speed = np.sqrt(ux * ux + uy * uy) + 1e-300
+    held = np.tanh(speed / p.smoothing_m_per_s) / speed
+    ux, uy = held * ux, held * uy
+    rest = 1.0 - p.grain
+    return (
+        rest * flat[0] + p.grain * ux,
+        rest * flat[1] + p.grain * uy,
+        rest * flat[2] + p.grain * (arm_x * uy - arm_y * ux) / p.disk_radius_m,
+    )
+
+
+@inlined
+def ring_torque(p: PlantParameters) -> float:
+    """What the floor's torque is multiplied by: a washer that rests on a ring, near its rim, is braked harder as it
+    spins, by 1 + `ring_foot`; a pure ring's would be 1.5 at slow sliding."""
+    return 1.0 + p.ring_foot
+
+
+@inlined
+def _weighed(force_x: float, force_y: float, line_rad: float, share: float) -> tuple[float, float]:
+    """A force, more by `share` along a line and less by it across."""
+    a, b = np.cos(line_rad), np.sin(line_rad)
+    along, across = force_x * a + force_y * b, -force_x * b + force_y * a
+    along, across = along * (1.0 + share), across * (1.0 - share)
+    return along * a - across * b, along * b + across * a
+
+
+@inlined
+def _on_circles(force_x: float, force_y: float, at: Instant, p: PlantParameters) -> tuple[float, float]:
+    """On a floor faced on a lathe: its marks are circles around the Host's centre.
+
+    What slides across them, along the radius, is held by 1 + `rings` of the friction, what slides along them by 1 -
+    `rings`.
+    """
+    radius = np.sqrt(at.x * at.x + at.y * at.y)
+    if p.rings == 0.0 or radius < 1e-9:
+        return force_x, force_y
+    share = p.rings * radius / (radius + MIDDLE_M)
+    a, b = at.x / radius, at.y / radius
+    out, round_ = force_x * a + force_y * b, -force_x * b + force_y * a
+    out, round_ = out * (1.0 + share), round_ * (1.0 - share)
+    return out * a - round_ * b, out * b + round_ * a

@@ -1,0 +1,49 @@
+"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.instant import Instant
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S, NORMAL, PRINT_X, PRINT_Y, VX, VY, WAY, WAY_BEFORE
+
+MAT_S = 0.04  # in which a soft floor forgets where the disk stood: most of a flight
+BOW_M = 0.02  # way on which most of the dust that a disk can push has gathered before it
+WOBBLE_S = 0.04  # in which a wobble dies out: most of a flight
+
+
+@inlined
+def add_mat(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A mat keeps the disk's print for `MAT_S`, and the disk would fall back into it."""
+    if p.mat_per_s2 != 0.0:
+        behind_x, behind_y = at.x - at.state[PRINT_X], at.y - at.state[PRINT_Y]
+        out[VX] -= p.mat_per_s2 * behind_x
+        out[VY] -= p.mat_per_s2 * behind_y
+        out[PRINT_X], out[PRINT_Y] = behind_x / MAT_S, behind_y / MAT_S
+
+
+@inlined
+def add_dust(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A disk sweeps dust together and pushes it along, until the next blow scatters it: against its slip over the floor
+    acts `bow_m_per_s2` (1 - exp(-s / `BOW_M`)), s the way slid since the last blow."""
+    if p.bow_m_per_s2 != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s
+        slid = max(at.state[WAY] - at.state[WAY_BEFORE], 0.0)
+        push = p.bow_m_per_s2 * (1.0 - np.exp(-slid / BOW_M)) / speed
+        out[VX] -= push * at.slip_x
+        out[VY] -= push * at.slip_y
+
+
+@inlined
+def add_wobble(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A blow makes a washer wobble like a coin: where it stands goes round, and it is pushed towards there.
+
+    A time t after a blow with the approach v it is pushed by `wobble_per_s` v exp(-t / `WOBBLE_S`), at first along the
+    blow's normal, then turned from it by `wobble_rad_per_s` t.
+    """
+    late = at.time - at.state[IMPACT_S]
+    if p.wobble_per_s != 0.0 and at.state[COUNT] > 0.5 and late >= 0.0:
+        push = p.wobble_per_s * at.state[APPROACH] * np.exp(-late / WOBBLE_S)
+        turned = at.state[NORMAL] + p.wobble_rad_per_s * late
+        out[VX] += push * np.cos(turned)
+        out[VY] += push * np.sin(turned)

@@ -1,0 +1,1 @@
+"""What the wall does: where it is, how it gives a blow back, what a blow leaves behind."""

@@ -1,0 +1,72 @@
+"""What a blow does to the spin beside its two impulses, to the disk on the floor, and to what is remembered of it."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import (
+    APPROACH,
+    AZIMUTH,
+    HARDEST,
+    NORMAL,
+    SLEEVE,
+    SLIPPED,
+    SPIN,
+    STRUCK,
+    TIRED,
+    VX,
+    VY,
+)
+from analysis.blind.plant.wall.blow import Blow
+from analysis.blind.plant.wall.motion import tiredness
+
+LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
+
+
+@inlined
+def spin_after(spin: float, blow: Blow, push_n: float, push_t: float, bounce: float, p: PlantParameters) -> float:
+    """Spin of a disk that had `spin`, after both impulses (m/s) at their levers and all else that turns it.
+
+    A chamfer leads the normal impulse past the disk's middle, by `offset_blow_m`.
+    A rubber ring around the rim is held on a flat, the larger the harder the blow: `o_ring_s_per_m` times the approach
+    of the spin is lost.
+    A soft rim resists being turned, in proportion to the blow and at most to rest: `rolling_arm_m`.
+    """
+    inertia = p.inertia_factor * p.disk_radius_m**2
+    spin += (push_n * blow.lever_n + push_t * blow.lever_t) / inertia
+    spin += p.offset_blow_m * push_n / inertia * bounce
+    spin *= max(1.0 - p.o_ring_s_per_m * (blow.approach * bounce), 0.0)
+    spin *= 1.0 - p.rolling_loss * bounce
+    if p.rolling_arm_m == 0.0:
+        return spin
+    against = spin - blow.host_velocity[2]
+    most = p.rolling_arm_m * abs(push_n * bounce) / inertia
+    return blow.host_velocity[2] + (max(against - most, 0.0) if against > 0.0 else min(against + most, 0.0))
+
+
+@inlined
+def press_down(new: Floats, blow: Blow, push_n: float, p: PlantParameters) -> None:
+    """A wall that leans over the disk presses it down where it strikes: there the floor's friction takes its share of
+    the blow `push_n` (m/s) from the slip that the blow has left."""
+    if p.leaning == 0.0:
+        return
+    part = p.leaning * p.floor_friction * abs(push_n) / LEANING_PARTS
+    for _ in range(LEANING_PARTS):
+        ux = new[VX] - new[SPIN] * blow.arm_y - blow.host_velocity[0]
+        uy = new[VY] + new[SPIN] * blow.arm_x - blow.host_velocity[1]
+        speed = np.sqrt(ux * ux + uy * uy) + 1e-300
+        held = min(part / speed, 1.0 / 3.0)  # along the tangent a point of the rim has a third of the mass: no reversal
+        new[VX] -= held * ux
+        new[VY] -= held * uy
+        new[SPIN] -= held * (blow.arm_x * uy - blow.arm_y * ux) / (p.inertia_factor * p.disk_radius_m**2)
+
+
+@inlined
+def remember(new: Floats, state: Floats, blow: Blow, push_t: float, bounce: float, p: PlantParameters) -> None:
+    """What later flights and blows follow, into the state after this one; of what is held (`bounce` 0) only where it
+    is."""
+    new[HARDEST], new[AZIMUTH], new[NORMAL] = max(state[HARDEST], blow.approach), blow.azimuth, blow.normal_rad
+    if bounce > 0.0:
+        new[APPROACH], new[TIRED] = blow.approach, tiredness(blow.time, state) + blow.approach**2
+        new[SLEEVE] = blow.sleeve - (p.sleeve * push_t if blow.outer else 0.0)
+        new[SLIPPED], new[STRUCK] = blow.slip_host, blow.rim_rad

@@ -1,0 +1,110 @@
+"""Contact of disk and wall: the gap, how they approach, the impulses of a blow and what it leaves behind."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, compiled
+from analysis.blind.plant.host import host_jerk, host_pose
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
+from analysis.blind.plant.wall.after_blow import press_down, remember, spin_after
+from analysis.blind.plant.wall.blow import blow_of, leaning
+from analysis.blind.plant.wall.impulses import impulses
+from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
+from analysis.blind.plant.wall.shape import chip_reach, flat_gap, reach, rim_middle, swollen
+
+
+@compiled
+def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
+    """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
+    position, velocity, acceleration = host_pose(time, host)
+    cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
+    turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
+    x = state[X] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
+    y = state[Y] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
+    off_x, off_y = wall_offset(time, state, velocity, acceleration, p)
+    rim_x, rim_y = rim_middle(state[ANGLE], p)
+    x, y = x - off_x + rim_x, y - off_y + rim_y
+    radius = np.sqrt(x * x + y * y) + 1e-300
+    if p.wall_sides > 0.0:
+        gap, nx, ny = flat_gap(x, y, position[2], p)
+    else:
+        azimuth = np.arctan2(y, x)
+        far, rise = reach(time, azimuth, state[ANGLE], p)
+        if p.squash_m != 0.0:
+            more, steeper = squashed(azimuth, acceleration, p)
+            far, rise = far + more, rise + steeper
+        nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
+        size = np.sqrt(nx * nx + ny * ny)
+        gap, nx, ny = (far - radius) / size, nx / size, ny / size
+    gap += leaked(time, state, p)
+    wider = swollen(state[SPIN], p)
+    gap -= wider
+    if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:
+        return radius - p.obstacle_m - wider, -x / radius, -y / radius
+    return gap, nx, ny
+
+
+@compiled
+def contact_velocity(
+    time: float, state: Floats, p: PlantParameters, host: Floats, nx: float, ny: float
+) -> tuple[float, float, float, float]:
+    """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
+    centre of mass."""
+    position, velocity, acceleration = host_pose(time, host)
+    cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
+    rim_x, rim_y = rim_middle(state[ANGLE], p)
+    arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m) + rim_x
+    arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m) + rim_y
+    if p.chip_m != 0.0:  # at a chip's flank the contact lies beside the normal through the disk's middle
+        from_x = state[X] + arm_x - p.disk_radius_m * nx - position[0]
+        from_y = state[Y] + arm_y - p.disk_radius_m * ny - position[1]
+        beside = -chip_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]
+        arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx
+    from_x, from_y = state[X] + arm_x - position[0], state[Y] + arm_y - position[1]
+    ux = state[VX] - state[SPIN] * arm_y - velocity[0] + velocity[2] * from_y
+    uy = state[VY] + state[SPIN] * arm_x - velocity[1] - velocity[2] * from_x
+    if p.squash_m != 0.0 and from_x * nx + from_y * ny > 0.0:  # the ring's own speed, not a cylinder's
+        moves = squashed(np.arctan2(from_y, from_x), host_jerk(time, host), p)[0]
+        ux, uy = ux - moves * nx, uy - moves * ny
+    moves_x, moves_y = wall_velocity(time, acceleration, p, host)
+    ux, uy = ux - moves_x, uy - moves_y
+    return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
+
+
+@compiled
+def impact(
+    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: Floats, bounce: float
+) -> tuple[Floats, float, float]:
+    """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
+    best; `scatter` (2,): this impact's own chances, of its restitution and of the wall's normal.
+
+    Both impulses come from the target velocities through the contact's compliance matrix; beyond the
+    Coulomb limit the tangential one is cut and the normal one solved again. The disk is put back onto the
+    wall.
+    """
+    gap, nx, ny = wall_gap(time, state, p, host)
+    nx, ny = leaning(nx, ny, scatter[1], bounce, p)
+    meeting = contact_velocity(time, state, p, host, nx, ny)
+    new = state.copy()
+    _put_back(new, gap, nx, ny)
+    if meeting[0] <= 0.0:
+        return new, 0.0, meeting[1]
+    blow = blow_of(time, state, p, host, scatter, bounce, (nx, ny), meeting)
+    push_n, push_t = impulses(blow, state, bounce, p)
+    remember(new, state, blow, push_t, bounce, p)
+    new[VX] += push_n * nx - push_t * ny
+    new[VY] += push_n * ny + push_t * nx
+    new[SPIN] = spin_after(state[SPIN], blow, push_n, push_t, bounce, p)
+    press_down(new, blow, push_n * bounce, p)
+    if p.swollen_m != 0.0:  # where it may be at its new spin
+        gap, nx, ny = wall_gap(time, new, p, host)
+        _put_back(new, gap, nx, ny)
+    return new, blow.approach, blow.slip_host
+
+
+@compiled
+def _put_back(state: Floats, gap: float, nx: float, ny: float) -> None:
+    """Put a disk that is past the wall back onto it."""
+    if gap < 0.0:
+        state[X] += gap * nx
+        state[Y] += gap * ny

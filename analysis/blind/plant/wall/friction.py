@@ -1,0 +1,95 @@
+"""Along the wall: its coefficient of friction in a blow, and how much of the slip comes back."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import COUNT, SLIPPED
+from analysis.blind.plant.wall.blow import Blow
+
+TACKY_RAD = 0.35  # of the wall's azimuth
+SCALE_M_PER_S = 0.3  # slip from which on a blow lifts scales or lays them over
+PILE_M_PER_S = 0.3  # slip from which on a pile is laid over the whole way
+SQUEEZED_M_PER_S = 0.8  # approach from which on most of the grease is squeezed out
+FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
+WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
+LEAST_FRICTION = 0.02  # share of the wall's friction that is always left
+SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
+TAPE_EDGE = 0.2  # of the cosine around the rim, within which one half of it goes over into the other
+
+
+@inlined
+def wall_friction(blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """The coefficient with every cause that acts on it; `state`: the disk's as the blow begins."""
+    return p.wall_friction * _by_place(blow, p) * _by_the_way_it_slips(blow, state, p) * _by_time(blow, state, p)
+
+
+@inlined
+def _by_place(blow: Blow, p: PlantParameters) -> float:
+    """By the place on the wall, with a tacky spot, and on the disk's rim.
+
+    The markers' glue has run over one side of the rim: 1 + `glued` cos(rim - `glued_rad`).
+    A wall ground from one side to the other has scales that all lie towards there, clockwise along one half of it and
+    counterclockwise along the other: 1 + `scaly` tanh(slip / `SCALE_M_PER_S`) sin(`scaly_rad` - the normal's
+    direction).
+    """
+    share = 1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (blow.azimuth - p.wall_friction_phase_rad))
+    away = np.arctan2(np.sin(blow.azimuth - p.tacky_rad), np.cos(blow.azimuth - p.tacky_rad))
+    share *= 1.0 + p.tacky * np.exp(-0.5 * (away / TACKY_RAD) ** 2)
+    if p.glued != 0.0:
+        share *= max(1.0 + p.glued * np.cos(blow.rim_rad - p.glued_rad), LEAST_FRICTION)
+    if p.scaly != 0.0:
+        towards = np.tanh(blow.slip / SCALE_M_PER_S) * np.sin(p.scaly_rad - blow.normal_rad)
+        share *= max(1.0 + p.scaly * towards, LEAST_FRICTION)
+    return share
+
+
+@inlined
+def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """By the sense of the slip, its speed and the blow's: grease carries a fast slip, and a hard blow squeezes it out.
+
+    A fast slip in a hard blow melts the plastic's surface: of the friction is lost `flash` (1 - exp(-approach |slip| /
+    `FLASH_M2_PER_S2`)).
+    A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
+    slip / `PILE_M_PER_S`), less along the pile and more against it.
+    A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
+    """
+    share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
+    share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
+    share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
+    share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
+    if p.flash != 0.0:
+        melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
+        share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
+    if p.combed != 0.0:
+        laid = np.tanh(state[SLIPPED] / PILE_M_PER_S)
+        share *= max(1.0 - p.combed * np.tanh(blow.slip / PILE_M_PER_S) * laid, LEAST_FRICTION)
+    return share
+
+
+@inlined
+def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """By the time in the run, in which the wall is polished, since the last blow, and from run to run.
+
+    A blow wipes the oil off the rim, and it creeps back: at a blow `since` seconds after the one before is lost
+    `creeping` (1 - exp(-since / `WIPED_S`)); none before: oil all over.
+    The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
+    own.
+    """
+    share = 1.0 - p.polish * (1.0 - np.exp(-max(blow.time, 0.0) / p.polish_s))
+    if p.creeping != 0.0:
+        oiled = 1.0 if state[COUNT] < 0.5 else 1.0 - np.exp(-max(blow.since_s, 0.0) / WIPED_S)
+        share *= max(1.0 - p.creeping * oiled, LEAST_FRICTION)
+    if p.wiped != 0.0:
+        share *= max(1.0 + p.wiped, LEAST_FRICTION)
+    return share
+
+
+@inlined
+def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
+    """How much of the slip comes back where it sticks: less in hard blows, which plough, of a soft skin the less the
+    farther it is sheared, and where the rim is taped."""
+    grip = max(1.0 - p.fading_grip * min(blow.approach / p.fading_m_per_s, 1.0), 0.0)
+    elastic = 1.0 / (1.0 + p.skin * abs(blow.slip) / SKIN_M_PER_S)
+    half = 0.5 * (1.0 + np.tanh(np.cos(blow.rim_rad - p.taped_rad) / TAPE_EDGE))
+    return p.tangential_restitution * grip * elastic * max(1.0 - p.taped * half, 0.0)

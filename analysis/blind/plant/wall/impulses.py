@@ -1,0 +1,56 @@
+"""The two impulses of a blow, per unit mass: from what restitution and friction ask for, through the compliance of all
+that gives in it."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.wall.blow import Blow
+from analysis.blind.plant.wall.friction import tangential_restitution, wall_friction
+from analysis.blind.plant.wall.restitution import restitution
+
+
+@inlined
+def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tuple[float, float]:
+    """Along the normal and along the tangent (m/s); `bounce` 0: no rebound, stick at best."""
+    w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
+    change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
+    change_t = -(1.0 + tangential_restitution(blow, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
+    mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
+    push_n, push_t = _cut(change_n, change_t, blow.slip, mu, glue, w_nn, w_tt, w_nt)
+    if bounce == 0.0 or p.band_m_per_s == 0.0 or abs(push_t) <= p.band_m_per_s:
+        return push_n, push_t
+    # A band around the disk's rim slips on it: beyond its limit it hands on no more.
+    most = p.band_m_per_s if push_t > 0.0 else -p.band_m_per_s
+    return (change_n - w_nt * most) / w_nn, most
+
+
+@inlined
+def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, float, float]:
+    """Normal, tangential, between them: of the disk, of a mount of the wall that gives along one line, of a sleeve that
+    turns."""
+    inertia = p.inertia_factor * p.disk_radius_m**2
+    w_nn, w_tt = 1.0 + blow.lever_n**2 / inertia, 1.0 + blow.lever_t**2 / inertia
+    w_nt = blow.lever_n * blow.lever_t / inertia
+    if p.mount != 0.0:
+        c, s = np.cos(p.mount_rad), np.sin(p.mount_rad)
+        along_n, along_t = c * blow.nx + s * blow.ny, -c * blow.ny + s * blow.nx
+        more_n, more_t, more_nt = p.mount * along_n**2, p.mount * along_t**2, p.mount * along_n * along_t
+        w_nn, w_tt, w_nt = w_nn + more_n * bounce, w_tt + more_t * bounce, w_nt + more_nt * bounce
+    return w_nn, w_tt + (p.sleeve * bounce if blow.outer else 0.0), w_nt
+
+
+@inlined
+def _cut(
+    change_n: float, change_t: float, slip: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float
+) -> tuple[float, float]:
+    """Normal and tangential impulse per unit mass of a contact of compliances w that change its velocity as asked for;
+    the tangential one is cut at mu times the normal one and `glue`."""
+    determinant = w_nn * w_tt - w_nt**2
+    push_n = (w_tt * change_n - w_nt * change_t) / determinant
+    push_t = (w_nn * change_t - w_nt * change_n) / determinant
+    if abs(push_t) > mu * abs(push_n) + glue:
+        sign = -1.0 if slip > 0.0 else 1.0
+        push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
+        push_t = sign * (mu * abs(push_n) + glue)
+    return push_n, push_t

@@ -1,0 +1,120 @@
+"""Where the wall lies in the Host and how it moves there: set aside, slipping, trailing, squashed, leaking, turning."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, compiled, inlined
+from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, host_jerk
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import COUNT, IMPACT_S, NORMAL, SLEEVE, TIRED
+
+SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
+TIRED_S = 0.12  # in which a liner recovers: two or three blows
+LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
+
+Vector = tuple[float, float]
+
+
+@inlined
+def wall_offset(
+    time: float, state: Floats, velocity: Floats, acceleration: Floats, p: PlantParameters
+) -> tuple[float, float]:
+    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, pushed by the
+    last blow, slipping, trailing, rolling round; of the Host's `velocity` and `acceleration`."""
+    x, y = p.refit_x_m, p.refit_y_m
+    if p.springy_m != 0.0:
+        x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
+        y -= p.springy_m * acceleration[1] / HOST_M_PER_S2
+    if p.loose_ring_m != 0.0 and state[COUNT] > 0.5:  # there was an impact before
+        x, y = x + p.loose_ring_m * np.cos(state[NORMAL]), y + p.loose_ring_m * np.sin(state[NORMAL])
+    if p.slipping_m != 0.0:
+        off_x, off_y = _slipped(time, p)
+        x, y = x + off_x, y + off_y
+    if p.trailing_m != 0.0:
+        off_x, off_y = _trailing(velocity, p)
+        x, y = x + off_x, y + off_y
+    if p.orbit_m != 0.0:
+        off_x, off_y = _orbit(time, p)
+        x, y = x + off_x, y + off_y
+    return x, y
+
+
+@compiled
+def wall_velocity(time: float, acceleration: Floats, p: PlantParameters, host: Floats) -> tuple[float, float]:
+    """How fast the wall moves in the Host (x, y in m/s): the rate of `wall_offset` between two blows."""
+    x, y = 0.0, 0.0
+    if p.springy_m != 0.0:
+        jerk = host_jerk(time, host)
+        x -= p.springy_m * jerk[0] / HOST_M_PER_S2
+        y -= p.springy_m * jerk[1] / HOST_M_PER_S2
+    if p.slipping_m != 0.0:
+        speed = 2.0 * p.slipping_m / p.duration_s
+        x, y = x + speed * np.cos(p.slipping_rad), y + speed * np.sin(p.slipping_rad)
+    if p.trailing_m != 0.0:
+        moves_x, moves_y = _trailing(acceleration, p)
+        x, y = x + moves_x, y + moves_y
+    if p.orbit_m != 0.0:
+        off_x, off_y = _orbit(time, p)
+        x, y = x - p.orbit_rad_per_s * off_y, y + p.orbit_rad_per_s * off_x
+    return x, y
+
+
+@inlined
+def _slipped(time: float, p: PlantParameters) -> Vector:
+    """How far a ring has slipped in its clamps: from one side of its place to the other in a run."""
+    way = p.slipping_m * (2.0 * time / p.duration_s - 1.0)
+    return way * np.cos(p.slipping_rad), way * np.sin(p.slipping_rad)
+
+
+@inlined
+def _trailing(rate: Floats, p: PlantParameters) -> Vector:
+    """How far a ring on thick soft tape is off: it trails behind the Host's velocity, by `trailing_m` at
+    `HOST_M_PER_S`.  Of the Host's acceleration, in place of its velocity, it is the ring's own speed."""
+    return -p.trailing_m * rate[0] / HOST_M_PER_S, -p.trailing_m * rate[1] / HOST_M_PER_S
+
+
+@inlined
+def _orbit(time: float, p: PlantParameters) -> Vector:
+    """How far a ring is off that rolls round in a seat too wide for it, as the drive shakes it: by `orbit_m` towards
+    `orbit_rad` + `orbit_rad_per_s` times the time in the run."""
+    at = p.orbit_rad + p.orbit_rad_per_s * time
+    return p.orbit_m * np.cos(at), p.orbit_m * np.sin(at)
+
+
+@inlined
+def squashed(azimuth: float, acceleration: Floats, p: PlantParameters) -> Vector:
+    """How much farther the disk's middle gets along `azimuth` in a ring that the Host's `acceleration` squashes, and
+    the slope of that (m, m per rad); of the Host's jerk the first is the wall's own speed."""
+    start = acceleration[0] * np.cos(p.squash_rad) + acceleration[1] * np.sin(p.squash_rad)
+    size, turned = p.squash_m * start / HOST_M_PER_S2, 2.0 * (azimuth - p.squash_rad)
+    return size * np.cos(turned), -2.0 * size * np.sin(turned)
+
+
+@inlined
+def leaked(time: float, state: Floats, p: PlantParameters) -> float:
+    """How much farther the disk's middle gets (m) in a ring with a liner full of air, which blows press out through a
+    narrow hole and a pump brings back: `leaking_m` (w - `LEAK_M2_PER_S2`) / (w + `LEAK_M2_PER_S2`), w the sum of the
+    squared approaches of the blows before, each as it is left (`tiredness`)."""
+    if p.leaking_m == 0.0:
+        return 0.0
+    pressed = tiredness(time, state)
+    return p.leaking_m * (pressed - LEAK_M2_PER_S2) / (pressed + LEAK_M2_PER_S2)
+
+
+@inlined
+def tiredness(time: float, state: Floats) -> float:
+    """Of a liner that has not recovered from the blows before: the sum of their squared speeds, each as it is left."""
+    return state[TIRED] * np.exp(-max(time - state[IMPACT_S], 0.0) / TIRED_S)
+
+
+@inlined
+def sleeve_speed(time: float, state: Floats, p: PlantParameters) -> float:
+    """How fast the surface of a loose sleeve still goes round after the blow before (m/s, counterclockwise)."""
+    return 0.0 if p.sleeve == 0.0 else state[SLEEVE] * np.exp(-max(time - state[IMPACT_S], 0.0) / SLEEVE_S)
+
+
+@inlined
+def swinging_speed(host_velocity: Floats, p: PlantParameters) -> float:
+    """How fast the surface of a ring goes round (m/s, counterclockwise) that is heavier at one side and can turn in its
+    seat: it swings with the Host, by `swinging_m_per_s` at `HOST_M_PER_S` along `swinging_rad`."""
+    along = host_velocity[0] * np.cos(p.swinging_rad) + host_velocity[1] * np.sin(p.swinging_rad)
+    return p.swinging_m_per_s * along / HOST_M_PER_S

@@ -1,0 +1,151 @@
+"""The normal restitution of a blow: of the wall itself, by the place on wall and rim, the way it strikes, the blows
+before and the Host's motion."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.host import HOST_M_PER_S2
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, IMPACT_S, NORMAL, SPIN, STRUCK
+from analysis.blind.plant.wall.blow import Blow
+from analysis.blind.plant.wall.motion import tiredness
+
+LEAST, MOST = 0.05, 0.98  # that a wall gives back, scatter included
+NICK_RAD = 0.5  # of the disk's rim
+SHIM_RAD = 0.7  # of the wall's azimuth: a shim as wide as the disk and a half
+BRUISE_WIDTH_RAD = 0.4  # of the wall's azimuth, as wide as a soft spot
+RINGING_S = 0.06  # in which a wall's ringing dies out: about the time from blow to blow
+SHINGLE_M_PER_S = 0.4  # slip from which on a blow meets the edges of shingles squarely
+UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
+
+
+@inlined
+def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """With every cause that acts on it; `state`: the disk's as the blow begins."""
+    value = _of_the_wall(blow, state, p)
+    value = _by_the_rim(value, blow, state, p)
+    value = _by_the_azimuth(value, blow, state, p)
+    value = _by_the_way_it_strikes(value, blow, p)
+    value = _by_the_blows_before(value, blow, state, p)
+    value = _by_the_host(value, blow, p)
+    value = _times(value, 1.0 - p.warmed)  # the wall's plastic warms from run to run, and softens
+    if p.adhesion_m_per_s != 0.0:  # the wall keeps the energy of this speed
+        value = np.sqrt(max(value**2 - (p.adhesion_m_per_s / blow.approach) ** 2, 0.0))
+    return max(value - (p.damage if state[HARDEST] > p.damage_m_per_s else 0.0), LEAST)
+
+
+@inlined
+def _raised(value: float, gain: float) -> float:
+    """A restitution with a gain, or a loss, that does not raise it above `MOST`: no wall gives back all."""
+    return min(value + gain, max(value, MOST))
+
+
+@inlined
+def _times(value: float, share: float) -> float:
+    """A restitution multiplied by a share that does not raise it above `MOST` either."""
+    return min(value * share, max(value, MOST))
+
+
+@inlined
+def _of_the_wall(blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """Of the wall as it ages and scatters: by speed, direction, a soft spot, the drive's phase, spin, slip and the time
+    to rest."""
+    value, approach, slip = p.restitution, blow.approach, blow.slip
+    if p.restitution_speed_m_per_s > 0.0:
+        value = p.restitution_floor + (value - p.restitution_floor) * np.exp(-approach / p.restitution_speed_m_per_s)
+    value += p.direction_amplitude * np.cos(blow.azimuth - p.direction_phase_rad)
+    value -= p.soft_amplitude * _bell(blow.azimuth - p.soft_azimuth_rad, p.soft_width_rad)
+    value += p.phase_amplitude * np.sin(p.drive_rad_per_s * blow.time + p.phase_rad)
+    value -= p.spin_restitution_s * abs(state[SPIN])
+    value -= p.slip_restitution_s_per_m * abs(slip)
+    if p.rest_amplitude != 0.0:
+        value -= p.rest_amplitude * np.exp(-blow.since_s / p.rest_s)
+    value -= p.glancing * slip**2 / (slip**2 + approach**2 + 1e-300)
+    value *= 1.0 - p.ageing_per_s * blow.time
+    return min(max(value + p.restitution_scatter * blow.chance, LEAST), MOST)
+
+
+@inlined
+def _bell(off_rad: float, width_rad: float) -> float:
+    """1 at a place around a circle, falling off to either side."""
+    return np.exp(-0.5 * (np.arctan2(np.sin(off_rad), np.cos(off_rad)) / width_rad) ** 2)
+
+
+@inlined
+def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """By the place on the disk's rim: less at a nick.
+
+    A washer punched of rolled sheet is harder along the sheet's grain than across: `sheet` cos 2(rim - `sheet_rad`).
+    A loose rubber band around the rim is pushed to the other side of it by each blow: where it was struck the last time
+    it is bare and hard, opposite the band lies double: `shifted` cos(rim - the last one).
+    """
+    value -= p.nick * _bell(blow.rim_rad - p.nick_rad, NICK_RAD)
+    value = _raised(value, p.sheet * np.cos(2.0 * (blow.rim_rad - p.sheet_rad)))
+    if p.shifted != 0.0 and state[COUNT] > 0.5:  # there was an impact before
+        value = _raised(value, p.shifted * np.cos(blow.rim_rad - state[STRUCK]))
+    return value
+
+
+@inlined
+def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """By the place on the wall: more and less at three clamps, less where it was hit the last time.
+
+    A shim behind the ring wanders round it as the drive shakes it, each run from `shim_rad` on at `shim_rad_per_s`:
+    where it just is the blow loses `shim`, falling off like a bell of `SHIM_RAD`.
+    """
+    value += p.clamps * np.cos(3.0 * (blow.azimuth - p.clamps_rad))
+    if p.bruise != 0.0 and state[IMPACT_S] > -0.5:  # there was an impact before
+        value -= p.bruise * _bell(blow.azimuth - state[AZIMUTH], BRUISE_WIDTH_RAD)
+    if p.shim != 0.0:
+        value -= p.shim * _bell(blow.azimuth - p.shim_rad - p.shim_rad_per_s * blow.time, SHIM_RAD)
+    return value
+
+
+@inlined
+def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> float:
+    """Less where a loose chip happens to lie between.
+
+    A liner wound with overlaps lies like shingles: a blow that runs against their edges loses what one that runs with
+    them wins, `shingled` tanh(slip / `SHINGLE_M_PER_S`).
+    An oblique blow shears the wall and returns less, or more: times 1 - `oblique` slip^2 / (slip^2 + approach^2).
+    """
+    value -= p.loose_chip if blow.other_chance > UNLUCKY_SD else 0.0
+    value = _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
+    return _times(value, 1.0 - p.oblique * blow.slip**2 / (blow.slip**2 + blow.approach**2 + 1e-300))
+
+
+@inlined
+def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """By how many there were, how hard and how long ago: the disk's two edges strike in turn, a liner tires.
+
+    A wall still rings from the blow before: `ringing` exp(-since / `RINGING_S`) sin(`ringing_rad_per_s` since).
+    A weight rattles in the washer's hole and lies where the last blow has left it.  From the same side a blow meets it
+    at once, from the opposite one it comes late and deadens the rebound: `rattling` cos(this normal - the last one's).
+    """
+    value += p.two_edges if state[COUNT] % 2.0 < 0.5 else -p.two_edges
+    if p.ringing != 0.0 and state[COUNT] > 0.5:
+        swing = p.ringing * np.exp(-blow.since_s / RINGING_S) * np.sin(p.ringing_rad_per_s * blow.since_s)
+        value = _raised(value, swing)
+    if p.rattling != 0.0 and state[COUNT] > 0.5:
+        value = _raised(value, p.rattling * np.cos(blow.normal_rad - state[NORMAL]))
+    return value - p.tired * tiredness(blow.time, state)
+
+
+@inlined
+def _by_the_host(value: float, blow: Blow, p: PlantParameters) -> float:
+    """By the Host's motion: less where the wall gives way before the disk, more where its own inertia presses the ring
+    into its seat.
+
+    A hollow ring is filled with lead shot, which rattles as the Host is accelerated, whichever way, and takes up the
+    blow: `shot` (the size of the Host's acceleration / `HOST_M_PER_S2`) is lost.
+    A shaker's armature gives way along its axis, x, and stands firm across it: times 1 - `armature` times the squared
+    cosine of the blow's direction.
+    """
+    velocity, acceleration = blow.host_velocity, blow.host_acceleration
+    value += p.yielding_s_per_m * (velocity[0] * blow.nx + velocity[1] * blow.ny)
+    if p.seated != 0.0:
+        along = acceleration[0] * blow.nx + acceleration[1] * blow.ny
+        value = _raised(value, p.seated * along / HOST_M_PER_S2)
+    if p.shot != 0.0:
+        value -= p.shot * np.sqrt(acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2
+    return _times(value, 1.0 - p.armature * np.cos(blow.normal_rad) ** 2)

@@ -1,0 +1,136 @@
+"""The wall's and the disk's shape: how far the disk's middle gets along an azimuth, and the slope of that (m, m per
+rad)."""
+
+import numpy as np
+
+from analysis.blind.plant.compiled import inlined
+from analysis.blind.plant.parameters import PlantParameters
+
+STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
+JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
+BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fifths as far
+SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
+CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
+SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
+
+Reach = tuple[float, float]
+
+
+@inlined
+def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
+    """Along `azimuth` of a round wall with its ellipse and lobes, of a disk that is oval or has three lobes; and what
+    either shape has in metres."""
+    ellipse = 2.0 * (azimuth - p.ellipticity_phase_rad)
+    lobe = p.lobe_order * (azimuth - p.lobe_phase_rad)
+    oval = 2.0 * (azimuth - disk_angle - p.oval_rad)
+    share = 1.0 + p.ellipticity * np.cos(ellipse) + p.lobes * np.cos(lobe) - p.oval * np.cos(oval)
+    rise = -2.0 * p.ellipticity * np.sin(ellipse) - p.lobe_order * p.lobes * np.sin(lobe) + 2.0 * p.oval * np.sin(oval)
+    trilobe = 3.0 * (azimuth - disk_angle - p.trilobe_rad)
+    share, rise = share - p.trilobe * np.cos(trilobe), rise + 3.0 * p.trilobe * np.sin(trilobe)
+    more, steeper = _wall_reach(time, azimuth, p)
+    chip, flank = chip_reach(azimuth, disk_angle, p)
+    return p.contact_radius_m * share + (more + chip), p.contact_radius_m * rise + (steeper + flank)
+
+
+@inlined
+def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked or has a bead, or that
+    changes in a run: by an oval liner that turns, by a radius that grows."""
+    away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
+    dent = p.dent_m * np.exp(-0.5 * away**2)
+    edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
+    step = 0.5 * p.step_m * edge
+    rise = 0.5 * p.step_m * (1.0 - edge**2) * np.cos(azimuth - p.step_rad) / STEP_EDGE
+    turning = 2.0 * (azimuth - p.liner_rad - p.liner_rad_per_s * time)
+    liner = p.contact_radius_m * p.liner * np.cos(turning)
+    round_ = -2.0 * p.contact_radius_m * p.liner * np.sin(turning)
+    joint, along = joint_reach(azimuth, p)
+    split, askew = split_reach(azimuth, p)
+    sprung, steeper = sprung_reach(azimuth, p)
+    wider = p.breathing_m * (2.0 * time / p.duration_s - 1.0) + p.packed_m
+    rise = rise + round_ + along + askew + steeper
+    return step + liner + joint + split + sprung + wider - dent, rise + dent * away / p.dent_width_rad
+
+
+@inlined
+def joint_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring bent of a strip whose ends overlap."""
+    away = np.arctan2(np.sin(azimuth - p.joint_rad), np.cos(azimuth - p.joint_rad))
+    edge = np.tanh(away / JOINT_RAD)
+    return (
+        p.joint_m * (0.5 * edge - away / (2.0 * np.pi)),
+        p.joint_m * (0.5 * (1.0 - edge**2) / JOINT_RAD - 1.0 / (2.0 * np.pi)),
+    )
+
+
+@inlined
+def split_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring made of two halves that were put together askew.
+
+    Along their joint, at `split_rad`, one half lies half of `split_m` this way and the other half of it that way.
+    """
+    if p.split_m == 0.0:
+        return 0.0, 0.0
+    c, s = np.cos(azimuth - p.split_rad), np.sin(azimuth - p.split_rad)
+    half = np.tanh(s / SPLIT_RAD)
+    return 0.5 * p.split_m * c * half, 0.5 * p.split_m * (c * c * (1.0 - half**2) / SPLIT_RAD - s * half)
+
+
+@inlined
+def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring as it was made.
+
+    Turned in a chuck of three jaws it springs into three lobes: `chucked_m` cos 3(azimuth - `chucked_rad`).
+    A bead of glue at its seam stands in: -`seam_bead_m` exp(-(azimuth - `seam_bead_rad`)^2 / (2 `BEAD_RAD`^2)).
+    """
+    more, steeper = 0.0, 0.0
+    if p.chucked_m != 0.0:
+        lobe = 3.0 * (azimuth - p.chucked_rad)
+        more += p.chucked_m * np.cos(lobe)
+        steeper -= 3.0 * p.chucked_m * np.sin(lobe)
+    if p.seam_bead_m != 0.0:
+        away = np.arctan2(np.sin(azimuth - p.seam_bead_rad), np.cos(azimuth - p.seam_bead_rad)) / BEAD_RAD
+        bead = p.seam_bead_m * np.exp(-0.5 * away**2)
+        more -= bead
+        steeper += bead * away / BEAD_RAD
+    return more, steeper
+
+
+@inlined
+def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
+    """How much farther a chipped rim lets the disk."""
+    off = azimuth - disk_angle - p.chip_rad
+    away = np.arctan2(np.sin(off), np.cos(off)) / CHIP_WIDTH_RAD
+    chip = p.chip_m * np.exp(-0.5 * away**2)
+    return chip, -chip * away / CHIP_WIDTH_RAD
+
+
+@inlined
+def flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tuple[float, float, float]:
+    """Distance of the disk's middle, x, y from the wall's (m), from the nearest side of a polygon, and that side's
+    outward normal."""
+    gap, nx, ny = 1e300, 1.0, 0.0
+    for side in range(int(p.wall_sides)):
+        angle = host_angle + p.wall_turn_rad + 2.0 * np.pi * side / p.wall_sides
+        ax, ay = np.cos(angle), np.sin(angle)
+        if p.contact_radius_m - ax * x - ay * y < gap:
+            gap, nx, ny = p.contact_radius_m - ax * x - ay * y, ax, ay
+    return gap, nx, ny
+
+
+@inlined
+def rim_middle(angle: float, p: PlantParameters) -> tuple[float, float]:
+    """From the disk's middle to that of its rim (x, y in m), which a tyre thicker at one side has; `angle` the
+    disk's."""
+    if p.tyre_m == 0.0:
+        return 0.0, 0.0
+    return p.tyre_m * np.cos(angle + p.tyre_rad), p.tyre_m * np.sin(angle + p.tyre_rad)
+
+
+@inlined
+def swollen(spin: float, p: PlantParameters) -> float:
+    """How much wider the disk's radius is (m) with a slack rubber band around it, which the spin draws wide:
+    `swollen_m` (w^2 - `SWOLLEN_RAD_PER_S`^2) / (w^2 + `SWOLLEN_RAD_PER_S`^2)."""
+    if p.swollen_m == 0.0:
+        return 0.0
+    return p.swollen_m * (spin**2 - SWOLLEN_RAD_PER_S**2) / (spin**2 + SWOLLEN_RAD_PER_S**2)

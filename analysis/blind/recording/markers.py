@@ -1,0 +1,130 @@
+"""Where the markers are in the room: glued with errors, slipped, on a tab, on a card, flung; and found where the bodies
+blur."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats
+from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.views import DISK, GROUND_M, HOST_M, NES_M
+
+FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
+CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
+
+
+@dataclass(frozen=True)
+class Poses:
+    """What one camera sees, frame by frame: `nes` (n, 4) middle x, y, z, angle; `host` (n, 4) x, y,
+    rotation, z."""
+
+    nes: np.ndarray
+    host: np.ndarray
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Where the markers really sit: design layouts and placement errors, in each body's frame (n, 3)."""
+
+    host_m: np.ndarray
+    nes_m: np.ndarray
+
+
+def draw_marks(centre_offset_m: tuple[float, float], rng: np.random.Generator, placement_sd_m: float = 3e-5) -> Marks:
+    """Markers glued with 0.03 mm; the centre marker is where it should be, but for its own offset."""
+    host, nes = HOST_M.copy(), NES_M.copy()
+    host[:, :2] += rng.normal(0.0, placement_sd_m, (4, 2))
+    nes[1:, :2] += rng.normal(0.0, placement_sd_m, (4, 2))
+    nes[0, :2] += centre_offset_m
+    return Marks(host, nes)
+
+
+def _turned(layout_m: np.ndarray, angle_rad: np.ndarray, centre_m: np.ndarray) -> np.ndarray:
+    cosine, sine = np.cos(angle_rad)[:, None], np.sin(angle_rad)[:, None]
+    x, y = layout_m[:, 0], layout_m[:, 1]
+    return np.stack(
+        [
+            centre_m[:, :1] + cosine * x - sine * y,
+            centre_m[:, 1:2] + sine * x + cosine * y,
+            np.broadcast_to(centre_m[:, 2:3] + layout_m[:, 2], (len(angle_rad), len(layout_m))),
+        ],
+        axis=-1,
+    )
+
+
+def world_points(
+    nes: np.ndarray, host: np.ndarray, marks: Marks, errors: ViewErrors, bent_m: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """Points (frames, 12, 3) in the calibration's world. `nes` (n, 4): middle x, y, z and angle; `host` (n,
+    4): x, y, rotation, z; `bent_m` (n, 2): how far the Host's marker on a tab is off."""
+    frames = len(nes)
+    ground = np.broadcast_to(GROUND_M, (frames, 3, 3))
+    host_points = _turned(marks.host_m, host[:, 2], host[:, [0, 1, 3]])
+    host_points[:, errors.tab_marker, :2] += bent_m
+    nes_points = _turned(marks.nes_m, nes[:, 3], nes[:, :3])
+    if errors.slipped_m != (0.0, 0.0):
+        elsewhere = marks.nes_m.copy()
+        elsewhere[2, :2] += errors.slipped_m
+        later = np.arange(frames) >= frames // 2
+        nes_points[later] = _turned(elsewhere, nes[:, 3], nes[:, :3])[later]
+    points = np.concatenate([ground, host_points, nes_points], axis=1)
+    a, b = errors.plane_rad
+    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    return errors.scale * points @ (about_y @ about_x).T
+
+
+def bent_m(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
+    """How far the Host's marker on a tab stays back (n, 2) at `time_s` (n,), by the acceleration of its `lines` (m, 7):
+    `tab_m` at `HOST_M_PER_S2`."""
+    if errors.tab_m == 0.0:
+        return np.zeros((len(time_s), 2))
+    pull = np.array([host_pose(t, lines)[2][:2] for t in time_s])
+    return -errors.tab_m * pull / HOST_M_PER_S2
+
+
+def carded(nes: Floats, time_s: Floats, blows: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of the card with the disk's markers, at `time_s` (n,), where those of the disk are
+    `nes`: on its soft glue it stays back in a blow that changes the spin, and swings about the disk's middle.
+
+    By -`card_s` times the change of spin exp(-since / `CARD_S`) sin(2 pi `card_hz` since), the sum over the blows
+    before; `blows` (k, 2): their times and changes of spin (rad/s).
+    """
+    if errors.card_s == 0.0:
+        return nes
+    out = nes.copy()
+    for instant, change in blows:
+        since = np.maximum(time_s - instant, 0.0)
+        swing = np.exp(-since / CARD_S) * np.sin(2.0 * np.pi * errors.card_hz * since)
+        out[:, 3] -= errors.card_s * change * swing
+    return out
+
+
+def flung(points_m: np.ndarray, angle_rad: np.ndarray, time_s: np.ndarray, errors: ViewErrors) -> np.ndarray:
+    """Points (frames, markers, 3) where one sticker of the disk has come loose and is flung outwards as it spins.
+
+    It stands off by `flung_m` w^2 / (w^2 + `FLUNG_RAD_PER_S`^2), away from the middle one; w is the rate of the disk's
+    `angle_rad` (frames,) at `time_s` (frames,).
+    """
+    if errors.flung_m == 0.0:
+        return points_m
+    square, out, loose = np.gradient(angle_rad, time_s) ** 2, points_m.copy(), DISK[errors.flung_marker]
+    away = points_m[:, loose, :2] - points_m[:, DISK[0], :2]
+    away /= np.hypot(*away.T)[:, None]
+    out[:, loose, :2] += (errors.flung_m * square / (square + FLUNG_RAD_PER_S**2))[:, None] * away
+    return out
+
+
+def blurred(poses: Poses, time_s: np.ndarray, blur_s: float, rng: np.random.Generator) -> Poses:
+    """Poses as they are found where faster bodies are found less well; the same for both cameras' `rng`."""
+    if blur_s == 0.0:
+        return poses
+    moved = []
+    for pose, angle in ((poses.nes, 3), (poses.host, 2)):
+        rate = np.gradient(pose, time_s, axis=0)
+        speed, seen = np.hypot(rate[:, 0], rate[:, 1]), pose.copy()
+        seen[:, :2] += blur_s * speed[:, None] * rng.standard_normal((len(pose), 2))
+        seen[:, angle] += blur_s * rate[:, angle] * rng.standard_normal(len(pose))
+        moved.append(seen)
+    return Poses(*moved)

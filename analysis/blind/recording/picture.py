@@ -1,0 +1,128 @@
+"""What moves, stretches, delays or codes a camera's whole picture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.blind.plant.compiled import Floats
+from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
+from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.views import WINDOW_PX, View
+
+SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
+BLOCK_PX = 8.0  # side of the blocks that a film is coded in
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
+    along u and v (None: not at all)."""
+
+    shake_px: np.ndarray | float = 0.0
+    twist_rad: np.ndarray | None = None
+    tripod_px: np.ndarray | None = None
+
+
+def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Shaking:
+    """At `time_s` (n,), by the Host's `lines` and the disk's `kicks` (k, 2) at `impact_s`."""
+    turned = twist_rad(time_s, lines, errors) if errors.twisted_rad else None
+    swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
+    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed)
+
+
+def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors: ViewErrors) -> np.ndarray:
+    """How far the first camera's picture is off along u (n,) at `time_s` (n,): it swings after each impact, by the
+    disk's change of velocity along x, `kicks` (k, 2) at `impact_s` (k,)."""
+    off = np.zeros(len(time_s))
+    if errors.shaken_px == 0.0:
+        return off
+    for instant, kick in zip(impact_s, kicks[:, 0], strict=True):
+        late = np.maximum(time_s - instant, 0.0)
+        off += kick * np.exp(-late / SHAKE_DECAY_S) * np.sin(2.0 * np.pi * errors.shaken_hz * late)
+    return errors.shaken_px * off
+
+
+def tripod_px(time_s: Floats, lines: Floats, errors: ViewErrors) -> Floats:
+    """How far the first camera's picture is moved (n, 2) at `time_s` (n,): the shaker shakes the room's floor, and with
+    it a tripod.
+
+    By `tripod_px` along `tripod_rad` in the picture, times the Host's acceleration along the shaker's axis (of its
+    `lines` (m, 7)), `tripod_s` before, over `HOST_M_PER_S2`: under a sine an oscillation of the drive's frequency.
+    """
+    pull = np.array([host_pose(t - errors.tripod_s, lines)[2][0] for t in time_s]) / HOST_M_PER_S2
+    along = np.array([np.cos(errors.tripod_rad), np.sin(errors.tripod_rad)])
+    return errors.tripod_px * pull[:, None] * along
+
+
+def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
+    """How far the first camera is turned about its axis (n,) at `time_s` (n,).
+
+    It hangs on the shaker's own frame, which takes the drive's reaction: by the Host's acceleration along the
+    shaker's axis, of its `lines` (m, 7), `twisted_rad` at `HOST_M_PER_S2`.
+    """
+    if errors.twisted_rad == 0.0:
+        return np.zeros(len(time_s))
+    pull = np.array([host_pose(t, lines)[2][0] for t in time_s])
+    return errors.twisted_rad * pull / HOST_M_PER_S2
+
+
+def twisted(pixels: np.ndarray, turn_rad: np.ndarray, view: View) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a camera turned about its axis by `turn_rad` (frames,)."""
+    c, s = np.cos(turn_rad)[:, None], np.sin(turn_rad)[:, None]
+    u, v = np.moveaxis(pixels - view.centre_px, -1, 0)
+    return np.stack([c * u - s * v, s * u + c * v], axis=-1) + view.centre_px
+
+
+def by_the_first_camera(
+    pixels: np.ndarray, time_s: np.ndarray, view: View, shaking: Shaking, errors: ViewErrors
+) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a camera that shakes, sways along u and whose zoom swings, at `time_s`
+    (frames,)."""
+    if shaking.twist_rad is not None:
+        pixels = twisted(pixels, shaking.twist_rad, view)
+    if shaking.tripod_px is not None:
+        pixels = pixels + shaking.tripod_px[:, None]
+    pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
+    pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
+    swing = errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
+    return pixels + (pixels - view.centre_px) * swing[:, None, None]
+
+
+def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a camera that creeps along u and zooms in within a run, and that has lost a
+    frame."""
+    frames = len(pixels)
+    pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
+    grown = errors.zoom * np.linspace(0.0, 1.0, frames)
+    pixels = pixels + (pixels - view.centre_px) * grown[:, None, None]
+    if errors.lost_frame_share > 0.0:
+        late = np.arange(frames) >= errors.lost_frame_share * frames
+        pixels = np.where(late[:, None, None], np.roll(pixels, -1, axis=0), pixels)[: frames - 1]
+    return pixels
+
+
+def read_out(pixels: np.ndarray, view: View, frame_rate_hz: float, errors: ViewErrors) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a picture that is too tall, or whose rows are read one after the other."""
+    if errors.stretched != 0.0:
+        pixels[..., 1] += errors.stretched * (pixels[..., 1] - view.centre_px[1])
+    if errors.shutter_s > 0.0:
+        late_s = errors.shutter_s * (pixels[..., 1:] - view.window_offset_px[1]) / WINDOW_PX[1]
+        pixels = pixels + np.gradient(pixels, axis=0) * frame_rate_hz * late_s
+    return pixels
+
+
+def stuttered(pixels: np.ndarray, share: float) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a camera of whose frames a share show the one before once more; a generator of its
+    own leaves all other chances as they are."""
+    frames = len(pixels)
+    repeats = np.random.default_rng(frames).random(frames) < share
+    repeats[0] = False
+    return pixels[np.maximum.accumulate(np.where(repeats, 0, np.arange(frames)))]
+
+
+def blocked(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a film that was coded in blocks, too coarsely: in both cameras all markers are
+    drawn to the middles of their blocks, by `blocked_px` sin(2 pi pixel / `BLOCK_PX`) along each side."""
+    if errors.blocked_px == 0.0:
+        return pixels
+    return pixels - errors.blocked_px * np.sin(2.0 * np.pi * pixels / BLOCK_PX)
