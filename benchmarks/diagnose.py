@@ -22,7 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 
 HERE = Path(__file__).resolve().parents[1]
 BUDGET_S = 30.0

@@ -21,10 +21,11 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.markers import Marks
 from analysis.blind.recording.place import Place, draw_place
 from analysis.blind.recording.views import HOST_M
-from analysis.blind.series import NOISE_KINDS, outline_series, run_outline, write_series
+from analysis.blind.series import NOISE_KINDS, outline_series, run_outline
 from analysis.identify import identify_series
 from analysis.motion.pose import MarkerCloud, fit_pose
 from benchmarks.identify import motions_of, restitution_bound

@@ -24,8 +24,9 @@ import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place, draw_place, on_the_films_clock
-from analysis.blind.series import outline_series, run_outline, write_series
+from analysis.blind.series import outline_series, run_outline
 from analysis.identify import Identified, identify_series
 from benchmarks.identify import all_scored, motions_of
 

@@ -20,7 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.blind.causes.named import CAUSES
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates

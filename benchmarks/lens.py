@@ -23,7 +23,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.blind.series import Series, outline_series, run_outline, write_series
+from analysis.blind.recording.files import Series, write_series
+from analysis.blind.series import outline_series, run_outline
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.identify import identify_series
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points

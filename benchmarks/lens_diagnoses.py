@@ -20,8 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import HOME, draw_place
-from analysis.blind.series import outline_series, run_outline, write_series
+from analysis.blind.series import outline_series, run_outline
 
 TILT_RAD, RUNS = 4e-3, 12
 

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from joblib import Parallel, delayed
 
-from analysis.blind.recording.files import calibration_of, recording_text
+from analysis.blind.recording.files import Series, calibration_of, recording_text
 from analysis.blind.recording.markers import Poses
 from analysis.blind.recording.views import GROUND_M, HOST_M
-from analysis.blind.series import Outline, Series
+from analysis.blind.series import Outline
 from ovines.camera import read_calibration
 from vision.rendering.images import Look, Markers, Pose, Rig, View, render_frame
 

@@ -14,13 +14,13 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.recording.clock import frame_times, latest_s, of_the_second_camera
 from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.errors import ViewErrors
-from analysis.blind.recording.files import Series, calibration_of, recording_text, write_series
+from analysis.blind.recording.files import Series, calibration_of, recording_text
 from analysis.blind.recording.light import shadowed
 from analysis.blind.recording.markers import Marks, Poses, bent_m, blurred, carded, draw_marks, flung, world_points
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import tracks_of
 from analysis.blind.recording.picture import shaking_of
-from analysis.blind.recording.place import HOME, Place, draw_place
+from analysis.blind.recording.place import HOME, Place
 from analysis.blind.recording.views import View, draw_views
 
 LONGEST_S = 1.2
@@ -28,7 +28,6 @@ SHORTEST_S = 0.4  # a run cut earlier by sustained contact tells little and is s
 COUNTED_SPEED_M_PER_S = 0.2  # impacts faster than this are counted in the truth, as the practice truths do
 NOISE_KINDS = ("white", "ar1", "warp")
 LEVELS_G, LEVEL_SHARES = (6.0, 7.0, 8.0, 9.0), (0.17, 0.18, 0.48, 0.17)
-__all__ = ["Outline", "Place", "Series", "draw_place", "make_series", "outline_series", "run_outline", "write_series"]
 
 
 @dataclass(frozen=True)

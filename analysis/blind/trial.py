@@ -18,8 +18,9 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from analysis.blind.draw import Case, draw_cases
+from analysis.blind.recording.files import Series, write_series
 from analysis.blind.recording.place import draw_place
-from analysis.blind.series import Outline, Series, outline_series, run_outline, write_series
+from analysis.blind.series import Outline, outline_series, run_outline
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 

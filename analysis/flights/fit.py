@@ -19,8 +19,6 @@ from analysis.flights.parameters import BLOW_TIMES, CONTACT_BEFORE, DRIFT, FRICT
 from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
 from ovines.core.laws.words import MOST_BLOWS
 
-__all__ = ["LENS_TERMS", "NO_ANGLE_SD_RAD", "ORIGIN", "SHARED", "FlightFits", "RunData", "fit_flights"]
-
 Array = NDArray[np.float64]
 
 #: the markers' origin against the centre of mass (m)

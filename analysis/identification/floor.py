@@ -22,20 +22,15 @@ from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.runs import Run
 from analysis.identification.floor_errors import (
-    FEWEST_FLIGHTS,
-    FEWEST_RUNS,
     disagreement,
     errors_of,
     lift_sd,
     noise_of,
-    sandwich_factor,
     shapes_of_force,
     without_gross,
 )
 from analysis.identification.floor_priors import HELD_M, LENS_SD_M, prior_of
 from ovines.workers.threads import in_threads
-
-__all__ = ["FEWEST_FLIGHTS", "FEWEST_RUNS", "FloorFit", "fit_floor", "sandwich_factor"]
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.model import STATES, fly

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.series import Place, make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.recording.place import Place
+from analysis.blind.series import make_series
 from analysis.flights.cutting.first_wall import CONTACT_MARGIN_M, off_place, reached_wall
 from analysis.gap.ladder import run_ladder
 from ovines.pipeline.diagnosis import load_series

@@ -21,7 +21,8 @@ import pandas as pd
 import pytest
 
 from analysis.checks.fit import COUNT
-from analysis.checks.recording import COLUMNS, PRINCIPAL, summed, verdict
+from analysis.checks.recording import summed, verdict
+from analysis.checks.row import COLUMNS, PRINCIPAL
 from analysis.checks.series import series_checks
 from ovines.__main__ import main
 from ovines.commands.stage_command import tell

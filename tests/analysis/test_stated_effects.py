@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start, stated_sizes, stated_terms
 from analysis.gap.series import Series

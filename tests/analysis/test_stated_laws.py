@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.compare import compare
 from analysis.identify import FORCE_SAID, identify_series
 from ovines.core import simulate

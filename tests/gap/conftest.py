@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import analysis.gap.diagnose
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.series import Series

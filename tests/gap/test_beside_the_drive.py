@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.pipeline.diagnosis import load_series

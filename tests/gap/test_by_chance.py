@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED

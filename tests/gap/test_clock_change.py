@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.gap.measurement.clock_change import clock_change
 from analysis.gap.measurement.tests import measurement_tests
 from ovines.pipeline.diagnosis import load_series

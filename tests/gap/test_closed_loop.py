@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from analysis.blind import trial
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import Wish, further_run, outline_series, run_outline, write_series
+from analysis.blind.series import Wish, further_run, outline_series, run_outline
 from analysis.gap.next_test.recording import AS_RECORDED
 from ovines.commands.blind import run as blind
 from ovines.errors import InputError

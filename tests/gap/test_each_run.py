@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_candidates import run_columns

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import draw_place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.flights.parameters import INDEX
 from analysis.gap.answer import model_section, model_values
 from analysis.gap.diagnose import diagnose

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.flights.model import GRAVITY_M_PER_S2
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import Diagnosis, diagnose

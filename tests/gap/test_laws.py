@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose
 from analysis.gap.laws import flight_law

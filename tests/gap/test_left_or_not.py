@@ -8,8 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.flights.parameters import INDEX
 from analysis.gap import written_laws
 from analysis.gap.cause import Structure

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.measurement.fixed_markers import _slow, ground_motion
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

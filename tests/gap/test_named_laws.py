@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.named_laws import effect_of_restitution
 from analysis.gap.written_laws import write_laws

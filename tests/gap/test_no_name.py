@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flights.missing_acceleration import COMPONENTS

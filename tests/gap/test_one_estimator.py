@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario
 from analysis.contact.effect_rows import told_effects
 from analysis.gap.answer import model_section, model_values

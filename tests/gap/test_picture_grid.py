@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.measurement.picture_grid import picture_grid
 from ovines.pipeline.diagnosis import load_series

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.ladder import run_ladder
 from analysis.gap.prediction.detectable import detectable_sizes

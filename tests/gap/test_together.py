@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.blind.series import make_series, write_series
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
 from analysis.gap.selection.flight_steps import select_flight_effects
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

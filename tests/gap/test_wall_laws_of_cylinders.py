@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import wall_law_instead
 from analysis.gap.laws.impact_rows import distance_regression, of_target
 from analysis.gap.selection.flight_steps import first_flights

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import CAUSES
+from analysis.blind.recording.files import write_series
 from analysis.blind.scoring.forms import FORMS, form_of, judge_law
 from analysis.blind.scoring.withheld import judge_withheld, withheld_figures
-from analysis.blind.series import make_series, write_series
+from analysis.blind.series import make_series
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import flight_regression

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from analysis.flights.along_flights import unit_accelerations
 from analysis.flights.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN
-from analysis.gap.selection.flights.fit import FlightFit, fit, prior_of
-from analysis.gap.selection.flights.model import run_places, value_of
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.model import value_of
 from analysis.gap.selection.flights.terms import NEGLIGIBLE_BEND, FlightTerm
-
-__all__ = ["FlightFit", "Gain", "Units", "fit", "gain_of", "gains", "prior_of", "rig_units", "run_places"]
 
 Array = NDArray[np.float64]
 

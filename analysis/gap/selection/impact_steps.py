@@ -18,7 +18,7 @@ from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.impact_fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
-from analysis.gap.selection.impact_laws import law_accepted, rivals_of, select_laws
+from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -38,8 +38,6 @@ from analysis.gap.thresholds import (
 )
 from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
-
-__all__ = ["ImpactSteps", "contact_negligible_s", "law_accepted", "select_impact_effects", "unexplained_scatter"]
 
 Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
