@@ -36,7 +36,8 @@ LEAST_SHARE = 0.01
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures
-    show, ``estimates`` of all parameters, ``laws`` the formulas written for what is left."""
+    show, ``estimates`` of all parameters, ``laws`` the formulas written for what is left, ``actions`` what to do next,
+    one test each."""
 
     summary: dict[str, Any]
     predictions: pd.DataFrame
@@ -44,6 +45,7 @@ class Diagnosis:
     errors: dict[str, predict.Errors | None]
     estimates: Estimates
     laws: tuple[LawFound, ...] = ()
+    actions: tuple[str, ...] = ()
 
 
 def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Diagnosis:
@@ -58,6 +60,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= found.entry(rng) | {"left_p": ladder.left_p}
     tests = next_tests(ladder, causes)
+    actions = _actions(ladder, tests)
     detectable = detectable_sizes(ladder)
     seen = share_seen(ladder, rng.spawn(1)[0])
     told: list[Cause | Structure] = [*causes, *ladder.structure]
@@ -79,13 +82,13 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "where": _where(ladder, found),
         "gap": gap,
         "detectable": detectable,
-        "next_test": _next_test(ladder, tests),
+        "next_test": " ".join(actions),
         "next_tests": None if tests is None else tests.entry(),
         "drive": ladder.drive.entry(ladder.series.names),
         "nominal": estimates.nominal(series.recordings[0].model),
         "time": time_shares(ladder),
     }
-    return Diagnosis(summary, table, ladder, errors, estimates, laws)
+    return Diagnosis(summary, table, ladder, errors, estimates, laws, actions)
 
 
 def verdict_of(ladder: Ladder) -> str:
@@ -124,14 +127,15 @@ def _where(ladder: Ladder, found: HowFar) -> list[dict[str, Any]]:
     return out
 
 
-def _next_test(ladder: Ladder, tests: NextTests | None) -> str:
+def _actions(ladder: Ladder, tests: NextTests | None) -> tuple[str, ...]:
+    """The next test of the strongest cause, and of what is left."""
     said = []
     if ladder.causes:
         by_hand = NEXT_TEST[ladder.causes[0].effect]
         said.append(by_hand if tests is None else f"{tests.words()} By hand: {by_hand}")
     if ladder.structure:
         said.append(unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with))
-    return " ".join(said) or NONE_TEST
+    return tuple(said) or (NONE_TEST,)
 
 
 def time_shares(ladder: Ladder) -> dict[str, float]:

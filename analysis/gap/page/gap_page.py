@@ -50,7 +50,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
         page.actions.append(
             "Take it into the nominal model: ovines diagnose … --write-model model.toml, and diagnose again with it."
         )
-    page.actions.append(summary["next_test"])
+    page.actions += diagnosis.actions
     if len(ladder.series.runs) == 1:
         page.actions.append(
             "Record more runs: from a single one nothing can be held out, so every gain here is one of the same data."
