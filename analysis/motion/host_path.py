@@ -38,9 +38,14 @@ OVERTONES = 3
 HIGHEST_SHARE = 0.9
 # A main line that leaves more than this share of the Host's variance is none.
 MAIN_SHARE = 0.3
-# Fall of -2 log L by which one line must follow the Host's height better than the drive's own do: three unknowns gain
-# 16 once in a thousand runs.
+# Fall of -2 log L by which one line must follow the Host's height, or its way across the drive, better than the drive's
+# own do: three unknowns gain 16 once in a thousand runs.
 BETTER_LINE = 20.0
+# Slower than this share of the drive's strongest line, the way across it is no part of the drive.
+SLOWEST_SHARE = 0.5
+# The same by which an axis goes along with the one that no line explains, of so many frames at the least: one unknown
+# gains 11 once in a thousand runs.
+SURELY_ALONG, FEWEST_ALONG = 15.0, 12
 # How well a table's pieces follow a line: its place (m, rad), and its share of all lines' accelerations.
 TABLE_M, TABLE_SHARE = 5e-11, 5e-7
 # A table goes on beyond a run's frames by this share of its length.
@@ -193,7 +198,10 @@ def fit_host_motion(
         # No line of it is the drive: a sweep, a random drive.
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
     if any(left):
-        fit = _with_rise_and_fall(time_s, position, sd, fit)
+        crosswise = int(np.nanstd(position[:, 0]) >= np.nanstd(position[:, 1]))
+        slowest = SLOWEST_SHARE * 2 * np.pi * spectral_peak(time_s, position)
+        for axis, least in ((crosswise, slowest), (2, 0.0)):
+            fit = _with_own_line(time_s, position, sd, fit, axis, least)
         left = [one.there for one in excess(time_s, fit.residual)]
     smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
     kept = 1 + 2 * overtones
@@ -264,22 +272,25 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
     return own
 
 
-def _with_rise_and_fall(time_s: Array, position: Array, sd: Array, fit: LineFit) -> LineFit:
-    """``fit`` with the one line that the Host's height is, where it is one, whatever happens in the plane: a path that
-    only follows its frames is a poor load of the floor when it is differentiated twice."""
-    height = np.where(np.arange(4) == 2, position, np.nan)
-    level = fit_lines(time_s, height, sd, np.zeros(0), 0)
-    found = excess(time_s, level.residual)[2]
-    if not found.there:
+def _with_own_line(
+    time_s: Array, position: Array, sd: Array, fit: LineFit, axis: int, slowest_rad_per_s: float
+) -> LineFit:
+    """``fit`` and the one line that the Host's way along ``axis`` is, where it is one, whatever happens along others: a
+    path that only follows its frames is a poor load of the floor when it is differentiated twice, and a drive that
+    starts or sweeps has no frequency that another axis would keep.  What is slower than ``slowest_rad_per_s`` sways."""
+    alone = np.where(np.arange(4) == axis, position, np.nan)
+    level = fit_lines(time_s, alone, sd, np.zeros(0), 0)
+    found = excess(time_s, level.residual)[axis]
+    near = np.abs(fit.omegas - found.omega_rad_per_s) * np.ptp(time_s) < 2 * np.pi * APART
+    if not found.there or found.omega_rad_per_s < slowest_rad_per_s or np.count_nonzero(near) > 1:
         return fit
-    line = fit_lines(time_s, height, sd, np.array([found.omega_rad_per_s]), 0)
-    before, after, now = (float(np.nanmean(one.residual[:, 2] ** 2)) for one in (level, line, fit))
+    line = fit_lines(time_s, alone, sd, np.array([found.omega_rad_per_s]), 0)
+    before, after, now = (float(np.nanmean(one.residual[:, axis] ** 2)) for one in (level, line, fit))
     if not after < OWN_SHARE**2 * before:
         return fit
-    # A drive that starts has no frequency that its height would keep: the frames say which is the better one.
-    seen = np.isfinite(line.residual[:, 2])
-    gain = np.count_nonzero(seen) * np.log(now / after) / slow_mean(line.residual[seen, 2]) ** 2
-    if not (excess(time_s, fit.residual)[2].there or gain > BETTER_LINE):
+    seen = np.isfinite(line.residual[:, axis])
+    gain = np.count_nonzero(seen) * np.log(now / after) / slow_mean(line.residual[seen, axis]) ** 2
+    if not (excess(time_s, fit.residual)[axis].there or gain > BETTER_LINE):
         return fit
     return fit_lines(time_s, position, sd, np.append(fit.frequencies, line.frequencies), fit.overtones, held=1)
 
@@ -306,7 +317,28 @@ def _smooth_paths(
             if path is not None:
                 left[:, axis] -= path.at(time_s)
         together = noise_correlation(left)
+    main = max(np.flatnonzero(there), key=lambda axis: np.nanstd(residual[:, axis] - left[:, axis]))
+    if (path := paths[main]) is not None:
+        for axis in np.flatnonzero(~there):
+            share = _share_of(path.at(time_s), left[:, axis])
+            if share:
+                paths[axis] = path.times(share)
+                left[:, axis] -= share * path.at(time_s)
     return tuple(paths), left
+
+
+def _share_of(path: Array, residual: Array) -> float:
+    """What share of another axis' ``path`` (N,) a ``residual`` (N,) goes along with, as a drive does that is turned a
+    little; 0 where it surely does not.
+
+    Lines left the same of both axes, but for their size."""
+    seen = np.isfinite(residual)
+    if np.count_nonzero(seen) < FEWEST_ALONG:
+        return 0.0
+    share = float(path[seen] @ residual[seen] / max(float(path[seen] @ path[seen]), 1e-300))
+    rest = residual[seen] - share * path[seen]
+    gain = len(rest) * np.log(float(residual[seen] @ residual[seen]) / max(float(rest @ rest), 1e-300))
+    return share if gain > SURELY_ALONG * slow_mean(rest) ** 2 else 0.0
 
 
 def _left_share(position: Array, fit: LineFit) -> float:

@@ -6,7 +6,7 @@ noise (Wahba, J. R. Stat. Soc. B 40, 364 (1978)), whose strength is that of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,11 @@ class SmoothPath:
         n, _, p = rows.shape
         solved = cho_solve_banded((self.factor, True), rows.reshape(-1, p).T).T.reshape(n, 3, p)
         return np.asarray(np.einsum("nap,nbp->nab", rows, solved), float)
+
+    def times(self, factor: float) -> SmoothPath:
+        """The path of what moves ``factor`` times as far."""
+        spline = BSpline(self.spline.t, factor * self.spline.c, DEGREE)
+        return replace(self, spline=spline, factor=self.factor / abs(factor))
 
 
 def smooth_path(time_s: Array, value: Array, correlation: float = 0.0) -> SmoothPath | None:
