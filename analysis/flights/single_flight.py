@@ -125,8 +125,8 @@ def fly_with_derivatives(
     out: Array,
     derivative: Array,
 ) -> None:
-    """As ``fly`` (:mod:`analysis.flights.equation.model`), and derivatives (len(times), 6, 6 + len(free)) with respect to
-    start state and parameters ``free``, none where ``derivative`` has no rows.
+    """As ``fly`` (:mod:`analysis.flights.equation.model`), and derivatives (len(times), 6, 6 + len(free)) with respect
+    to start state and parameters ``free``, none where ``derivative`` has no rows.
     """
     if len(derivative) == 0:
         fly(start, t0, times, p, rig, out)

@@ -95,8 +95,8 @@ def _field_columns(at: Moment, y: Array, rig: FlightRig, every: Array) -> None:
 def acceleration_slopes(
     t: float, y: Array, p: Array, rig: FlightRig, work: LawWork, state: Array, every: Array
 ) -> Acceleration:
-    """As ``acceleration``; fills ``state`` (3, 6) with its derivatives with respect to the state ``y`` (6,) and ``every``
-    (3, P) with those with respect to the parameters, where that has rows."""
+    """As ``acceleration``; fills ``state`` (3, 6) with its derivatives with respect to the state ``y`` (6,) and
+    ``every`` (3, P) with those with respect to the parameters, where that has rows."""
     at = moment_of(t, y, rig, len(every) > 0 or follows_drive(p))
     state[:] = 0.0
     every[:] = 0.0
