@@ -9,7 +9,7 @@ from pathlib import Path
 from ovines.core.compiled import compiler, stamp_above
 
 #: files whose numbers or types compiled code holds, though they compile nothing themselves
-CONSTANTS = ("flights/parameters.py", "flights/cutting/flight_rig.py", "flights/noise.py", "contact/law.py")
+CONSTANTS = ("flights/equation/parameters.py", "flights/cutting/flight_rig.py", "flights/noise.py", "contact/law.py")
 
 STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
 compiled = compiler(STAMP)

@@ -31,10 +31,10 @@ from scipy.interpolate import RectBivariateSpline
 
 from ovines.camera import Camera
 from vision.calibrate import Calibration, calibrate
-from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
 from vision.calibration.bundle.unknowns import N_CAMERA
-from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import Single, solve_camera
+from vision.calibration.targets.boards import WORLD_FROM_BOARD, Board, find_board
+from vision.calibration.targets.detection import View, detect
 from vision.calibration.uncertainty import shifts
 from vision.pinhole import N_INTRINSICS, intrinsics_of
 from vision.rendering.board import render_board

@@ -26,9 +26,9 @@ import pandas as pd
 from analysis.contact.impacts import intersect, measure
 from analysis.contact.law import fit_restitution, law_data
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import ORIGIN, SHARED, fit_flights
-from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.identification.fit import RigFit
 from analysis.identification.floor_priors import ORIGIN_SD_M, WEAK_SD
 from analysis.identification.lens_residual import LINEAR_SHARE

@@ -17,7 +17,7 @@ import numpy as np
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales

@@ -31,9 +31,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
-from vision.calibration.detection import View, detect
 from vision.calibration.images import video_frames
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import View, detect
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

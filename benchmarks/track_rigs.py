@@ -28,7 +28,7 @@ import pandas as pd
 from ovines.camera import read_calibration
 from ovines.errors import InputError
 from ovines.recording import read_recording
-from vision.calibration.boards import find_board
+from vision.calibration.targets.boards import find_board
 from vision.rendering.images import Look, Markers, Pose, Rig
 from vision.rendering.recording import Files, Motion, Setup, look_at, render_recording
 from vision.track import track

@@ -19,10 +19,8 @@ from ovines.errors import InputError
 from ovines.recording import Recording
 from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
 from vision.calibration.all_cameras import raise_world, solved_together
-from vision.calibration.boards import Board
 from vision.calibration.bundle.equations import project
 from vision.calibration.bundle.unknowns import N_CAMERA, Adjusted, Sighting, State
-from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once
 from vision.calibration.single_camera import (
@@ -30,6 +28,8 @@ from vision.calibration.single_camera import (
     board_pose,
     solve_camera,
 )
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import MINIMUM_POINTS, View
 from vision.pinhole import INTRINSICS, K1, lens_of
 from vision.validation.lens_choice import choose_lens, refuse_fisheye
 from vision.validation.result_tables import validation_tables
@@ -81,7 +81,7 @@ def calibrate(
     Parameters
     ----------
     board : the board as printed
-    views : per camera, its views (full-sensor pixels), see :func:`vision.calibration.detection.detect`
+    views : per camera, its views (full-sensor pixels), see :func:`vision.calibration.targets.detection.detect`
     sensor_size_px : per camera
     extrinsic : per camera, the view of the board in the world position
     simultaneous : whether views of one name show one board pose; None: as the data say

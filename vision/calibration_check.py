@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.errors import InputError
 from ovines.recording import Recording
-from vision.calibration.boards import find_board
+from vision.calibration.targets.boards import find_board
 from vision.frames.sources import open_sources, stream
 from vision.identity.layouts import Layout, layout_of
 from vision.identity.matching import Match, match_in_all

@@ -46,7 +46,7 @@ BISECTIONS, LARGEST_DAMPING = 30, 0.999
 
 class BounceRig(NamedTuple):
     """What a bounce sequence knows of rig and laws: the flight's part and its ``parameters``
-    (:mod:`analysis.flights.parameters`), wall and contact law.
+    (:mod:`analysis.flights.equation.parameters`), wall and contact law.
 
     ``surfaces`` (S, 6) of the wall (:mod:`analysis.walls.surfaces`), ``disk`` the disk's geometric centre seen from its
     centre of mass (m).  The restitution at approach speed v is

@@ -27,7 +27,7 @@ from analysis.bounces.contact import (
     touch,
 )
 from analysis.compiled import compiled
-from analysis.flights.model import (
+from analysis.flights.equation.model import (
     LONGEST_STEP_S,
     STATES,
     Workspace,

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.identification.fit import RigFit
 from analysis.motion.drive import jump
 from analysis.statistics.robust import smooth_noise

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 
 Sized = dict[str, tuple[float, float]]
 #: effect -> parameter -> (row, factor)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Impacts
 from analysis.flights.cutting.pieces import seen_frames
+from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import RunRows, linearised, solve, usable_flights, weighed
 from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import STATES
 from analysis.flights.noise import cells, response
 from analysis.walls.wall import Wall
 

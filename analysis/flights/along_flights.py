@@ -11,17 +11,17 @@ from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.cutting.impact_before import impact_before
 from analysis.flights.cutting.pieces import seen_frames
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.law_slopes import law_work
+from analysis.flights.equation.model import ANGLE, STATES, acceleration, known_of
+from analysis.flights.equation.parameters import INDEX, PARAMETERS
+from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.fit import FlightFits, with_contacts_before, with_impact_before
-from analysis.flights.law_slopes import law_work
-from analysis.flights.model import ANGLE, STATES, acceleration, known_of
 from analysis.flights.noise import CLIP_SD
-from analysis.flights.parameters import INDEX, PARAMETERS
-from analysis.flights.slopes import acceleration_slopes
 from analysis.motion.host_table import host_at
 from ovines.core.laws import words as W
 

@@ -1,8 +1,8 @@
 """What the flights of a run say about the parameters that all flights share, as one quadratic form.
 
-Shared unknowns - floor friction, every effect and probe of :mod:`analysis.flights.model`, the markers' origin against
-the centre of mass, the lens residual - enter linearised about the current fit.  Eliminating each flight's own start
-state (Schur complement) leaves
+Shared unknowns - floor friction, every effect and probe of :mod:`analysis.flights.equation.model`, the markers' origin
+against the centre of mass, the lens residual - enter linearised about the current fit.  Eliminating each flight's own
+start state (Schur complement) leaves
 ``misfit - 2 d.score + d.information.d`` per run, on which candidates are fitted, ranked and cross-validated by linear
 algebra alone.  Errors of the frames of a flight go together (:mod:`analysis.flights.noise`); residuals are whitened
 before they are squared.
@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.cutting.pieces import seen_frames
+from analysis.flights.equation.model import ANGLE, STATES
+from analysis.flights.equation.parameters import PARAMETERS
 from analysis.flights.fit import SHARED, FlightFits
-from analysis.flights.model import ANGLE, STATES
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
-from analysis.flights.parameters import PARAMETERS
 from analysis.flights.single_flight import whiten
 from ovines.robust import middle
 

@@ -12,10 +12,17 @@ from numpy.typing import NDArray
 from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, NO_ANGLE_SD_RAD, RunData
+from analysis.flights.equation.model import STATES
+from analysis.flights.equation.parameters import (
+    BLOW_TIMES,
+    CONTACT_BEFORE,
+    DRIFT,
+    FRICTION,
+    IMPACT_BEFORE_S,
+    PARAMETERS,
+)
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import STATES
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
-from analysis.flights.parameters import BLOW_TIMES, CONTACT_BEFORE, DRIFT, FRICTION, IMPACT_BEFORE_S, PARAMETERS
 from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
 from ovines.core.laws.words import MOST_BLOWS
 

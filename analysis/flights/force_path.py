@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.model import STATES
+from analysis.flights.equation.model import STATES
 from analysis.flights.noise import FlightNoise, alike, cells, response
 
 Array = NDArray[np.float64]

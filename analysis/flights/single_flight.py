@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.law_slopes import LawWork, law_work
-from analysis.flights.model import STATES, first_after, fly, in_turn, step_within, strongest_acceleration
+from analysis.flights.equation.law_slopes import LawWork, law_work
+from analysis.flights.equation.model import STATES, first_after, fly, in_turn, step_within, strongest_acceleration
+from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.noise import CLIP_SD
-from analysis.flights.slopes import acceleration_slopes
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _advance(
     y: Array, t: float, span: float, course: Course, free: NDArray[np.int64], work: SlopeWork, derivative: Array
 ) -> None:
     """``y`` (6,) and its ``derivative`` (6, 6 + F) taken ``span`` seconds (either sign) on from t, in place, by the
-    steps of :func:`analysis.flights.model.advance`."""
+    steps of :func:`analysis.flights.equation.model.advance`."""
     p, k, trial = course.parameters, work.rates, work.trial
     while span != 0.0:
         h = span
@@ -125,8 +125,8 @@ def fly_with_derivatives(
     out: Array,
     derivative: Array,
 ) -> None:
-    """As :func:`analysis.flights.model.fly`, and derivatives (len(times), 6, 6 + len(free)) with respect to start state
-    and parameters ``free``, none where ``derivative`` has no rows.
+    """As ``fly`` (:mod:`analysis.flights.equation.model`), and derivatives (len(times), 6, 6 + len(free)) with respect
+    to start state and parameters ``free``, none where ``derivative`` has no rows.
     """
     if len(derivative) == 0:
         fly(start, t0, times, p, rig, out)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import MOST_TERMS, Factor, Term, WrittenLaw
@@ -39,7 +39,7 @@ def stated_sizes(model: Nominal | None) -> dict[str, dict[str, float]]:
 
 
 def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[float]) -> dict[str, float]:
-    """Terms of the flight model, by their names in :data:`analysis.flights.parameters.PARAMETERS` (and
+    """Terms of the flight model, by their names in :data:`analysis.flights.equation.parameters.PARAMETERS` (and
     :data:`DRIFT_OF_RUN`), of the effects to which ``[model.effect_parameters]`` gives sizes.
 
     ``starts_s``: times of the runs' first frames in the rig's frame, which counts from their middles."""

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import FlightRows, RunRows
-from analysis.flights.model import STATES
 from analysis.flights.noise import GROSS_SD, FlightNoise, displacement, white_frames
 from ovines.workers.threads import in_threads
 

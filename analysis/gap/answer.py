@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
 from analysis.gap.estimates import LAW, Estimates, value_of
 from analysis.gap.ladder import Ladder

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.contact.law import fit_restitution, restitution_gain, sticks
 from analysis.contact.restitution import SPEED
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.identification.contact_law.interval import NORMAL_90, Interval, normal_interval, widened
 from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit

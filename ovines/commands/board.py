@@ -52,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write NAME.pdf, NAME.svg and NAME.toml; wrong input is an `InputError`."""
-    from vision.calibration.board_print import as_pdf, as_svg, as_toml, draw
-    from vision.calibration.boards import FOLDER, board_from, find_board, read_board
+    from vision.calibration.targets.board_print import as_pdf, as_svg, as_toml, draw
+    from vision.calibration.targets.boards import FOLDER, board_from, find_board, read_board
 
     if args.list:
         for path in sorted(FOLDER.glob("*.toml")):

@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write compare.html and its tables for each recording; one line each."""
-    from analysis.report.compare_report import impact_errors
+    from analysis.report.pages.compare_report import impact_errors
 
     if args.other is not None:
         return tell_two(args.recording, args.other)
@@ -138,7 +138,7 @@ def compare_one(recording: Recording, folder: Path, args: argparse.Namespace) ->
     ``run_statistics`` and the page.
     """
     from analysis.compare import compare
-    from analysis.report.compare_report import write_comparison
+    from analysis.report.pages.compare_report import write_comparison
 
     refuse_strange_results(folder, recording)
     refuse_folder(folder)

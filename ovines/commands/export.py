@@ -124,8 +124,8 @@ def _figures(args: argparse.Namespace) -> int:
     """Every figure of a recording's report, drawn again."""
     from analysis.figures.print_size import PrintSize, fit_to_print
     from analysis.figures.style import save_figure
-    from analysis.report import recording_page
     from analysis.report.page import figure_of
+    from analysis.report.pages.recording_report import recording_page
     from analysis.report.results import read_results
     from ovines.pipeline.functions import first_frames
     from ovines.pipeline.ownership import SOURCE, read_source, refuse_strange_results

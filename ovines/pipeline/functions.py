@@ -198,8 +198,8 @@ def identify(context: StageContext) -> dict[str, Any]:
 
 def report(context: StageContext) -> dict[str, Any]:
     """Everything before on one page."""
-    from analysis.report import recording_page
     from analysis.report.page import source_of
+    from analysis.report.pages.recording_report import recording_page
     from analysis.report.results import read_results
 
     page = recording_page(read_results(context.out, context.recording, first_frames(context.recording)))

@@ -18,7 +18,7 @@ def write_calibration_page(recording: Recording, out: Path, figures: bool) -> No
     """
     if (out / CALIBRATION_PAGE).is_file() and not figures:
         return
-    from analysis.report.calibration_report import write_calibration_report
+    from analysis.report.pages.calibration_report import write_calibration_report
 
     refuse_theirs(out, [CALIBRATION_PAGE], figures)
     with locked(out):
@@ -39,8 +39,8 @@ def calibration_page_beside(recording: Recording, out: Path) -> Iterator[None]:
 
     def page() -> str:
         # here: this process loads them for its report, and need not wait for them
-        from analysis.report.calibration_report import whole_calibration_page
         from analysis.report.page import PAGES
+        from analysis.report.pages.calibration_report import whole_calibration_page
         from analysis.report.results import read_results
 
         report = "report.html"
@@ -55,7 +55,7 @@ def calibration_page_beside(recording: Recording, out: Path) -> Iterator[None]:
 
 def recording_figures(recording: Recording, out: Path) -> None:
     """Every figure of ``report.html`` as SVG and PDF in ``out/figures``, those of an earlier page removed."""
-    from analysis.report import recording_page
+    from analysis.report.pages.recording_report import recording_page
     from analysis.report.results import read_results
     from ovines.pipeline.functions import first_frames
 

@@ -39,7 +39,7 @@ def write_series_results(
     if only != "report":
         stages["identify"], notes = _identify_together(out, recordings, force)
     if only != "identify":
-        from analysis.report.series_report import write_series_report
+        from analysis.report.pages.series_report import write_series_report
 
         if not figures:
             remove_figures(out)

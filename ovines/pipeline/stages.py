@@ -190,7 +190,7 @@ def location(artifact: str, recording: Recording, out: Path) -> list[Path]:
             pattern = getattr(recording.settings.calibration, artifact.split()[0], None)
             return [path for one in recording.cameras for path in _matching(recording, one.name, pattern)]
         case "board":
-            from vision.calibration.boards import board_file  # only this one path is vision's to know
+            from vision.calibration.targets.boards import board_file  # only this one path is vision's to know
 
             return [board_file(recording.board, recording.folder)] if recording.board else []
         case "trigger.csv":

@@ -8,7 +8,7 @@ import pytest
 from analysis.bounces.contact import RECORD, BounceRig, wall_frequency
 from analysis.bounces.model import BouncePath, simulate_bounces
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.parameters import PARAMETERS
+from analysis.flights.equation.parameters import PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 

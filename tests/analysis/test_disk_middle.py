@@ -8,9 +8,9 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.model import STATES, fly
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.model import STATES, fly
 from analysis.identify import identify_runs
 from analysis.motion.host_path import HostMotion
 from ovines.commands.diagnose import read_series

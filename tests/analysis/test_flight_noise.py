@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import FlightRows, RunRows, columns_of
 from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.force_path import ForcePath
-from analysis.flights.model import STATES
 from analysis.flights.noise import (
     PLAIN,
     FlightNoise,

@@ -18,7 +18,7 @@ import importlib, json, sys
 from pathlib import Path
 import numpy as np
 
-import analysis.flights.parameters as parameters
+import analysis.flights.equation.parameters as parameters
 from analysis.motion.host_path import HostMotion
 
 SOURCE = Path(parameters.__file__).read_text(encoding="utf-8")
@@ -56,7 +56,7 @@ def test_a_parameter_inserted_anywhere_changes_no_number():
 
 def test_every_parameter_has_its_own_name_and_changes_the_acceleration():
     """Named constants and table agree, one to one; each parameter acts in the equation of motion."""
-    from analysis.flights import parameters as P
+    from analysis.flights.equation import parameters as P
 
     constants = {name: value for name, value in vars(P).items() if name.isupper() and isinstance(value, int)}
     # A law's terms stand side by side, and compiled code counts them from the first.
@@ -129,6 +129,6 @@ def test_compiled_code_is_compiled_again_when_its_numbers_change():
                 isinstance(mark, ast.Name) and mark.id in COMPILED for mark in kernel.decorator_list
             ):
                 names = {node.id for node in ast.walk(kernel) if isinstance(node, ast.Name) and node.id in origin}
-                modules = {"analysis.flights.parameters" if name == "P" else origin[name] for name in names}
+                modules = {"analysis.flights.equation.parameters" if name == "P" else origin[name] for name in names}
                 loose += [f"{path.name}:{kernel.name} {module}" for module in modules if not covered(module)]
     assert loose == []

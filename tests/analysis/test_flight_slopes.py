@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import NO_LAW, FlightRig
-from analysis.flights.law_slopes import law_work
-from analysis.flights.model import STATES, acceleration, fly
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.law_slopes import law_work
+from analysis.flights.equation.model import STATES, acceleration, fly
+from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.single_flight import fly_with_derivatives
-from analysis.flights.slopes import acceleration_slopes
 from analysis.motion.host_path import HostMotion
 from ovines.core.laws.terms import Factor, Term, rows_of
 

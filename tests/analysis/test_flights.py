@@ -11,10 +11,10 @@ import pytest
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.cutting.pieces import LONGEST_FLIGHT_S, Flight, shortened
 from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.equation.model import fly
+from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.evidence import columns_of, gather, solve
 from analysis.flights.fit import fit_flights
-from analysis.flights.model import fly
-from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.motion.host_path import HostMotion
 
 SD, SD_ANGLE = 1.2e-5, 2e-3

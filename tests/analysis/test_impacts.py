@@ -14,8 +14,8 @@ from analysis.contact.wall_fit import fit_wall
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.cutting.pieces import Flight
 from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.fit import fit_flights
-from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.report import recording_page, write_report
-from analysis.report.calibration_report import write_calibration_report
 from analysis.report.differences import compare_methods, host_acceleration, in_words
+from analysis.report.pages.calibration_report import write_calibration_report
+from analysis.report.pages.recording_report import recording_page, write_report
+from analysis.report.pages.series_report import write_series_report
 from analysis.report.results import read_results
-from analysis.report.series_report import write_series_report
 from analysis.statistics.trend import weighted_trend
 from analysis.thesis.impacts import thesis_impacts
 from ovines.io.provenance import provenance

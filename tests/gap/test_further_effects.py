@@ -15,7 +15,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import draw_place
 from analysis.blind.series import make_series
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.parameters import INDEX
 from analysis.gap.answer import model_section, model_values
 from analysis.gap.diagnose import diagnose
 from analysis.gap.drive.findings import DriveSteps

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.flights.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.page.figures.flights import flight_panels

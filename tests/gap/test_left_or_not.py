@@ -11,7 +11,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.parameters import INDEX
 from analysis.gap import written_laws
 from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps

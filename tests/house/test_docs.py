@@ -90,7 +90,7 @@ def test_every_page_is_in_the_navigation():
 
 def test_every_key_of_a_board_has_a_valid_example():
     """The keys of the page are the board's, and its examples, by kind of board, are read."""
-    from vision.calibration.boards import KINDS, Board, board_from
+    from vision.calibration.targets.boards import KINDS, Board, board_from
 
     assert {key.name for key in BOARD_KEYS} == set(Board.__dataclass_fields__)
     given = examples(BOARD_KEYS)

@@ -37,7 +37,7 @@ from ovines.recording import read_recording, read_trigger
 from ovines.scenario import read_scenario
 from ovines.tables import TABLES, read_table
 from tests.conftest import bouncing_motion, recording_toml, two_cameras
-from vision.calibration.boards import find_board
+from vision.calibration.targets.boards import find_board
 from vision.frames.image_header import ImageError
 from vision.frames.sources import read_image
 

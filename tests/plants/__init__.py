@@ -1,4 +1,4 @@
-"""Rigs whose laws are not ours: a third simulator, apart from `ovines.core`, `analysis.flights.model` and
+"""Rigs whose laws are not ours: a third simulator, apart from `ovines.core`, `analysis.flights.equation.model` and
 `analysis.blind`.
 
 Shares no code with any of them.  ``draw_rig`` draws a rig of any size at any place under a law of flight

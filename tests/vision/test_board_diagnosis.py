@@ -8,10 +8,10 @@ import pytest
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.calibration.board_diagnosis import alternatives
-from vision.calibration.boards import Board
-from vision.calibration.detection import detect
 from vision.calibration.images import _board_that_fits
+from vision.calibration.targets.board_diagnosis import alternatives
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import detect
 from vision.rendering.board import render_board
 from vision.rendering.images import Look
 from vision.rendering.images import View as Window

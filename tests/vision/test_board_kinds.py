@@ -7,9 +7,9 @@ import pytest
 
 from ovines.errors import InputError
 from vision.calibrate import calibrate
-from vision.calibration.boards import FOLDER, WORLD_FROM_BOARD, Board, find_board
-from vision.calibration.detection import View, detect
 from vision.calibration.single_camera import unbiased
+from vision.calibration.targets.boards import FOLDER, WORLD_FROM_BOARD, Board, find_board
+from vision.calibration.targets.detection import View, detect
 from vision.rendering.board import render_board
 from vision.rendering.images import Look
 from vision.rendering.images import View as Window

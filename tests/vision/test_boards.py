@@ -10,11 +10,11 @@ import pytest
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.calibration import detection
-from vision.calibration.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
-from vision.calibration.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
-from vision.calibration.corners import refine_corners
-from vision.calibration.detection import detect
+from vision.calibration.targets import detection
+from vision.calibration.targets.board_print import PAGES_MM, as_pdf, as_svg, as_toml, draw
+from vision.calibration.targets.boards import FOLDER, Board, board_from, charuco_rectangles, find_board, read_board
+from vision.calibration.targets.corners import refine_corners
+from vision.calibration.targets.detection import detect
 from vision.rendering.board import render_board
 from vision.rendering.images import Look, View
 

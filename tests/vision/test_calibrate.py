@@ -11,8 +11,8 @@ from ovines.errors import InputError
 from ovines.tables import checked
 from vision.calibrate import calibrate
 from vision.calibration.advice import length_advice
-from vision.calibration.boards import WORLD_FROM_BOARD, find_board
-from vision.calibration.detection import View
+from vision.calibration.targets.boards import WORLD_FROM_BOARD, find_board
+from vision.calibration.targets.detection import View
 from vision.pinhole import INTRINSICS, pinhole
 from vision.rendering.recording import board_poses, thesis_setup
 

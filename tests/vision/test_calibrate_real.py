@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from vision.calibrate import calibrate
-from vision.calibration.boards import Board
-from vision.calibration.detection import detect
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import detect
 
 ROOT = Path(__file__).resolve().parents[2]
 REAL = ROOT.parent / "shared" / "real"

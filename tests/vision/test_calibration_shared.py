@@ -14,11 +14,11 @@ from ovines.errors import InputError
 from ovines.recording import read_recording
 from tests.vision.test_calibrate import SIZES, rig_views
 from vision.calibrate import calibrate
-from vision.calibration import chessboard as calibration_chessboard
-from vision.calibration.boards import Board, find_board
-from vision.calibration.chessboard import detect_chessboard, refuse_other_size
-from vision.calibration.detection import View
 from vision.calibration.images import instant_of, one_instant
+from vision.calibration.targets import chessboard as calibration_chessboard
+from vision.calibration.targets.boards import Board, find_board
+from vision.calibration.targets.chessboard import detect_chessboard, refuse_other_size
+from vision.calibration.targets.detection import View
 
 CHESS = Path(__file__).resolve().parents[2] / "sample_data" / "real_chessboard"
 BOARD = Board("chessboard", (10, 7), 0.025, kind="chessboard")

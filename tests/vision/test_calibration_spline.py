@@ -15,10 +15,10 @@ from ovines.exporters.calibrations import FORMATS, export
 from ovines.lens_field import LensField
 from ovines.tables import checked
 from vision.calibrate import calibrate
-from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle.unknowns import N_CAMERA, n_parameters, spline_places
-from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose, solve_camera, spline_prior
+from vision.calibration.targets.boards import WORLD_FROM_BOARD, Board
+from vision.calibration.targets.detection import View
 from vision.calibration.uncertainty import covariance_of, covariance_table, shifts
 from vision.rendering.board import render_board
 from vision.rendering.images import Look

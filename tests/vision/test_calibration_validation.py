@@ -15,9 +15,9 @@ import pytest
 from ovines.camera import Camera
 from ovines.errors import InputError
 from vision.calibrate import calibrate
-from vision.calibration.boards import Board
-from vision.calibration.detection import View
 from vision.calibration.single_camera import solve_camera
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import View
 from vision.pinhole import N_INTRINSICS
 from vision.validation.halves import compare_halves, flagged, residual_field
 from vision.validation.image_map import image_map
@@ -168,7 +168,7 @@ def test_the_next_view_gains_what_was_foreseen():
 
 def rig(board_height_m: float = 0.0):
     """Two cameras of the thesis' rig, calibrated from corners with noise; truth and result."""
-    from vision.calibration.boards import WORLD_FROM_BOARD, find_board
+    from vision.calibration.targets.boards import WORLD_FROM_BOARD, find_board
     from vision.rendering.recording import board_poses, thesis_setup
 
     rng = np.random.default_rng(5)

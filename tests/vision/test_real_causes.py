@@ -10,9 +10,9 @@ import pytest
 from scipy.special import erf
 
 from tests.vision.real_discs import picture
-from vision.calibration import corners
-from vision.calibration.boards import Board
-from vision.calibration.dot_grid import detect_dots
+from vision.calibration.targets import corners
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.dot_grid import detect_dots
 from vision.markers.detect import disc_like, find_discs
 from vision.markers.fit import fit_discs
 from vision.markers.row import OK, SD, U, disc_start

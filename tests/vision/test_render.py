@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
-from vision.calibration.boards import find_board
+from vision.calibration.targets.boards import find_board
 from vision.rendering.board import render_board
 from vision.rendering.images import Band, Greys, Look, Markers, Pose, Rig, View, render_frame
 
@@ -130,7 +130,7 @@ def test_board_corners_lie_where_the_truth_says():
         Look(0.8, 1.0),
         np.random.default_rng(3),
     )
-    from vision.calibration.detection import detect
+    from vision.calibration.targets.detection import detect
 
     seen = detect(image, board)
     error = seen.uv_px - truth[seen.points]

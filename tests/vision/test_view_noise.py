@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vision.calibration.boards import find_board
 from vision.calibration.bundle.adjustment import adjust
-from vision.calibration.detection import View
 from vision.calibration.single_camera import make_setting, sightings_of, solve_camera
+from vision.calibration.targets.boards import find_board
+from vision.calibration.targets.detection import View
 from vision.pinhole import intrinsics_of
 from vision.rendering.recording import board_poses, half_setup
 

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
-from vision.calibration.detection import View
 from vision.calibration.images import FRAME
 from vision.calibration.single_camera import VIEW_FACTOR, Single
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import View
 from vision.pinhole import pinhole
 
 Array = NDArray[np.float64]

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from vision.calibration.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.unknowns import FIXED, N_CAMERA, Adjusted, Sighting, State
-from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose, make_setting, sightings_of, spline_prior, unbiased
+from vision.calibration.targets.boards import WORLD_FROM_BOARD, Board
+from vision.calibration.targets.detection import View
 from vision.pinhole import N_INTRINSICS
 
 Array = NDArray[np.float64]

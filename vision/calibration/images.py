@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
-from vision.calibration.board_diagnosis import alternatives, refuse_mirrored
-from vision.calibration.boards import Board, find_board
-from vision.calibration.chessboard import refuse_other_size
-from vision.calibration.detection import MINIMUM_POINTS, View, detect
+from vision.calibration.targets.board_diagnosis import alternatives, refuse_mirrored
+from vision.calibration.targets.boards import Board, find_board
+from vision.calibration.targets.chessboard import refuse_other_size
+from vision.calibration.targets.detection import MINIMUM_POINTS, View, detect
 from vision.markers.row import U, V
 from vision.video import open_video
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from vision.calibration.boards import Board
-from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import View
 from vision.pinhole import FX
 
 Array = NDArray[np.float64]

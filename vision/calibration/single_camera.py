@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.boards import Board
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, SplinePrior, State, spline_places
-from vision.calibration.detection import MINIMUM_POINTS, View
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import MINIMUM_POINTS, View
 from vision.markers.perspective import circle_centres
 from vision.pinhole import CX, CY, FX, FY, K1, K2, K3, K4, K5, K6, N_INTRINSICS, P1, P2, S1, S2, S3, S4
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.boards import Board, printed_rectangles
+from vision.calibration.targets.boards import Board, printed_rectangles
 from vision.compiled import compiled
 from vision.rendering.images import Look, View, finish
 

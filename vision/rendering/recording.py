@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ovines.camera import Camera, write_calibration
 from ovines.io.provenance import provenance
 from ovines.tables import write_table
-from vision.calibration.boards import WORLD_FROM_BOARD, Board, find_board
+from vision.calibration.targets.boards import WORLD_FROM_BOARD, Board, find_board
 from vision.rendering.board import render_board
 from vision.rendering.images import Look, Markers, Pose, Rig, View, render_frame
 from vision.rendering.motion import bouncing

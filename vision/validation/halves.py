@@ -14,11 +14,11 @@ from numpy.polynomial.legendre import legvander2d
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from vision.calibration.boards import Board
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.equations import project
 from vision.calibration.bundle.unknowns import Sighting
 from vision.calibration.single_camera import Single, only_poses, sightings_of
+from vision.calibration.targets.boards import Board
 from vision.pinhole import pinhole
 from vision.validation.image_map import ImageMap
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ovines.camera import Camera
 from ovines.lens_field import LensField
 from vision.calibration.advice import CELLS
-from vision.calibration.detection import View
+from vision.calibration.targets.detection import View
 from vision.pinhole import lens_of, pinhole
 
 Array = NDArray[np.float64]

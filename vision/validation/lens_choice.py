@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from ovines.errors import InputError
 from ovines.lens_field import LensField
-from vision.calibration.boards import Board
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, State
-from vision.calibration.detection import View
 from vision.calibration.single_camera import Single, board_pose, only_poses, sightings_of, solve_camera, unbiased
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import View
 from vision.pinhole import K1, K3, N_INTRINSICS, S1, lens_of
 from vision.validation.spline import adjust_with_spline, flat_spline
 

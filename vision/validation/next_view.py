@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
 from vision.calibration.bundle.equations import project
 from vision.calibration.bundle.unknowns import Sighting, State
-from vision.calibration.detection import MINIMUM_POINTS
 from vision.calibration.single_camera import Single
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.detection import MINIMUM_POINTS
 from vision.pinhole import lens_of
 from vision.validation.image_map import ImageMap
 

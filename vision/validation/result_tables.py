@@ -10,9 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from vision.calibration.boards import Board
 from vision.calibration.bundle.unknowns import N_CAMERA, lens_places, spline_places
 from vision.calibration.single_camera import Single
+from vision.calibration.targets.boards import Board
 from vision.calibration.uncertainty import shifts
 from vision.pinhole import N_INTRINSICS
 from vision.validation.halves import Field, Halves, compare_halves, flagged, residual_field

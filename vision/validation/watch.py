@@ -10,10 +10,10 @@ import numpy as np
 from ovines.errors import InputError
 from ovines.recording import CameraSettings, Recording
 from vision.calibration.advice import coverage
-from vision.calibration.boards import find_board
-from vision.calibration.detection import MINIMUM_POINTS, View
 from vision.calibration.images import views_of
 from vision.calibration.single_camera import FEWEST_VIEWS, solve_camera
+from vision.calibration.targets.boards import find_board
+from vision.calibration.targets.detection import MINIMUM_POINTS, View
 from vision.pinhole import N_INTRINSICS
 from vision.validation.image_map import image_map
 from vision.validation.next_view import next_views

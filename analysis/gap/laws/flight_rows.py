@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.along_flights import known_states
+from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import columns_of, flight_rows, usable_flights
 from analysis.flights.fit import SHARED, FlightFits
-from analysis.flights.model import STATES
 from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
 from analysis.gap.laws.regression import Regression

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.comparison.simulated_rig import moved, simulated_wall
 from analysis.flights.cutting.run_data import RunData
+from analysis.flights.equation.parameters import INDEX
 from analysis.flights.fit import FlightFits
-from analysis.flights.parameters import INDEX
 from analysis.flights.runs import Run, cut
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder

@@ -14,8 +14,8 @@ import numpy as np
 
 from analysis.contact.law import LawData
 from analysis.contact.restitution import conditions
-from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.parameters import INDEX
 from analysis.gap import thresholds as rules
 from analysis.gap.drive.findings import NEGLIGIBLE_SHARE
 from analysis.gap.ladder import Ladder

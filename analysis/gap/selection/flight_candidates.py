@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.along_flights import unit_accelerations
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import value_of

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
-from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.parameters import INDEX
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.parameters import INDEX
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection.flight_candidates import Gain, Units
 from analysis.gap.selection.flights.fit import FlightFit

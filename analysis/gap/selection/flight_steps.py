@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.model import GRAVITY_M_PER_S2
-from analysis.flights.parameters import INDEX, LAW_TERMS
+from analysis.flights.equation.model import GRAVITY_M_PER_S2
+from analysis.flights.equation.parameters import INDEX, LAW_TERMS
 from analysis.flights.runs import Run
 from analysis.flights.stated_terms import stated_terms
 from analysis.gap.cause import Cause, Structure

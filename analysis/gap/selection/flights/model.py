@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.fit import ORIGIN
-from analysis.flights.parameters import INDEX, PARAMETERS
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.terms import EFFECT_TERMS
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
+from vision.calibration.targets.boards import Board
 from vision.markers.fit import fit_discs
 from vision.markers.row import CONTRAST, MISFIT, N_FIT, SD, U, V, disc_start
 from vision.markers.shared_shape import sd_without_shared_shape

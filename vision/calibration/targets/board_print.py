@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.calibration.boards import Board, printed_rectangles
+from vision.calibration.targets.boards import Board, printed_rectangles
 
 PAGES_MM = {
     "A4": (210.0, 297.0),
@@ -149,7 +149,7 @@ def _pdf_text(text: str) -> str:
 
 
 def as_toml(board: Board) -> str:
-    """The board's TOML, as :func:`vision.calibration.boards.read_board` takes it."""
+    """The board's TOML, as :func:`vision.calibration.targets.boards.read_board` takes it."""
     lines = [
         f'kind = "{board.kind}"',
         f"squares = [{board.squares[0]}, {board.squares[1]}]",

@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
-from vision.calibration.corners import refine_corners
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.corners import refine_corners
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
-PERIMETER_RATE, PERIMETER_PX = 0.03, 40.0  # as `vision.calibration.detection.marker_parameters` has them
+PERIMETER_RATE, PERIMETER_PX = 0.03, 40.0  # as `vision.calibration.targets.detection.marker_parameters` has them
 # Pixels by which black is thinned until the tags come apart from the squares at their corners; 0: as it is.
 THINNED_PX = (0, 2, 4, 6, 10)
 ENOUGH = 0.5  # share of the tags from which on nothing more is tried

@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
-from vision.calibration.chessboard import detect_chessboard
-from vision.calibration.circle_grid import detect_circles
-from vision.calibration.corners import refine_corners
-from vision.calibration.dot_grid import detect_dots
-from vision.calibration.tag_grid import detect_tags
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.chessboard import detect_chessboard
+from vision.calibration.targets.circle_grid import detect_circles
+from vision.calibration.targets.corners import refine_corners
+from vision.calibration.targets.dot_grid import detect_dots
+from vision.calibration.targets.tag_grid import detect_tags
 from vision.markers.row import SD, U, V, radius_px
 
 Array = NDArray[np.float64]

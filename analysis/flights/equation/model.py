@@ -1,8 +1,8 @@
 """The equation of motion of a flight, compiled: nominal terms, every flight effect, and probes that nobody lists.
 
 State of the disk: x, y, angle, vx, vy, spin of its centre of mass in the world.  Parameters are one vector with the
-entries of :mod:`analysis.flights.parameters`, so that the derivative of a flight with respect to any of them is the
-same call with one entry changed.  What does not change within a fit is a :class:`FlightRig`.
+entries of :mod:`analysis.flights.equation.parameters`, so that the derivative of a flight with respect to any of them
+is the same call with one entry changed.  What does not change within a fit is a :class:`FlightRig`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled, inlined
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.equation import parameters as P
 from analysis.motion.host_table import HostState, host_acceleration_at, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.boards import Board
-from vision.calibration.dot_grid import NOTHING, dark_blobs, fit_dots, lights
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.dot_grid import NOTHING, dark_blobs, fit_dots, lights
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -1,8 +1,8 @@
 """How the acceleration of a flight answers its state and its parameters.
 
-Every term of :func:`analysis.flights.model.acceleration` has its derivatives, term by term: friction's in
-:mod:`analysis.flights.friction_slopes`, a written law's in :mod:`analysis.flights.law_slopes`, all others here.  A test
-holds them against differences, each parameter of :mod:`analysis.flights.parameters` among them.
+Every term of ``acceleration`` (:mod:`analysis.flights.equation.model`) has its derivatives, term by term: friction's in
+``friction_slopes``, a written law's in ``law_slopes``, all others here.  A test holds them against differences, each
+parameter of :mod:`analysis.flights.equation.parameters` among them.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled, inlined
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.friction_slopes import friction_by_state, friction_columns, lever_of_friction, rubbing_at
-from analysis.flights.law_slopes import LawWork, pushed_by_law
-from analysis.flights.model import (
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.friction_slopes import friction_by_state, friction_columns, lever_of_friction, rubbing_at
+from analysis.flights.equation.law_slopes import LawWork, pushed_by_law
+from analysis.flights.equation.model import (
     CENTRE_M2,
     TINY_M_PER_S,
     Acceleration,
@@ -95,8 +95,8 @@ def _field_columns(at: Moment, y: Array, rig: FlightRig, every: Array) -> None:
 def acceleration_slopes(
     t: float, y: Array, p: Array, rig: FlightRig, work: LawWork, state: Array, every: Array
 ) -> Acceleration:
-    """As :func:`analysis.flights.model.acceleration`; fills ``state`` (3, 6) with its derivatives with respect to the
-    state ``y`` (6,) and ``every`` (3, P) with those with respect to the parameters, where that has rows."""
+    """As ``acceleration``; fills ``state`` (3, 6) with its derivatives with respect to the state ``y`` (6,) and
+    ``every`` (3, P) with those with respect to the parameters, where that has rows."""
     at = moment_of(t, y, rig, len(every) > 0 or follows_drive(p))
     state[:] = 0.0
     every[:] = 0.0

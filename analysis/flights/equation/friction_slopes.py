@@ -1,4 +1,4 @@
-"""How the floor's friction on a flying disk answers its state and its parameters (:mod:`analysis.flights.slopes`)."""
+"""How the floor's friction on a flying disk answers its state and its parameters."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import inlined
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.model import (
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.model import (
     ANGLE,
     GRAVITY_M_PER_S2,
     REGULARISATION_M_PER_S,
@@ -56,7 +56,7 @@ class Rubbing(NamedTuple):
 
 @inlined
 def rubbing_at(at: Moment, y: Array, p: Array, rig: FlightRig) -> Rubbing:
-    """The floor's friction at ``at``, as :func:`analysis.flights.model.acceleration` has it."""
+    """The floor's friction at ``at``, as :func:`analysis.flights.equation.model.acceleration` has it."""
     spin = at.spin - at.host.spin
     turn = 1.0 if spin >= 0.0 else -1.0
     slide = max(np.sqrt(at.ux * at.ux + at.uy * at.uy), TINY_M_PER_S)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from vision.calibration.boards import DICTIONARIES, Board
-from vision.calibration.detection import detect, marker_parameters
+from vision.calibration.targets.boards import DICTIONARIES, Board
+from vision.calibration.targets.detection import detect, marker_parameters
 
 Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def alternatives(images: Sequence[Image], board: Board) -> tuple[Board, str]:
     """The board as it really is, when ``board`` was found in none of the images.
 
     Tries, in this order: inverted print, legacy pattern, both; then mirrored images, another number of squares, other
-    dictionaries; a chessboard's squares were counted before (:func:`vision.calibration.chessboard.refuse_other_size`).
+    dictionaries; a chessboard's squares were counted before (``refuse_other_size``).
     The first three give the altered board and a sentence that says so; the others are refused by name,
     because the board's TOML or the images have to be changed.  `InputError` when nothing fits.
     """

@@ -1,4 +1,4 @@
-"""How a written law answers the state and the parameters of a flight (:mod:`analysis.flights.slopes`)."""
+"""How a written law answers the state and the parameters of a flight (:mod:`analysis.flights.equation.slopes`)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compiled import compiled
-from analysis.flights import parameters as P
 from analysis.flights.cutting.flight_rig import FlightRig
-from analysis.flights.model import ANGLE, STATES, Acceleration, Moment, known_of
+from analysis.flights.equation import parameters as P
+from analysis.flights.equation.model import ANGLE, STATES, Acceleration, Moment, known_of
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import (
     FIXED,
@@ -49,7 +49,7 @@ class LawWork(NamedTuple):
 
 @compiled
 def law_work() -> LawWork:
-    """Arrays for :func:`analysis.flights.slopes.acceleration_slopes`."""
+    """Arrays for :func:`analysis.flights.equation.slopes.acceleration_slopes`."""
     return LawWork(np.empty(W.KNOWN_SIZE), np.empty(3), np.empty(3), np.empty((3, 3)))
 
 
@@ -93,7 +93,7 @@ def _through(friction: Array, derivative: Array) -> None:
 
 @compiled
 def _move(known: Array, j: int, step: float, at: Moment) -> None:
-    """What is ``known`` of the flight (:func:`analysis.flights.model.known_of`) with entry ``j`` of the state moved."""
+    """What is ``known`` of the flight (``known_of``) with entry ``j`` of the state moved."""
     host_spin, turning = at.host.spin, known[W.SPIN] - at.host.spin
     if j == 0:
         known[W.X] += step

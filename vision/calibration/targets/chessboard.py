@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from vision.calibration.boards import Board
-from vision.calibration.corners import refine_corners
+from vision.calibration.targets.boards import Board
+from vision.calibration.targets.corners import refine_corners
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -1,0 +1,1 @@
+"""The equation of motion of a flight: its parameters, the acceleration, and derivatives by all that it holds."""
