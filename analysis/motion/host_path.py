@@ -43,6 +43,8 @@ MAIN_SHARE = 0.3
 BETTER_LINE = 20.0
 # Slower than this share of the drive's strongest line, the way across it is no part of the drive.
 SLOWEST_SHARE = 0.5
+# A line of fewer periods than this in a run has no frequency to keep.
+FEWEST_PERIODS = 2.0
 # The same by which an axis goes along with the one that no line explains, of so many frames at the least: one unknown
 # gains 11 once in a thousand runs.
 SURELY_ALONG, FEWEST_ALONG = 15.0, 12
@@ -199,8 +201,9 @@ def fit_host_motion(
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
     if any(left):
         crosswise = int(np.nanstd(position[:, 0]) >= np.nanstd(position[:, 1]))
+        few = 2 * np.pi * FEWEST_PERIODS / float(np.ptp(time_s))
         slowest = SLOWEST_SHARE * 2 * np.pi * spectral_peak(time_s, position)
-        for axis, least in ((crosswise, slowest), (2, 0.0)):
+        for axis, least in ((crosswise, max(slowest, few)), (2, few)):
             fit = _with_own_line(time_s, position, sd, fit, axis, least)
         left = [one.there for one in excess(time_s, fit.residual)]
     smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
@@ -277,7 +280,8 @@ def _with_own_line(
 ) -> LineFit:
     """``fit`` and the one line that the Host's way along ``axis`` is, where it is one, whatever happens along others: a
     path that only follows its frames is a poor load of the floor when it is differentiated twice, and a drive that
-    starts or sweeps has no frequency that another axis would keep.  What is slower than ``slowest_rad_per_s`` sways."""
+    starts or sweeps has no frequency that another axis would keep.  Slower than ``slowest_rad_per_s``
+    it is none."""
     alone = np.where(np.arange(4) == axis, position, np.nan)
     level = fit_lines(time_s, alone, sd, np.zeros(0), 0)
     found = excess(time_s, level.residual)[axis]

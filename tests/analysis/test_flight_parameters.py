@@ -31,9 +31,10 @@ for before in sys.argv[1:]:
     entry = f'    "{before}": ("'
     assert before == "-" or entry in SOURCE
     exec(compile(SOURCE.replace(entry, '    "another": ("1", "inserted"),\\n' + entry), "p", "exec"), vars(parameters))
-    for name in ("model", "slopes", "single_flight"):
-        sys.modules.pop("analysis.flights." + name, None)
-    model, single = (importlib.import_module("analysis.flights." + name) for name in ("model", "single_flight"))
+    for name in ("model", "friction_slopes", "law_slopes", "slopes"):
+        sys.modules.pop("analysis.flights.equation." + name, None)
+    sys.modules.pop("analysis.flights.single_flight", None)
+    model, single = (importlib.import_module("analysis.flights." + one) for one in ("equation.model", "single_flight"))
     p = np.zeros(len(parameters.PARAMETERS))
     for name, value in zip(NAMES, VALUES):
         p[parameters.INDEX[name]] = value
@@ -59,13 +60,17 @@ def test_every_parameter_has_its_own_name_and_changes_the_acceleration():
     from analysis.flights.equation import parameters as P
 
     constants = {name: value for name, value in vars(P).items() if name.isupper() and isinstance(value, int)}
-    # A law's terms stand side by side, and compiled code counts them from the first.
-    assert [P.INDEX[name] - P.LAW for name in P.LAW_TERMS] == list(range(len(P.LAW_TERMS)))
-    named = {name.upper(): place for name, place in P.INDEX.items() if name not in P.LAW_TERMS}
-    assert constants == named | {"LAW": P.LAW}
+    # A law's terms, and the blows before, stand side by side: compiled code counts them from the first.
+    blows = [name for name in P.INDEX if name.startswith("blow_")]
+    half = len(blows) // 2
+    counted = {"LAW": list(P.LAW_TERMS), "BLOW_TIMES": blows[:half], "BLOW_SPEEDS": blows[half:]}
+    for first, names in counted.items():
+        assert [P.INDEX[name] - constants[first] for name in names] == list(range(len(names)))
+    named = {name.upper(): P.INDEX[name] for name in set(P.INDEX).difference(*counted.values())}
+    assert constants == named | {first: constants[first] for first in counted}
     used = {
         node.attr
-        for node in ast.walk(ast.parse((ANALYSIS / "flights" / "model.py").read_text(encoding="utf-8")))
+        for node in ast.walk(ast.parse((ANALYSIS / "flights" / "equation" / "model.py").read_text(encoding="utf-8")))
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "P"
     }
     assert used == set(constants)

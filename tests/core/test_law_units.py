@@ -15,7 +15,12 @@ from ovines.core.laws.words import TARGETS
 
 LENGTH_M, TIME_S = 2.7, 1.9
 PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y)
-SPEEDS = (W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING, W.LAST_APPROACH)
+BLOWS = range(W.MOST_BLOWS)
+SPEEDS = (
+    *(W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING, W.LAST_APPROACH, W.LAST_SLIP),
+    *(W.BLOW_SPEEDS + i for i in BLOWS),
+)
+TIMES = (W.TIME, W.SINCE, *(W.BLOW_TIMES + i for i in BLOWS))
 
 
 def in_units(known):
@@ -24,8 +29,7 @@ def in_units(known):
     out[list(PLACES)] /= LENGTH_M
     out[list(SPEEDS)] /= LENGTH_M / TIME_S
     out[[W.SPIN, W.SPIN_LEFT]] *= TIME_S
-    for at in (W.TIME, W.SINCE):
-        out[at] /= TIME_S
+    out[list(TIMES)] /= TIME_S
     out[[W.FX, W.FY, W.HOST_AX, W.HOST_AY]] /= LENGTH_M / TIME_S**2
     out[W.FT] *= TIME_S**2
     return out
@@ -33,6 +37,7 @@ def in_units(known):
 
 def test_every_candidate_is_the_same_law_in_other_units():
     known = np.random.default_rng(3).uniform(0.02, 0.9, W.KNOWN_SIZE)
+    known[[W.BLOW_TIMES + i for i in BLOWS]] -= 0.9  # before the time that it is
     told = np.tile(known, (5, 1))
     candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)), *law_candidates(told)]
     pulses = Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4)

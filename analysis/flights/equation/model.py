@@ -126,7 +126,7 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
     since = t - p[P.IMPACT_BEFORE_S]
     known[W.SINCE] = since if since >= 0.0 else W.LONG_AGO_S
     known[W.LAST_X], known[W.LAST_Y] = p[P.CONTACT_BEFORE_X], p[P.CONTACT_BEFORE_Y]
-    known[W.LAST_APPROACH], known[W.LAST_ANGLE] = p[P.APPROACH_BEFORE], p[P.ANGLE_BEFORE]
+    known[W.LAST_APPROACH], known[W.LAST_ANGLE] = p[P.APPROACH_BEFORE], p[P.ANGLE_BEFORE_RAD]
     known[W.LAST_SLIP] = p[P.SLIP_BEFORE]
     for i in range(W.MOST_BLOWS):
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i] - rig.start_s, p[P.BLOW_SPEEDS + i]
