@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
-FOLDER = Path(__file__).resolve().parents[2] / "calibration_boards"
+FOLDER = Path(__file__).resolve().parents[3] / "calibration_boards"
 KINDS = ("charuco", "chessboard", "dots", "circles", "asymmetric circles", "aprilgrid", "tags")
 DICTIONARIES = tuple(sorted(name for name in dir(cv2.aruco) if re.fullmatch(r"DICT_\w+", name)))
 MOST_SQUARES, MOST_M = 1000, 100.0  # per side, and lengths: more is a slip
