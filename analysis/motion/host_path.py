@@ -280,8 +280,7 @@ def _with_own_line(
 ) -> LineFit:
     """``fit`` and the one line that the Host's way along ``axis`` is, where it is one, whatever happens along others: a
     path that only follows its frames is a poor load of the floor when it is differentiated twice, and a drive that
-    starts or sweeps has no frequency that another axis would keep.  Slower than ``slowest_rad_per_s``
-    it is none."""
+    starts or sweeps has no frequency that another axis would keep.  Slower than ``slowest_rad_per_s`` it is none."""
     alone = np.where(np.arange(4) == axis, position, np.nan)
     level = fit_lines(time_s, alone, sd, np.zeros(0), 0)
     found = excess(time_s, level.residual)[axis]
@@ -293,7 +292,7 @@ def _with_own_line(
     if not after < OWN_SHARE**2 * before:
         return fit
     seen = np.isfinite(line.residual[:, axis])
-    gain = np.count_nonzero(seen) * np.log(now / after) / slow_mean(line.residual[seen, axis]) ** 2
+    gain = np.count_nonzero(seen) * np.log(now / max(after, 1e-300)) / slow_mean(line.residual[seen, axis]) ** 2
     if not (excess(time_s, fit.residual)[axis].there or gain > BETTER_LINE):
         return fit
     return fit_lines(time_s, position, sd, np.append(fit.frequencies, line.frequencies), fit.overtones, held=1)
@@ -337,7 +336,7 @@ def _share_of(path: Array, residual: Array) -> float:
 
     Lines left the same of both axes, but for their size."""
     seen = np.isfinite(residual)
-    if np.count_nonzero(seen) < FEWEST_ALONG:
+    if np.count_nonzero(seen) < FEWEST_ALONG or not residual[seen].any():
         return 0.0
     share = float(path[seen] @ residual[seen] / max(float(path[seen] @ path[seen]), 1e-300))
     rest = residual[seen] - share * path[seen]
