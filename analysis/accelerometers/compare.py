@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from analysis.accelerometers.record import Record
 from analysis.accelerometers.synchronise import Clock, Integrated, SlowPart, synchronise
-from analysis.motion.host_path import AXES, HostMotion, fit_host_motion, spectral_peak
+from analysis.motion.host_fit import fit_host_motion, spectral_peak
+from analysis.motion.host_path import AXES, HostMotion
 from analysis.statistics.robust import smooth_noise
 from ovines.recording_schema.accelerometers import Channel
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from analysis.contact.effect_rows import told_effects
 from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
-from analysis.motion.host_path import HostMotion, fit_host_motion
+from analysis.motion.host_fit import fit_host_motion
+from analysis.motion.host_path import HostMotion
 from analysis.walls.drawn import identified_wall
 from analysis.walls.outlines import Ring, Sides
 from analysis.walls.wall import Wall

@@ -17,7 +17,7 @@ from analysis.flights.cutting.pieces import Flight, flights_from_segments, short
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.segments import Segments, segment
 from analysis.motion.bodies import INERTIA_OF_A_DISK
-from analysis.motion.host_path import fit_host_motion
+from analysis.motion.host_fit import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
 from analysis.statistics.robust import smooth_noise
 from analysis.walls.drawn import stated_wall

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.trajectory import column
-from analysis.motion.host_path import fit_host_motion
+from analysis.motion.host_fit import fit_host_motion
 from analysis.report.numbers import percent, with_unit
 from ovines.recording_schema import ThesisMethod
 

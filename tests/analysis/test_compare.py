@@ -10,7 +10,7 @@ import pytest
 
 from analysis.compare import compare, one_impact_ahead
 from analysis.comparison.simulated_rig import lines_from, nominal_scenario, states_after
-from analysis.motion.host_path import fit_host_motion
+from analysis.motion.host_fit import fit_host_motion
 from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.errors import InputError

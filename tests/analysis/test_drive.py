@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.motion.drive import drive_findings
-from analysis.motion.host_path import fit_host_motion
+from analysis.motion.host_fit import fit_host_motion
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Excitation
 

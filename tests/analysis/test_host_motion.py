@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from analysis.motion.host_fit import fit_host_motion
 from analysis.motion.host_lines import excess
-from analysis.motion.host_path import fit_host_motion
 from analysis.motion.host_table import host_at
 
 FREQUENCY_HZ = 11.03
