@@ -50,9 +50,20 @@ import pyarrow.parquet as pq
 
 from ovines.__main__ import build, command_names
 from tests.conftest import bouncing_motion, recording_toml, write_small_recording
-from tests.house.test_fuzz import BOARD, CSV, LENSES, NAMES, ODD, SCENARIO, TRC, TRIGGER, damaged_bytes, damaged_text
-from tests.house.test_fuzz_commands import LEFT_OUT, NUMBERS, PLACES, WORDS, parsers
-from tests.house.test_impacts_alone import impacts
+from tests.house.damage.test_fuzz import (
+    BOARD,
+    CSV,
+    LENSES,
+    NAMES,
+    ODD,
+    SCENARIO,
+    TRC,
+    TRIGGER,
+    damaged_bytes,
+    damaged_text,
+)
+from tests.house.damage.test_fuzz_commands import LEFT_OUT, NUMBERS, PLACES, WORDS, parsers
+from tests.house.files.test_impacts_alone import impacts
 from tests.processes import LOADED
 
 MOST_CPU_S, MOST_WALL_S = 60.0, 150

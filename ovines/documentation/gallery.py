@@ -46,7 +46,8 @@ recording](../how-to/look.md).
 Made by `python -m ovines.documentation.gallery` from the sample recordings.
 """
 # The samples' lenses leave nothing over, and no accelerometer stood beside them: a figure of three runs of a blind
-# series, and of the records that tests/analysis/test_accelerometers.py and tests/house/test_trigger_signal.py make.
+# series, and of the records that tests/analysis/test_accelerometers.py and
+# tests/house/files/test_trigger_signal.py make.
 BESIDE = """
 ## Accelerometers
 
@@ -76,7 +77,7 @@ camera rendered with a residual of 0.25 px; colour: sd (px).
 (../figures/trigger_signal.png)
 
 `ovines import RECORDING --trigger-signal FILE` (thesis, Fig. 43): a signal with pulses of 800 μs at 50 kHz whose
-instants scatter by 2 μs (`tests/house/test_trigger_signal.py`).
+instants scatter by 2 μs (`tests/house/files/test_trigger_signal.py`).
 """
 
 

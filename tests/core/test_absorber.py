@@ -15,7 +15,7 @@ from ovines.core.absorber.taken import energy_taken
 from ovines.core.orbits.period import changed
 from ovines.core.refusal import ScenarioError
 from ovines.core.system.named import named_scenario
-from tests.core.naive_plant import Plant, Rig
+from tests.core.reference.naive_plant import Plant, Rig
 
 HOST = named_scenario("sprung-host")
 RATE = 2 * math.pi * 5.0
@@ -67,7 +67,7 @@ def test_response_of_a_disk_that_sticks_is_that_of_one_mass():
 
 
 def test_response_with_friction_and_impacts_agrees_with_a_second_simulator():
-    """One run at resonance against tests/core/naive_plant.py, which shares no code: the Host's path in both axes."""
+    """One run at resonance against naive_plant.py, which shares no code: the Host's path in both axes."""
     scenario = replace(
         along_both(HOST), friction=FloorFriction(0.1), duration_s=0.3, sample_rate_hz=100.0,
         initial_host=(0.0, 0.0, 1.5, 0.6, 0.0, 0.0),

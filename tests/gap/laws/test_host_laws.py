@@ -1,0 +1,126 @@
+"""Laws that follow the Host's acceleration, the direction of sliding or a wall that rings, and forms that no list holds
+until a found one is multiplied: the plant's causes that the dictionary was widened for.  In view, therefore no blind
+result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.laws.dictionary.candidate import law_at
+from analysis.gap.laws.dictionary.parts import RigScales, plain
+from analysis.gap.laws.dictionary.products import Multiplier, of_flights, of_impacts, products
+from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
+from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.search import find_law
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
+from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.laws import words as W
+from ovines.core.laws.formula import as_text
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Factor, Term, rows_of
+from tests.gap.laws.test_memory_laws import EFFECTS, made_series, quantities
+
+
+def test_a_floor_that_pitches_presses_by_place_and_acceleration(tmp_path):
+    """Of every series' causes the one with a product of three: friction, place, the Host's acceleration."""
+    series, true = made_series(tmp_path, "unknown_pitching_floor", 1.0, 41)
+    rng = np.random.default_rng(0)
+    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    law, _ = find_flight_law(series.runs, steps, series.frame, rng)
+    assert law is not None
+    assert quantities(law) == [("floor_friction", ["host_acceleration_outwards", "radius"])], as_text(law.law)
+    (term,) = law.law.terms
+    stated = true["pitching"] / (series.contact_radius_m * 78.5)  # of 8 g at the contact radius
+    assert abs(term.coefficient - stated) < max(4 * term.sd, 0.1 * abs(stated))
+    assert law.closed > 0.9
+
+
+def test_a_wall_that_rings_from_the_blow_before(tmp_path):
+    """A wave of the time since, which dies out."""
+    series, true = made_series(tmp_path, "unknown_ringing_wall", 1.0, 42, runs=6)
+    flights = first_flights(series, EFFECTS)
+    law = find_impact_law(fit_impacts(flights.fits), flights.fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    term = law.law.terms[0]
+    assert (term.target, [one.quantity for one in term.factors]) == ("restitution", ["since", "since"])
+    assert 1 / term.factors[1].scale == pytest.approx(true["ringing_rad_per_s"], rel=0.05)
+    assert law.closed > 0.6
+
+
+def test_a_ring_clamped_at_one_side_is_squashed_as_the_host_starts(tmp_path):
+    """Twice around the wall, times the Host's acceleration."""
+    series, _ = made_series(tmp_path, "unknown_squashed_ring", 1.0, 43)
+    fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
+    assert law is not None
+    along, around = law.law.terms[0].factors
+    assert (along.quantity, around.quantity, around.order) == ("host_acceleration_along", "azimuth", 2.0), as_text(
+        law.law
+    )
+    assert law.closed > 0.8
+
+
+# One block a row, ten runs of forty blocks.
+ROWS, RUNS = 400, 10
+
+
+def rows_that_follow(values, rng):
+    """A regression of ``values`` (M,) in noise of unit sd, a constant its nuisance."""
+    return Regression(
+        values + rng.normal(size=ROWS), np.ones((ROWS, 1)), np.zeros(1), np.arange(ROWS), np.arange(ROWS) % RUNS
+    )
+
+
+def test_a_product_that_no_list_holds_is_found_by_its_first_factor():
+    """The price of looking keeps a plain form plain."""
+    rng = np.random.default_rng(5)
+    known = np.zeros((ROWS, W.KNOWN_SIZE))
+    known[:, W.APPROACH], known[:, W.TIME] = rng.uniform(0.1, 1.0, ROWS), rng.uniform(0.0, 1.0, ROWS)
+    known[:, [W.HX, W.HY]] = rng.normal(size=(ROWS, 2))
+
+    def columns(terms):
+        out = np.empty((ROWS, len(terms)))
+        sizes(rows_of(terms), known, out)
+        return out
+
+    listed = [plain("approach", Term("restitution", 1.0, (Factor("approach"),)))]
+    approach, time_s = known[:, W.APPROACH], known[:, W.TIME]
+    for values, quantities_found in (
+        (3.0 * approach, {"approach"}),
+        (6.0 * approach * time_s, {"approach", "time"}),
+    ):
+        found, _ = find_law(
+            rows_that_follow(values, rng), columns, listed, np.random.default_rng(0), multipliers=of_impacts()
+        )
+        assert {factor.quantity for term in found.terms for factor in term.factors} == quantities_found
+        assert found.coefficients[0] == pytest.approx(3.0 if len(quantities_found) == 1 else 6.0, rel=0.2)
+
+
+def test_products_are_short_and_follow_something_else():
+    """Not the same quantity twice, no more factors and terms than a formula may have."""
+    base = plain("friction", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"))))
+    made = products(base, of_impacts())
+    assert all(len(term.factors) == 3 for one in made for term in one.terms)
+    assert not any("passing" in one.name and len(one.terms) > 4 for one in made)
+    assert products(base, [Multiplier("the speed", (Factor("speed"),))]) == []
+    full = plain("full", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"), Factor("time"))))
+    assert products(full, of_impacts()) == []
+
+
+def test_a_pair_along_two_directions_is_one_term_along_one():
+    """a u_0 + b u_90 is one speed along the direction between."""
+    pair = plain("way", *(Term("floor_friction", 1.0, (Factor("sliding_along", x=x),)) for x in (0.0, np.pi / 2)))
+    (term,) = law_at((pair,), np.array([0.3, 0.4])).terms
+    assert term.coefficient == pytest.approx(0.5) and term.factors[0].x == pytest.approx(np.arctan2(4, 3))
+
+
+def test_multipliers_are_in_rig_units():
+    """What fades does so within a share of the rig's own length and time."""
+    small = of_flights(RigScales(0.04, 1.0, 0.06, 1.0, 70.0, 50.0))
+    large = of_flights(RigScales(0.4, 10.0, 0.6, 10.0, 7.0, 5.0))
+    for one, other in zip(small, large, strict=True):
+        for a, b in zip(one.factors, other.factors, strict=True):
+            assert b.scale == pytest.approx(10 * a.scale if a.quantity in ("gap", "since") else a.scale)
