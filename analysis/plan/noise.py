@@ -15,7 +15,8 @@ from ovines.recording_schema import Body
 
 Array = NDArray[np.float64]
 # A disc's centre: the Cramer-Rao bound 1.062 (sd of a grey level / contrast) sqrt(blur / radius), and by how much the
-# tracker misses it (benchmarks/centre.py); grey levels, contrast and blur as in the films of docs/how-to/plan.md.
+# tracker misses it (benchmarks/tracking/centre.py); grey levels, contrast and blur as in the films of
+# docs/how-to/plan.md.
 BOUND, OF_THE_BOUND = 1.062, 1.15
 GREY_SD, CONTRAST, BLUR_PX = 2.0, 150.0, 1.0
 SMALLEST_MARKER_PX, LARGEST_MARKER_PX = 2.5, 200.0  # below, centres are less exact than their sds (vision/markers)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vision.identity.layouts import Layout
 
 # Radius [px] of the smallest disc whose sd is honest: of discs of 2.8 px 92 % of the errors lie within 1.645 sd, of 1.8
-# px 81 % (benchmarks/track_rigs.py, whose cameras look down at 20 degrees).
+# px 81 % (benchmarks/tracking/track_rigs.py, whose cameras look down at 20 degrees).
 SMALLEST_PX = 2.5
 # Radius of the largest asked for: `vision.markers.detect` finds those a little larger that lie nearer.
 LARGEST_PX = 60.0

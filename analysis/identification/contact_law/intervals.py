@@ -151,7 +151,7 @@ def _unseen_scatter(data: LawData, friction: float, beta: float, sliding: bool) 
     what those of the other regime miss the law by.
 
     A rough wall turns all impulses: one impact that slid among 44 gave a friction of 0.2499 +- 0.0001 for 0.2405
-    (rough_wall, seed 907 of ``benchmarks/other_laws.py``)."""
+    (rough_wall, seed 907 of ``benchmarks/identification/other_laws.py``)."""
     own = sticks(data, friction, beta) != sliding
     if np.count_nonzero(own) != 1:
         return 0.0

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from analysis.blind.series import NOISE_KINDS
-from benchmarks.identify_coverage import rows_of
+from benchmarks.identification.identify_coverage import rows_of
 
 SERIES = 15
 

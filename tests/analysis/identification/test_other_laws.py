@@ -1,4 +1,6 @@
-"""Impacts and the contact law where the law of flight is not ours: the goals of `benchmarks/other_laws.py` in small."""
+"""Impacts and the contact law where the law of flight is not ours: the goals of
+`benchmarks/identification/other_laws.py` in small.
+"""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ def test_a_spline_stands_beside_the_rational_lens_and_views_that_were_left_out_c
 
 
 def test_a_model_error_is_flagged_and_noise_is_not():
-    """The full count is `benchmarks/calibration.py flags`."""
+    """The full count is `benchmarks/calibration/calibration.py flags`."""
     flags = {0.0: 0, 0.05: 0}
     for seed in range(4):
         seen = views(np.random.default_rng(seed), through([-0.1, 0.05, 0, 0, 0.0]))

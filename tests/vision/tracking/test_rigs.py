@@ -5,7 +5,7 @@ next frame.
 import numpy as np
 import pytest
 
-from benchmarks.track_rigs import RIGS, filmed, motion_of
+from benchmarks.tracking.track_rigs import RIGS, filmed, motion_of
 from ovines.camera import read_calibration
 from ovines.recording import read_recording
 from vision.track import track
