@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.contact.restitution import rig_sizes
+from analysis.flights.cutting.runs import Run, prepare
 from analysis.flights.equation.parameters import LAW_TERMS
-from analysis.flights.runs import Run, prepare
 from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import Merged, accepted, merge

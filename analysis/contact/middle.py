@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.contact.wall_fit import WallFit
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.walls.outlines import DISK_TERMS
 
 # Of the contact radius: what turning and gluing leave of the mass centre (0.05 mm of 40 mm).

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
-from analysis.flights.runs import Run
 
 Array = NDArray[np.float64]
 

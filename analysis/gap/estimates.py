@@ -16,8 +16,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.effect_rows import Sized, told_effects
+from analysis.flights.cutting.runs import prepare
 from analysis.flights.equation.parameters import INDEX
-from analysis.flights.runs import prepare
 from analysis.flights.stated_terms import effects_as_laws
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder

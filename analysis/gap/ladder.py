@@ -33,8 +33,8 @@ from analysis.gap.selection.flight_steps import (
     select_flight_effects,
 )
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.selection.inertia import (
     NEGLIGIBLE,
     InertiaStep,

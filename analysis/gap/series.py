@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
-from analysis.flights.runs import Run, prepare
+from analysis.flights.cutting.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera

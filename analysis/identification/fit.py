@@ -29,8 +29,8 @@ from analysis.contact.wall_fit import WallFit
 from analysis.contact.wall_force import WallForce, wall_force
 from analysis.flights.cutting.kinks import SMOOTH_M_PER_S2
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.runs import Run, cut_again
 from analysis.flights.evidence import columns_of
-from analysis.flights.runs import Run, cut_again
 from analysis.identification.contact_law.fit import ELLIPSE_WORDS, fit_contact_law, wall_and_words
 from analysis.identification.floor import FloorFit
 from analysis.identification.floor_law import SURE_FORCE, choose_floor

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.evidence import (
     Evidence,
@@ -20,7 +21,6 @@ from analysis.flights.evidence import (
 )
 from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
-from analysis.flights.runs import Run
 from analysis.identification.floor_errors import (
     disagreement,
     errors_of,

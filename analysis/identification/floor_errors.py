@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from analysis.flights.along_flights import unit_accelerations
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.runs import FINEST_SD_M
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import Evidence, RunRows, linearised, usable_flights
 from analysis.flights.fit import FlightFits
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise, at_least, frame_noise
-from analysis.flights.runs import FINEST_SD_M
 from analysis.flights.unknown_force import (
     beside_neighbours,
     best_model,

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import Evidence, columns_of, linearised, usable_flights
 from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.frame_assignment import settled
-from analysis.flights.runs import Run
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
 from analysis.identification.floor import RESTS_SD, FloorFit, fit_floor

@@ -46,7 +46,7 @@ from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Profile, Regression, held_out_squares
 from analysis.gap.laws.search import columns_of, find_law
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text

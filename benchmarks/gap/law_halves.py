@@ -34,7 +34,7 @@ from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import NORMAL_90, Profile, part_of, scatter_of_runs, second_half
 from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import WrittenLaw

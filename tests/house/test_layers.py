@@ -38,7 +38,7 @@ ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tr
 analysis.identification.contact_law
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.blind.trial
-analysis.gap.selection.flights
+analysis.gap.selection.flights analysis.gap.selection.impacts
 ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analysis.compare analysis.figures \
     analysis.gap.selection
 analysis.gap.drive

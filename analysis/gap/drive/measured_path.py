@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import dpss
 
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.motion.host_lines import noise_correlation
 from analysis.statistics.correlation import frame_correlation
 from ovines.robust import residual_sd

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.drive.measured_path import MeasuredPath, with_noise_of
 from analysis.gap.drive.pushes import RunPushes
 from analysis.gap.drive.swings import CELLS, LINES_TO, SWINGS, Line, Swing, best_line, best_swing

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
-from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, LAW_TERMS
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import ORIGIN, SHARED
-from analysis.flights.runs import Run
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
 from analysis.gap.laws.regression import Halves, Regression, halves_of

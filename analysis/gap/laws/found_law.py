@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression import Halves

@@ -19,10 +19,11 @@ from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression,
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.laws.regression import forms_of, held_out_gains
 from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, kept_gain
-from analysis.gap.selection.impact_fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
+from analysis.gap.selection.impacts.gain import NEGLIGIBLE
+from analysis.gap.selection.impacts.restitution import kept_gain
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame

@@ -18,7 +18,7 @@ from analysis.contact.restitution import restitution_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression import Regression
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.statistics.robust import least_squares
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.series import Series
 from analysis.motion.bodies import VELOCITY_REACH
 from ovines.camera import Camera, triangulate_points

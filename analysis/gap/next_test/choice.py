@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import best_speed_scale, restitution_design
 from analysis.flights.cutting.run_data import LENS_TERMS
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import covariance_of
 from analysis.flights.fit import ORIGIN
-from analysis.flights.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Setting, record, starts

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from analysis.comparison.simulated_rig import moved, simulated_wall
 from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run, cut
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.fit import FlightFits
-from analysis.flights.runs import Run, cut
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.motion.host_path import HostMotion

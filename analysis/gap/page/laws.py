@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound

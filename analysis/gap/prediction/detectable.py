@@ -23,11 +23,11 @@ from analysis.gap.measurement.two_views import LENS_TILTS
 from analysis.gap.selection import inertia
 from analysis.gap.selection.centres import centre_negligible_m
 from analysis.gap.selection.flight_candidates import Gain
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE as IMPACT_NEGLIGIBLE
-from analysis.gap.selection.impact_candidates import ImpactGain
-from analysis.gap.selection.impact_fit import ImpactFit
 from analysis.gap.selection.impact_laws import HasLaw
 from analysis.gap.selection.impact_steps import contact_negligible_s
+from analysis.gap.selection.impacts.fit import ImpactFit
+from analysis.gap.selection.impacts.gain import NEGLIGIBLE as IMPACT_NEGLIGIBLE
+from analysis.gap.selection.impacts.gain import ImpactGain
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.outlines import Ring
 

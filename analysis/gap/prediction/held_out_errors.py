@@ -10,14 +10,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.restitution import RESTITUTION_EFFECTS
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.one_impact_ahead import through_impacts
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import FlightModel
-from analysis.gap.selection.impact_floor import impact_floor
+from analysis.gap.selection.impacts.floor import impact_floor
 from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]

@@ -25,8 +25,8 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
-from analysis.gap.selection.impact_fit import ImpactFit, wall_prior
-from analysis.gap.selection.impact_floor import impact_floor
+from analysis.gap.selection.impacts.fit import ImpactFit, wall_prior
+from analysis.gap.selection.impacts.floor import impact_floor
 from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
 

@@ -14,9 +14,9 @@ from analysis.contact.impacts import Junctions, measure
 from analysis.contact.law import Law, fit_restitution
 from analysis.contact.restitution import Conditions, best_speed_scale, conditions, restitution_columns
 from analysis.contact.wall_fit import fit_wall
+from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
-from analysis.flights.runs import Run
-from analysis.gap.selection.impact_fit import ImpactFit, law_of, wall_prior
+from analysis.gap.selection.impacts.fit import ImpactFit, law_of, wall_prior
 from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]

@@ -18,8 +18,9 @@ from analysis.gap.selection.flight_candidates import Units
 from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
 from analysis.gap.selection.flights.terms import FlightTerm, terms
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.gain import NEGLIGIBLE
+from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.null_distribution import held_out_cost, root_of, threshold
 from analysis.gap.thresholds import GAIN, IMPACT_GAIN, IMPROVED
 

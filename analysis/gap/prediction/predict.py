@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential
 from analysis.contact.restitution import conditions, held_restitution, restitution_design, rig_sizes
+from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits, fit_flights
-from analysis.flights.runs import Run
 from analysis.flights.stated_terms import share_at_start, stated_sizes
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import FlightModel, moved, nominal_model, run_places
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.recording_schema import Nominal
 

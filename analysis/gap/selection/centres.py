@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.contact.middle import MASS_CENTRE_NEGLIGIBLE
 from analysis.gap.cause import Cause
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.series import Series
 from analysis.gap.thresholds import (
     CENTRE_NEGLIGIBLE,

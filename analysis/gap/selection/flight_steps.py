@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.flights.equation.parameters import INDEX, LAW_TERMS
-from analysis.flights.runs import Run
 from analysis.flights.stated_terms import stated_terms
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.selection.flight_candidates import Gain, Units, gain_of, gains, rig_units

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from analysis.contact.law import Law, LawData
 from analysis.contact.restitution import fit_effects
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection import impact_candidates
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
+from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain, negligible_size
+from analysis.gap.selection.impacts.restitution import kept_gain, restitution_gains
+from analysis.gap.selection.impacts.tangential import tangential_gains
 from analysis.gap.selection.null_distribution import by_chance, chance_of_largest, threshold
 from analysis.gap.thresholds import EQUIVALENT, IMPACT_GAIN, OVERRIDES, SIGNIFICANCE
 
@@ -56,7 +57,7 @@ def select_laws(
     first: list[ImpactGain] = []
     found: list[ImpactGain] = []
     for _ in range(MOST_TERMS):
-        found = impact_candidates.restitution_gains(base.data, names, withheld, _columns(structure))
+        found = restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
         open_ = [g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data)]
         best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
@@ -82,7 +83,7 @@ def select_laws(
     ]
     # A contact that lasts has a tangential spring: Luding's stick or slide no longer holds, and its residuals prove
     # nothing.
-    tangential = [] if finite else impact_candidates.tangential_gains(base.data, base.law)
+    tangential = [] if finite else tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for residual in COORDINATES:
         accepted = [p for p in tangential if p.residual == residual and law_accepted(p, least, base.data)]
@@ -103,7 +104,7 @@ def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tr
         if gain.residual == "restitution"
         else chance_of_largest(gain.gain, len(gain.estimate), tried)
     )
-    strength = gain.size / impact_candidates.negligible_size(gain.residual, data)
+    strength = gain.size / negligible_size(gain.residual, data)
     unit = "m/s" if gain.residual == "angular" else "1"
     return Structure(
         "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
@@ -116,15 +117,13 @@ def _columns(structure: Sequence[ImpactGain]) -> Array | None:
 
 
 def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[ImpactGain]) -> ImpactGain:
-    return impact_candidates.kept_gain(base.data, names, name, _columns(structure))
+    return kept_gain(base.data, names, name, _columns(structure))
 
 
 def law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
     """``least``: gain that chance does not reach."""
     return (
-        gain.gain > least
-        and gain.significance > SIGNIFICANCE - 1
-        and gain.size > impact_candidates.negligible_size(gain.residual, data)
+        gain.gain > least and gain.significance > SIGNIFICANCE - 1 and gain.size > negligible_size(gain.residual, data)
     )
 
 

@@ -14,11 +14,11 @@ from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection import impact_candidates
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.selection.impact_candidates import NEGLIGIBLE, ImpactGain
-from analysis.gap.selection.impact_fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
+from analysis.gap.selection.impacts.distance import distance_gains
+from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
+from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -120,7 +120,7 @@ def _shape(
     """Ellipticity, lobes and finite contact, whichever explains most first; then the others on top.  Returns the gains
     of the named ones before, and those of all, probes too, beside what was found."""
     causes: list[Cause] = []
-    gains = impact_candidates.distance_gains(base, shape, withheld)
+    gains = distance_gains(base, shape, withheld)
     first = found = [g for g in gains if g.named]
     for _ in range(3):
         accepted = [g for g in found if _shape_accepted(g, base, lens_residual_found)]
@@ -134,7 +134,7 @@ def _shape(
         )
         base = fit_impacts(flight.fits, shape)
         causes.append(replace(_shape_cause(best, base, lens_residual_found), rivals=rivals_of(best, found)))
-        gains = impact_candidates.distance_gains(base, shape, withheld)
+        gains = distance_gains(base, shape, withheld)
         found = [g for g in gains if g.named]
     return shape, causes, base, first, gains
 

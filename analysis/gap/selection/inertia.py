@@ -14,7 +14,7 @@ from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.selection.impact_fit import wall_prior
+from analysis.gap.selection.impacts.fit import wall_prior
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
 

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.cause import Structure
 from analysis.gap.selection.flight_candidates import Units
 from analysis.gap.selection.flights.fit import FlightFit

@@ -21,7 +21,7 @@ from analysis.flights.evidence import covariance_of
 from analysis.gap.cause import SMALLEST_P
 from analysis.gap.selection.flights.fit import FlightFit, information_of, prior_of
 from analysis.gap.selection.flights.terms import FlightTerm
-from analysis.gap.selection.impact_candidates import SPOTS_BY_CHANCE, restitution_groups, spots
+from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitution_groups, spots
 
 Array = NDArray[np.float64]
 # Four stages draw lots of their own: one series in a hundred reaches any of their levels.

@@ -8,11 +8,11 @@ import numpy as np
 
 from analysis.flights.cutting.pieces import Flight
 from analysis.flights.cutting.run_data import LENS_TERMS, RunData
+from analysis.flights.cutting.runs import Run
 from analysis.flights.cutting.segments import Segments
 from analysis.flights.equation.parameters import PARAMETERS
 from analysis.flights.fit import fit_flights
 from analysis.flights.frame_assignment import settled
-from analysis.flights.runs import Run
 from analysis.motion.host_path import HostMotion
 
 SD = 5e-6

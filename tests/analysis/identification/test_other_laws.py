@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.flights.runs import prepare
+from analysis.flights.cutting.runs import prepare
 from analysis.identification.floor import fit_floor
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identify import identify_series

@@ -15,7 +15,7 @@ from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.regression import Regression
 from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
-from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text

@@ -11,8 +11,8 @@ from analysis.blind.series import make_series
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
-from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.selection.inertia import inertia_step, wall_between
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text

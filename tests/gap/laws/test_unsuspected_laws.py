@@ -17,7 +17,7 @@ from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.measurement.turning_picture import GOES_WITH, turning_picture
 from analysis.gap.measurement.two_views import two_views
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
-from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from tests.gap.conftest import laws_and_ladder

@@ -9,7 +9,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_fit import fit_impacts
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.pipeline.diagnosis import load_series

@@ -10,8 +10,8 @@ from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import wall_law_instead
 from analysis.gap.laws.impact_rows import distance_regression, of_target
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_fit import fit_impacts
 from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.pipeline.diagnosis import load_series

@@ -18,7 +18,7 @@ from analysis.gap.prediction.power import flights_seen, share_seen
 from analysis.gap.prediction.predict import Errors
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flights.fit import _indices, solve_named
-from analysis.gap.selection.impact_candidates import restitution_gains
+from analysis.gap.selection.impacts.restitution import restitution_gains
 from analysis.gap.selection.null_distribution import (
     by_chance,
     flight_null_distribution,

@@ -9,8 +9,8 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.flight_steps import first_flights
-from analysis.gap.selection.impact_candidates import run_columns
 from analysis.gap.selection.impact_steps import select_impact_effects
+from analysis.gap.selection.impacts.covariates import run_columns
 from analysis.gap.tests_by_hand import unknown_test
 from ovines.pipeline.diagnosis import load_series
 from ovines.recording import read_series

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.contact.law import OUTLIER_SHARE, LawData, fit_restitution
-from analysis.gap.selection.impact_fit import _with_structure
+from analysis.gap.selection.impacts.fit import _with_structure
 
 
 def impacts(rng: np.random.Generator, lower: int, count: int = 200) -> LawData:

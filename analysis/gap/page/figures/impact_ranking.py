@@ -20,8 +20,9 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.impact_residuals import WEAK_M_PER_S
 from analysis.gap.page.figures.impacts import SHOWN_OF
 from analysis.gap.page.figures.panels import Candidate
-from analysis.gap.selection.impact_candidates import LOBES_AS_PROBE, PROBES, covariates
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.covariates import PROBES, covariates
+from analysis.gap.selection.impacts.distance import LOBES_AS_PROBE
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.statistics.robust import at_least_noise, least_squares
 from analysis.walls.lobes import ORDERS, lobe_columns
 

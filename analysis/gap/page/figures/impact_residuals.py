@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.contact.held_laws import since_before
 from analysis.contact.law import fit_restitution, predicted_tangential
 from analysis.contact.restitution import restitution_design
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.fit import ImpactFit
 
 Array = NDArray[np.float64]
 

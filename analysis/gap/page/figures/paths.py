@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, BLUE, DEG, GREY, RED, label, legend, new_figure
 from analysis.flights.cutting.first_wall import from_host
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.panels import give_room
 from analysis.gap.prediction.predict import QUANTITIES

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.impact_before import impact_before
 from analysis.flights.cutting.run_data import LENS_TERMS, lens_basis
-from analysis.flights.runs import Run
+from analysis.flights.cutting.runs import Run
 from analysis.gap.selection.flights.fit import FlightFit
 from ovines.robust import MEDIAN_TO_SD
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import LawData, fit_restitution, predicted_tangential
 from analysis.contact.restitution import restitution_design
-from analysis.gap.selection.impact_candidates import covariates
-from analysis.gap.selection.impact_fit import ImpactFit
+from analysis.gap.selection.impacts.covariates import covariates
+from analysis.gap.selection.impacts.fit import ImpactFit
 
 Array = NDArray[np.float64]
 # Slip over normal impulse at which the free tangential law may bend: from pure stick to pure slide on this rig.

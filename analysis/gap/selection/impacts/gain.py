@@ -1,0 +1,39 @@
+"""What one term explains of one residual of the impacts, and what is too little to count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.law import LawData
+
+Array = NDArray[np.float64]
+
+#: what a term must explain to be more than negligible: of a law of the contact in its own units, of the angular one (a
+#: velocity) as a share of the median approach
+NEGLIGIBLE = {"restitution": 0.012, "sliding": 0.04, "sticking": 0.04, "angular": 5e-3}
+
+
+def negligible_size(residual: str, data: LawData) -> float:
+    """What a term of ``residual`` must explain of these impacts to be more than negligible."""
+    return NEGLIGIBLE[residual] * (float(np.median(data.before)) if residual == "angular" else 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactGain:
+    """What one term explains: fall of -2 log L, the rms of what it adds (units of the residual), coefficients and
+    sd; ``columns`` (K, .) of a term of the restitution.
+    """
+
+    name: str
+    residual: str
+    gain: float
+    size: float
+    estimate: Array
+    sd: Array
+    named: bool
+    significance: float = 0.0
+    columns: Array | None = None
+    order: int = 0
