@@ -6,11 +6,11 @@ import argparse
 import gc
 import importlib
 import io
-import keyword
 import os
 import pkgutil
 import sys
 from contextlib import nullcontext, redirect_stdout
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -47,19 +47,28 @@ ORDER = (
 )
 
 
-def command_names() -> list[str]:
-    """Every module of ovines.commands is a command, except those that serve others."""
-    names = [
-        found.name.removesuffix("_")  # import_.py: Python keeps the word to itself
-        for found in pkgutil.iter_modules(ovines.commands.__path__)
-        if found.name != "stage_command"
+@cache
+def command_modules() -> dict[str, str]:
+    """Name of every command -> its module: every file in a room of ovines.commands, except that which serves others."""
+    rooms = [one.name for one in pkgutil.iter_modules(ovines.commands.__path__, "ovines.commands.") if one.ispkg]
+    files = [
+        one.name
+        for room in rooms
+        for one in pkgutil.iter_modules(importlib.import_module(room).__path__, f"{room}.")
+        if not one.name.endswith(".stage_command")
     ]
-    return sorted(names, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
+    # import_.py: Python keeps the word to itself
+    return {module.rpartition(".")[2].removesuffix("_"): module for module in files}
+
+
+def command_names() -> list[str]:
+    """Every command, those of a usual day first."""
+    return sorted(command_modules(), key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
 
 
 def command(name: str) -> ModuleType:
     """The module of a command, loaded when it is asked for."""
-    return importlib.import_module(f"ovines.commands.{name}{'_' * keyword.iskeyword(name)}")
+    return importlib.import_module(command_modules()[name])
 
 
 def build(asked: list[str]) -> argparse.ArgumentParser:

@@ -19,7 +19,7 @@ from pathlib import Path
 # What commands load; nothing here starts a thread when it is loaded.
 LOADED = (
     "ovines.__main__",
-    "ovines.commands.run",
+    "ovines.commands.chain.run",
     "ovines.pipeline.functions",
     "ovines.first_run",
     "vision.calibrate",

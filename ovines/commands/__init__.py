@@ -1,1 +1,1 @@
-"""One file per command."""
+"""One file per command, in rooms by what it is for."""

@@ -25,7 +25,7 @@ from analysis.checks.recording import summed, verdict
 from analysis.checks.row import COLUMNS, PRINCIPAL
 from analysis.checks.series import series_checks
 from ovines.__main__ import main
-from ovines.commands.stage_command import tell
+from ovines.commands.chain.stage_command import tell
 from ovines.pipeline.one_recording import Outcome
 from ovines.tables import read_table
 from tests.plants import Run, Spec, draw_rig, make_run, make_series, write_series

@@ -111,7 +111,7 @@ def test_the_command_writes_checked_tables(tmp_path):
     from ovines.tables import read_table
 
     (tmp_path / "s.toml").write_text(FILE)
-    code = "import argparse,sys; from ovines.commands import simulate as c; p=argparse.ArgumentParser(); " \
+    code = "import argparse,sys; from ovines.commands.simulator import simulate as c; p=argparse.ArgumentParser(); " \
            "c.add_arguments(p); sys.exit(c.run(p.parse_args()))"  # fmt: skip
     done = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path / "s.toml"), "--out", str(tmp_path / "out")],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ovines.commands.check import NAME  # the command that the written folder must satisfy
+from ovines.commands.recording.check import NAME  # the command that the written folder must satisfy
 from tests.plants import LAWS, Spec, make_recording, make_series, write_series
 from tests.plants.kernel import GRAVITY_M_PER_S2, LINE_COLUMNS, Physics, host_at, run, sliding_table, struck
 

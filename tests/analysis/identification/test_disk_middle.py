@@ -13,7 +13,7 @@ from analysis.flights.equation import parameters as P
 from analysis.flights.equation.model import STATES, fly
 from analysis.identify import identify_runs
 from analysis.motion.host_path import HostMotion
-from ovines.commands.diagnose import read_series
+from ovines.commands.diagnosis.diagnose import read_series
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.pipeline.diagnosis import load_series
 

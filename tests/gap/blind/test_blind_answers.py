@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from ovines.commands import blind
+from ovines.commands.diagnosis import blind
 
 
 def _run(*arguments):
@@ -42,7 +42,7 @@ def test_answering_goes_on_where_it_stopped(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_short_trial_with_the_real_diagnosis(tmp_path):
     """Nine sealed cases, large sizes: four without effect, four listed, one unknown. One may go wrong."""
-    pytest.importorskip("ovines.commands.diagnose")
+    pytest.importorskip("ovines.commands.diagnosis.diagnose")
     trial = tmp_path / "trial"
     kinds = "none,table_tilt,speed_dependent_restitution,wall_ellipticity,camera_clock_offset,unknown_central"
     assert _run("make", trial, "--cases", 9, "--seed", 17, "--kinds", kinds, "--sizes", "1", "--seal") == 0

@@ -13,7 +13,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import Wish, further_run, outline_series, run_outline
 from analysis.gap.next_test.recording import AS_RECORDED
-from ovines.commands.blind import run as blind
+from ovines.commands.diagnosis.blind import run as blind
 from ovines.errors import InputError
 from ovines.pipeline.closed_loop import MOST_RUNS, WISHES, Course, is_open, markdown, runs_needed, settle
 from ovines.recording import read_recording

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from ovines.__main__ import main
-from ovines.commands.check import drawing
+from ovines.commands.recording.check import drawing
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from tests.conftest import write_small_recording

@@ -625,7 +625,7 @@ def test_a_wall_behind_the_camera_is_refused():
 
 
 def test_the_viewer_is_found_beside_python_and_needs_a_screen(monkeypatch):
-    from ovines.commands.view import _ready_to_show
+    from ovines.commands.results.view import _ready_to_show
 
     monkeypatch.setenv("PATH", "/nowhere")
     monkeypatch.setenv("DISPLAY", ":0")

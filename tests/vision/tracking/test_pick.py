@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from ovines.__main__ import main
 from ovines.camera import read_calibration
-from ovines.commands.pick import wanted_markers
+from ovines.commands.recording.pick import wanted_markers
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import read_table

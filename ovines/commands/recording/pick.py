@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ovines.camera import Camera
-from ovines.commands.stage_command import results_folder
+from ovines.commands.options import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.pipeline.ownership import refuse_to_replace

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
 
 NAME = "run"
 HELP = "everything the files allow, from where the recording enters up to the report"

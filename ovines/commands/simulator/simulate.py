@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ovines.commands.stage_command import whole_number
+from ovines.commands.options import whole_number
 from ovines.core import EnsembleResult, simulate
 from ovines.core.system.named import NAMED
 from ovines.errors import InputError

@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
+from ovines.commands.options import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
@@ -32,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
             text = args.names.read_text(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
             raise InputError(f"--names {args.names}: {error}", "a CSV file", "check the path") from None
-        out = stage_command.results_folder(args.recording, args.out)
+        out = results_folder(args.recording, args.out)
         refuse_folder(out)
         recording = read_recording(args.recording)
         refuse_other_source(out, recording.folder, recording)

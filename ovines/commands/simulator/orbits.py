@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ovines.commands.stage_command import whole_number
+from ovines.commands.options import whole_number
 from ovines.core import Scenario, ScenarioError
 from ovines.core.sensitivity.run import STATES
 from ovines.errors import InputError

@@ -1,11 +1,11 @@
-"""`ovines triangulate`: the stage of that name, for one recording or a series."""
+"""`ovines identify`: the stage of that name, for one recording or a series."""
 
 import argparse
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
 from ovines.pipeline.stages import stage
 
-NAME = "triangulate"
+NAME = "identify"
 HELP = stage(NAME).help
 add_arguments = stage_command.add_arguments
 

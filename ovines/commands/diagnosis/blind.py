@@ -23,7 +23,7 @@ from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhol
 from analysis.blind.series import Outline, run_outline
 from ovines import __version__
 from ovines.blind_film import film_series
-from ovines.commands.stage_command import jobs, whole_number
+from ovines.commands.options import jobs, whole_number
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.law_file import read_law
@@ -145,7 +145,7 @@ def _make(args: argparse.Namespace) -> int:
 
 def _diagnose(series: Path, out: Path, withheld: tuple[str, ...] = ()) -> None:
     """`ovines diagnose` on one series, in this process so that compiled code is compiled once."""
-    from ovines.commands import diagnose
+    from ovines.commands.diagnosis import diagnose
 
     parser = argparse.ArgumentParser()
     diagnose.add_arguments(parser)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tqdm import tqdm
 
-from ovines.commands.stage_command import results_folder, whole_number
+from ovines.commands.options import results_folder, whole_number
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from ovines.camera import Camera, read_calibration
-from ovines.commands.stage_command import results_folder
+from ovines.commands.options import results_folder
 from ovines.errors import InputError
 from ovines.io.atomic_write import written_whole
 from ovines.pipeline.ownership import refuse_strange_results, refuse_to_replace

@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
 from ovines.errors import InputError
 from ovines.pipeline.one_recording import run_one
 from ovines.pipeline.ownership import SOURCE, read_source

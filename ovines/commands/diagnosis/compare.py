@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ovines.commands.stage_command import results_folder, whole_number
+from ovines.commands.options import results_folder, whole_number
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of
 from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs

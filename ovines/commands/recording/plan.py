@@ -10,7 +10,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from ovines.camera import Camera, read_calibration
-from ovines.commands.stage_command import whole_number
+from ovines.commands.options import whole_number
 from ovines.core import ScenarioError
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from ovines.commands.stage_command import results_folder
+from ovines.commands.options import results_folder
 from ovines.errors import InputError
 from ovines.io.hashing import hash_inputs
 from ovines.io.toml_input import line_of

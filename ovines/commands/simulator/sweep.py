@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ovines.commands.stage_command import whole_number
+from ovines.commands.options import whole_number
 from ovines.core.sweep import SWEPT
 from ovines.errors import InputError
 from ovines.io.provenance import provenance

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ovines.commands.options import jobs, results_folder
 from ovines.pipeline.one_recording import Outcome
 from ovines.pipeline.series import Workers, run_series
 from ovines.workers.budget import add_yes
@@ -46,13 +47,6 @@ def run(args: argparse.Namespace, only: str | None = None) -> int:
     return tell(outcomes)
 
 
-def results_folder(recording: Path, out: Path | None) -> Path:
-    """``--out``, or the folder results/ inside the recording or series."""
-    if out is not None:
-        return out
-    return (recording.parent if recording.is_file() else recording) / "results"
-
-
 def tell(outcomes: Sequence[Outcome]) -> int:
     """Each recording in a line with its notes, the answer at the end, the reasons of those that did not come through;
     0, 2 (input) or 1 (our bug).
@@ -81,19 +75,3 @@ def tell(outcomes: Sequence[Outcome]) -> int:
     if any(one.status == "failed" for one in outcomes):
         return 1
     return 2 if unfinished else 0
-
-
-def whole_number(text: str) -> int:
-    """An option that counts or seeds."""
-    value = int(text) if text.strip().isdecimal() and len(text) < 13 else -1
-    if value < 0:
-        raise argparse.ArgumentTypeError("a whole number from 0")
-    return value
-
-
-def jobs(text: str) -> int:
-    """``--jobs``: how many at a time; 0 is one per processor."""
-    count = int(text) if text.strip().isdecimal() and len(text) < 13 else -1
-    if not 0 <= count <= 1024:
-        raise argparse.ArgumentTypeError("a number from 0 to 1024")
-    return count

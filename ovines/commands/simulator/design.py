@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ovines.commands.stage_command import whole_number
+from ovines.commands.options import whole_number
 from ovines.core import ScenarioError
 from ovines.core.absorber.design import Search, design
 from ovines.core.absorber.response import frequency_response

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from ovines.commands.stage_command import results_folder
+from ovines.commands.options import results_folder
 from ovines.errors import InputError
 from ovines.pipeline.ownership import refuse_strange_results, refuse_to_replace
 from ovines.recording import Recording, read_recording

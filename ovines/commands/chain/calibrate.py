@@ -4,7 +4,7 @@ import argparse
 import contextlib
 import time
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
 from ovines.pipeline.stages import stage
 
 NAME = "calibrate"

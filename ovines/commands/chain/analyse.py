@@ -1,11 +1,11 @@
-"""`ovines identify`: the stage of that name, for one recording or a series."""
+"""`ovines analyse`: the stage of that name, for one recording or a series."""
 
 import argparse
 
-from ovines.commands import stage_command
+from ovines.commands.chain import stage_command
 from ovines.pipeline.stages import stage
 
-NAME = "identify"
+NAME = "analyse"
 HELP = stage(NAME).help
 add_arguments = stage_command.add_arguments
 
