@@ -369,7 +369,7 @@ def diagnose_recordings(recordings: Sequence[Recording], out: str | Path, rng: n
     ('effect', ['table_tilt'], 'flight')
     """
     from analysis.gap.diagnose import diagnose as diagnose_series
-    from ovines.pipeline.diagnosis import load_series
+    from ovines.pipeline.series.diagnosis import load_series
 
     series, _ = load_series(recordings, Path(out))
     return diagnose_series(series, rng)

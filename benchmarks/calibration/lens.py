@@ -30,7 +30,7 @@ from analysis.identify import identify_series
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.camera import Camera, with_fields
 from ovines.lens_field import LensField, lens_fields
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import Recording, read_series
 from ovines.tables import read_table
 from vision.lens.estimate import learn_lens_field

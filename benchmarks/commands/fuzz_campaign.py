@@ -561,7 +561,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     pa.set_cpu_count(1)
     pa.set_io_thread_count(1)
-    importlib.import_module("ovines.pipeline.cluster").PATIENCE_S = 0.1
+    importlib.import_module("ovines.pipeline.series.cluster").PATIENCE_S = 0.1
     lines = [line for line in LINES if arguments.only is None or line.command == arguments.only]
     parser_of = {" ".join(words): one for words, one in parsers(build(command_names()))}
     own = {line.command: parser_of.get(line.command) or parser_of[line.words.split()[0]] for line in LINES}

@@ -51,7 +51,7 @@ from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import WrittenLaw
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")

@@ -27,7 +27,7 @@ from analysis.gap.laws.found_law import NORMAL_90, in_world
 from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.flights.fit import fit
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")

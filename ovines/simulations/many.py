@@ -20,7 +20,7 @@ from ovines.core.system import parameters as P
 from ovines.core.system.named import NAMED
 from ovines.errors import InputError
 from ovines.io.run_log import bars_disabled
-from ovines.pipeline.cluster import connect
+from ovines.pipeline.series.cluster import connect
 from ovines.workers.budget import refuse_cost
 
 # Measured on one core of a 2.5 GHz processor, rounded up: a step of the integrator, a row of samples with its height,

@@ -17,7 +17,7 @@ from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.series import Series
 from analysis.gap.written_laws import write_laws
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 pytest.register_assert_rewrite("tests.gap.blind.plant.rig")  # what it finds is told as in a test

@@ -28,7 +28,7 @@ from analysis.gap.selection.flights.missing_acceleration import LONG, missing_ac
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.core.laws.words import QUANTITIES, TARGETS
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
 

@@ -21,7 +21,7 @@ from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.series import Series
 from analysis.identify import identify_series
 from analysis.motion.rig_frame import RigFrame
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import Recording, read_series
 from ovines.recording_schema import Nominal
 

@@ -13,7 +13,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.prediction.detectable import detectable_sizes
 from analysis.gap.prediction.probabilities import against, probabilities, probability_of
 from analysis.gap.selection.centres import centre_negligible_m
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.gap.test_diagnose import practice_series
 

@@ -52,6 +52,7 @@ analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
+ovines.pipeline.series
 ovines.two_results ovines.simulations ovines.commands ovines.commands.options
 ovines.commands.recording ovines.commands.chain ovines.commands.results ovines.commands.diagnosis \
     ovines.commands.simulator ovines.notebook
@@ -65,7 +66,6 @@ OPEN = (  # hold rooms, and files
 )
 MOST_FILES = {
     "ovines": 14,
-    "ovines.pipeline": 14,
     "ovines.importers": 14,
 }  # of the others about a dozen
 FOUNDATIONS = (

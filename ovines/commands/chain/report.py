@@ -8,7 +8,7 @@ from ovines.commands.chain import stage_command
 from ovines.errors import InputError
 from ovines.pipeline.one_recording import run_one
 from ovines.pipeline.ownership import SOURCE, read_source
-from ovines.pipeline.series import run_series
+from ovines.pipeline.series.recordings import run_series
 from ovines.pipeline.stages import stage
 
 NAME = "report"

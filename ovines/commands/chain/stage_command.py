@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ovines.commands.options import jobs, results_folder
 from ovines.pipeline.one_recording import Outcome
-from ovines.pipeline.series import Workers, run_series
+from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.workers.budget import add_yes
 
 

@@ -9,7 +9,7 @@ from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
 from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_to_replace
-from ovines.pipeline.series import is_recording
+from ovines.pipeline.series.recordings import is_recording
 from ovines.pipeline.stages import stage
 from ovines.recording import read_recording
 

@@ -27,8 +27,8 @@ from ovines.commands.options import jobs, whole_number
 from ovines.errors import InputError
 from ovines.io.atomic_write import write_text_whole
 from ovines.law_file import read_law
-from ovines.pipeline.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
-from ovines.pipeline.closed_loop import markdown as loop_markdown
+from ovines.pipeline.series.closed_loop import MOST_RUNS, WAYS, Course, is_open, settle
+from ovines.pipeline.series.closed_loop import markdown as loop_markdown
 from ovines.tables import read_table
 from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with

@@ -15,7 +15,7 @@ from ovines.commands.options import results_folder, whole_number
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of
 from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
-from ovines.pipeline.series import is_recording
+from ovines.pipeline.series.recordings import is_recording
 from ovines.recording import Recording, read_recording, series_folders
 from ovines.tables import read_table, write_table
 from ovines.workers.budget import interruptibly

@@ -17,7 +17,6 @@ from ovines.io.atomic_write import write_text_whole
 from ovines.io.lock import locked
 from ovines.io.provenance import program, provenance, sha256_of
 from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
-from ovines.pipeline.diagnosis import load_impacts, load_series
 from ovines.pipeline.ownership import (
     SOURCE,
     refuse_folder,
@@ -26,7 +25,8 @@ from ovines.pipeline.ownership import (
     refuse_to_replace,
     write_source,
 )
-from ovines.pipeline.series import is_recording, refuse_large
+from ovines.pipeline.series.diagnosis import load_impacts, load_series
+from ovines.pipeline.series.recordings import is_recording, refuse_large
 from ovines.recording import Recording, read_series
 from ovines.tables import TABLES, write_table
 from ovines.workers.budget import add_yes, interruptibly

@@ -11,7 +11,7 @@ from ovines.errors import InputError
 from ovines.io.hashing import hash_inputs
 from ovines.io.toml_input import line_of
 from ovines.pipeline.ownership import refuse_folder, refuse_strange_results, refuse_theirs
-from ovines.pipeline.series import is_recording
+from ovines.pipeline.series.recordings import is_recording
 from ovines.pipeline.stages import (
     MOTION_OR_IMPACTS,
     STAGES,

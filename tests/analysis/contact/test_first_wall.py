@@ -12,7 +12,7 @@ from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.flights.cutting.first_wall import CONTACT_MARGIN_M, off_place, reached_wall
 from analysis.gap.ladder import run_ladder
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

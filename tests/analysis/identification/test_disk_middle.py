@@ -15,7 +15,7 @@ from analysis.identify import identify_runs
 from analysis.motion.host_path import HostMotion
 from ovines.commands.diagnosis.diagnose import read_series
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, simulate
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
 OFF_M = (8e-4, -5e-4)

@@ -22,7 +22,7 @@ from analysis.contact.restitution import (
 )
 from analysis.flights.stated_terms import drift_from_the_start
 from analysis.identify import identify_series
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

@@ -16,7 +16,7 @@ from analysis.identify import identify_series
 from analysis.motion.rig_frame import RigFrame
 from ovines.__main__ import main
 from ovines.errors import InputError
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import Recording, read_series
 from ovines.recording_schema import Nominal
 

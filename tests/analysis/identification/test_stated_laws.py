@@ -16,7 +16,7 @@ from ovines.core import simulate
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.errors import InputError
 from ovines.law_file import law_text
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.pipeline.stages import parameters_of, stage
 from ovines.recording import read_recording, read_series
 from ovines.simulations.results import impact_table, motion_table

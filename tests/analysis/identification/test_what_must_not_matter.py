@@ -24,7 +24,7 @@ from analysis.flights.cutting.segments import Segments
 from analysis.gap.diagnose import diagnose
 from analysis.identify import identify_series
 from ovines.__main__ import main
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
 from tests.plants import Run, Spec, draw_rig, make_run, make_series, write_series

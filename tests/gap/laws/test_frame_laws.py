@@ -26,7 +26,7 @@ from analysis.identify import NOT_HELD, identify
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.law_file import law_text
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

@@ -32,7 +32,7 @@ from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import KNOWN_SIZE
 from ovines.law_file import law_text, read_law
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

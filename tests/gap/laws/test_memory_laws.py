@@ -16,7 +16,7 @@ from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.selection.inertia import inertia_step, wall_between
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.gap.conftest import laws_and_ladder
 

@@ -11,7 +11,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.named_laws import effect_of_restitution
 from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

@@ -14,7 +14,7 @@ from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")

@@ -17,7 +17,7 @@ from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 DRAG = WrittenLaw((Term("along_velocity", -0.6, (Factor("speed"),)),))

@@ -10,7 +10,7 @@ from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.measurement.clock_change import clock_change
 from analysis.gap.measurement.tests import measurement_tests
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 LEAST_S = 3e-5

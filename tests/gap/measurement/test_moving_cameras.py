@@ -9,7 +9,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.measurement.fixed_markers import _slow, ground_motion
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 PLACES_M = np.array([[-0.100, 0.035], [0.110, 0.030], [0.100, -0.040]])

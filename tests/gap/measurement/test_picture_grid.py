@@ -11,7 +11,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose
 from analysis.gap.measurement.picture_grid import picture_grid
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import diagnose
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.plants import Spec, make_series, write_series
 

@@ -10,7 +10,7 @@ from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.selection.flight_steps import first_flights
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

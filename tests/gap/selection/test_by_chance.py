@@ -27,7 +27,7 @@ from analysis.gap.selection.null_distribution import (
     threshold,
 )
 from analysis.gap.thresholds import GAIN
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

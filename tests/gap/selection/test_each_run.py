@@ -12,7 +12,7 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.covariates import run_columns
 from analysis.gap.tests_by_hand import unknown_test
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")

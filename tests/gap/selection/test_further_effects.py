@@ -28,7 +28,7 @@ from analysis.identify import identify_series
 from analysis.walls.lobes import LobedWall, best_order, lobe_columns
 from analysis.walls.wall import Wall
 from ovines.core.effects import EFFECTS
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 NOTHING = frozenset[str]()

@@ -13,7 +13,7 @@ from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flights.missing_acceleration import COMPONENTS
 from analysis.gap.selection.left_in_flights import _best_pair
 from analysis.statistics.gain import regress
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 #: kinds of one series, size, noise, runs -> stage of each kind, a word of what it goes with

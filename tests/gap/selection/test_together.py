@@ -7,7 +7,7 @@ import numpy as np
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.selection.flight_steps import select_flight_effects
-from ovines.pipeline.diagnosis import load_series
+from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 

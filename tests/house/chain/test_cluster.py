@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from ovines.pipeline.cluster import run_on_cluster
-from ovines.pipeline.series import Workers, run_series
+from ovines.pipeline.series.cluster import run_on_cluster
+from ovines.pipeline.series.recordings import Workers, run_series
 from tests.conftest import refused
 
 distributed = pytest.importorskip("distributed")
@@ -53,7 +53,7 @@ def test_a_killed_worker_loses_nothing_and_changes_nothing(small_series, tmp_pat
 
 
 def test_nobody_at_the_address(small_series, tmp_path, monkeypatch, ovines):
-    monkeypatch.setattr("ovines.pipeline.cluster.PATIENCE_S", 0.5)
+    monkeypatch.setattr("ovines.pipeline.series.cluster.PATIENCE_S", 0.5)
     from ovines.errors import InputError
 
     with pytest.raises(InputError, match="a running Dask scheduler"):

@@ -6,8 +6,8 @@ import pytest
 
 from ovines.pipeline.one_recording import run_one
 from ovines.pipeline.pages import FIGURES
-from ovines.pipeline.series import Workers, run_series
-from ovines.pipeline.series_results import write_series_results
+from ovines.pipeline.series.recordings import Workers, run_series
+from ovines.pipeline.series.results import write_series_results
 from ovines.recording import read_recording
 from ovines.tables import read_table
 from tests.conftest import two_cameras, write_small_recording

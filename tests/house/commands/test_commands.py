@@ -13,7 +13,7 @@ import pytest
 
 from ovines.__main__ import main
 from ovines.pipeline.one_recording import run_one
-from ovines.pipeline.series import Workers, run_series
+from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
 from tests.conftest import bouncing_motion, refused, write_small_recording
@@ -148,7 +148,7 @@ def test_one_bad_recording_costs_only_itself(jobs, small_series, tmp_path, ovine
 
 def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
-    monkeypatch.setattr("ovines.pipeline.series.run_one", _dies_once)
+    monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", _dies_once)
     monkeypatch.setenv("OVINES_TEST_MARK", str(tmp_path / "died"))
     outcomes = run_series(small_series, tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
     assert (tmp_path / "died").exists()

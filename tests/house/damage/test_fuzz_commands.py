@@ -99,7 +99,7 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int) -> Count
     (place / "empty").mkdir()
     (place / "note.txt").write_text("note")
     monkeypatch.chdir(place)
-    monkeypatch.setattr("ovines.pipeline.cluster.PATIENCE_S", 0.1)
+    monkeypatch.setattr("ovines.pipeline.series.cluster.PATIENCE_S", 0.1)
     assert main(["triangulate", "run", "--out", "results"]) == 0
     ended: Counter[str] = Counter()
     before = signal.signal(signal.SIGALRM, _hangs)

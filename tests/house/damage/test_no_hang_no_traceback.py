@@ -29,7 +29,7 @@ from ovines.importers.files import read_values
 from ovines.io.nesting import DEEPEST
 from ovines.io.toml_input import read_toml
 from ovines.pipeline.one_recording import Outcome
-from ovines.pipeline.series import Workers, run_series
+from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.recording import read_recording, series_folders
 from ovines.workers.budget import Budget, given_up, in_words, refuse_cost, within_budget
 from tests.conftest import bouncing_motion, recording_toml, refused, two_cameras, write_small_recording
@@ -94,7 +94,7 @@ def test_a_milliard_runs_are_stopped(tmp_path, capsys):
 
 def test_a_table_too_large_for_the_memory_is_told_by_its_footer(tmp_path, monkeypatch, capsys):
     folder = write_small_recording(tmp_path / "run", frames=20).folder
-    monkeypatch.setattr("ovines.pipeline.series.BYTES_PER_ROW", 1e8)
+    monkeypatch.setattr("ovines.pipeline.series.recordings.BYTES_PER_ROW", 1e8)
     assert main(["triangulate", str(folder), "--out", str(tmp_path / "out")]) == 2
     assert "tracks.parquet: 360 rows: about 36 GB" in capsys.readouterr().err and not (tmp_path / "out").exists()
     assert main(["triangulate", str(folder), "--out", str(tmp_path / "out"), "--yes"]) == 0
@@ -202,7 +202,7 @@ def test_an_interrupted_program_ends_with_its_compiled_loop(tmp_path):
 def test_workers_die_with_the_process_that_started_them(how, tmp_path):
     script = (
         "import os, sys, time\nfrom pathlib import Path\nfrom joblib.externals.loky import ProcessPoolExecutor\nfrom "
-        "ovines.pipeline.series import _in_worker, run_one\n"
+        "ovines.pipeline.series.recordings import _in_worker, run_one\n"
         "pool = ProcessPoolExecutor(max_workers=2)\n"
         "for one in [pool.submit(_in_worker, os.getpid(), run_one, Path('nowhere'), Path('out'), None, False, False) "
         "for _ in range(4)]: one.result()\n"
@@ -537,7 +537,7 @@ class Lost:
 
 def test_a_scheduler_that_goes_away(small_series, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("ovines.pipeline.cluster.connect", lambda address: Lost())
+    monkeypatch.setattr("ovines.pipeline.series.cluster.connect", lambda address: Lost())
     outcomes = run_series(
         small_series, tmp_path / "out", "triangulate", workers=Workers(cluster="tcp://x:1", bars=False)
     )
@@ -606,8 +606,8 @@ def test_an_unreadable_settings_file_is_not_called_badly_encoded(tmp_path, monke
 )
 def test_an_address_where_no_scheduler_is(address, monkeypatch, capfd):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("ovines.pipeline.cluster.PATIENCE_S", 0.5)
-    from ovines.pipeline.cluster import run_on_cluster
+    monkeypatch.setattr("ovines.pipeline.series.cluster.PATIENCE_S", 0.5)
+    from ovines.pipeline.series.cluster import run_on_cluster
 
     with pytest.raises(InputError, match="a running Dask scheduler"):
         run_on_cluster([], None, False, False, address, False)

@@ -11,8 +11,8 @@ import pandas as pd
 from ovines.camera import Camera, with_fields
 from ovines.errors import InputError
 from ovines.lens_field import LensField
-from ovines.pipeline.lens import shared_lens_fields
 from ovines.pipeline.runner import run_stages
+from ovines.pipeline.series.lens import shared_lens_fields
 from ovines.pipeline.stages import location
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.motion import host_at_rest, refuse_uninformative

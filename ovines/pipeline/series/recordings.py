@@ -16,11 +16,11 @@ from ovines.errors import InputError
 from ovines.io.lock import locked
 from ovines.io.provenance import program
 from ovines.io.run_log import LOG, LOGGER, bars_disabled, logged
-from ovines.pipeline.cluster import run_on_cluster
-from ovines.pipeline.lens import FEWEST_RUNS, write_series_lens
 from ovines.pipeline.one_recording import Outcome, no_room, run_one
 from ovines.pipeline.ownership import refuse_folder, refuse_other_source, refuse_theirs, write_source
-from ovines.pipeline.series_results import JOINT, PAGE, write_series_results
+from ovines.pipeline.series.cluster import run_on_cluster
+from ovines.pipeline.series.lens import FEWEST_RUNS, write_series_lens
+from ovines.pipeline.series.results import JOINT, PAGE, write_series_results
 from ovines.pipeline.stages import stage
 from ovines.recording import ENTRY_TABLES, read_recording, series_folders
 from ovines.tables import table_rows
