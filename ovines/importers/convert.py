@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from ovines.importers import marker_csv, trc, vibration_tracker
-from ovines.importers.declared import AS_THEY_ARE, BOARD_AXES, metres, times_on_grid, turn, without_zeros
+from ovines.importers.formats import marker_csv, trc, vibration_tracker
+from ovines.importers.formats.opencv_cameras import Found
 from ovines.importers.named_markers import numbered, of_known_markers, renamed
-from ovines.importers.opencv_cameras import Found
+from ovines.importers.reading.declared import AS_THEY_ARE, BOARD_AXES, metres, times_on_grid, turn, without_zeros
 from ovines.recording import Recording
 from ovines.recording_schema import CameraSettings
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # the command line is parsed without loading pandas
     import pandas as pd
 
     from ovines.camera import Camera
-    from ovines.importers.opencv_cameras import Found
+    from ovines.importers.formats.opencv_cameras import Found
     from ovines.recording import Recording
 
 NAME = "import"
@@ -106,8 +106,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read everything before anything is written; then tracks.parquet, points.parquet, calibration.json."""
-    from ovines.importers import convert, impacts_csv, motion_csv
-    from ovines.importers.opencv_cameras import read_cameras
+    from ovines.importers import convert
+    from ovines.importers.formats import impacts_csv, motion_csv
+    from ovines.importers.formats.opencv_cameras import read_cameras
     from ovines.recording import read_recording
 
     files = args.tracks or args.points or args.calibration or args.impacts or args.motion or args.plane
@@ -162,7 +163,7 @@ def write_trigger(args: argparse.Namespace, recording: Recording) -> None:
 
     from analysis.accelerometers.trigger_figure import trigger_figure
     from analysis.figures.style import save_figure
-    from ovines.importers.trigger_signal import frame_times_s, read_signal
+    from ovines.importers.formats.trigger_signal import frame_times_s, read_signal
     from ovines.pipeline.ownership import refuse_theirs
 
     out = args.out or recording.folder
@@ -204,7 +205,7 @@ def _from_points(
     """Cameras of ``--plane``, their covariance, and how well they are known."""
     import pandas as pd
 
-    from ovines.importers.plane_points import read_plane_points
+    from ovines.importers.formats.plane_points import read_plane_points
     from vision.calibration.uncertainty import covariance_table
     from vision.known_points import camera_of_known_points
 

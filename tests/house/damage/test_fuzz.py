@@ -27,9 +27,9 @@ from hypothesis import strategies as st
 
 from ovines.camera import read_calibration, write_calibration
 from ovines.errors import InputError
-from ovines.importers.marker_csv import read_csv
-from ovines.importers.opencv_cameras import read_cameras
-from ovines.importers.trc import read_trc
+from ovines.importers.formats.marker_csv import read_csv
+from ovines.importers.formats.opencv_cameras import read_cameras
+from ovines.importers.formats.trc import read_trc
 from ovines.plausibility.frame_files import refuse_strange_files
 from ovines.plausibility.names import read_names
 from ovines.plausibility.recording import doubts, refuse_contradictions

@@ -25,7 +25,7 @@ import pytest
 import ovines.__main__
 from ovines.__main__ import main
 from ovines.errors import InputError, refusal_of
-from ovines.importers.files import read_values
+from ovines.importers.reading.files import read_values
 from ovines.io.nesting import DEEPEST
 from ovines.io.toml_input import read_toml
 from ovines.pipeline.one_recording import Outcome
@@ -290,7 +290,7 @@ SPOILT = {
 )
 def test_a_foreign_camera_with_one_wrong_value(key, value, tmp_path):
     """Read without it, or refused: never another exception."""
-    from ovines.importers.opencv_cameras import read_cameras
+    from ovines.importers.formats.opencv_cameras import read_cameras
 
     path = tmp_path / "a.json"
     path.write_text(json.dumps({**LENS, key: value}))
@@ -304,7 +304,7 @@ def test_a_foreign_camera_with_one_wrong_value(key, value, tmp_path):
 
 @pytest.mark.parametrize("cell", ["inf", "-inf", "1e999"])
 def test_an_infinite_cell_is_refused_with_its_line(cell, tmp_path):
-    from ovines.importers.marker_csv import read_csv
+    from ovines.importers.formats.marker_csv import read_csv
 
     (tmp_path / "a.csv").write_text(f"frame,marker,u,v\n0,N1,1,2\n1,N1,{cell},2\n")
     with pytest.raises(InputError, match="line 3"):

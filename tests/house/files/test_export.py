@@ -11,7 +11,7 @@ import pytest
 from ovines.__main__ import main
 from ovines.exporters.latex import numbers, words
 from ovines.exporters.units import chosen_units, displayed
-from ovines.importers.trc import read_trc
+from ovines.importers.formats.trc import read_trc
 from ovines.tables import read_table, write_table
 from tests.conftest import HOST_LAYOUT_M, bouncing_motion, moved
 

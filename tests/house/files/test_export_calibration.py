@@ -14,7 +14,7 @@ from ovines.__main__ import main
 from ovines.camera import Camera, read_calibration, write_calibration
 from ovines.errors import InputError
 from ovines.exporters.calibrations import FORMATS, export
-from ovines.importers.opencv_cameras import read_cameras
+from ovines.importers.formats.opencv_cameras import read_cameras
 
 RIG = """format = 1
 [time]

@@ -14,11 +14,11 @@ import pytest
 
 from ovines.camera import Camera, read_calibration
 from ovines.errors import InputError
-from ovines.importers import marker_csv, trc, vibration_tracker
 from ovines.importers.convert import cameras_in_world, points_table, tracks_table
-from ovines.importers.declared import metres, times_on_grid, turn
-from ovines.importers.files import read_values
-from ovines.importers.opencv_cameras import read_cameras
+from ovines.importers.formats import marker_csv, trc, vibration_tracker
+from ovines.importers.formats.opencv_cameras import read_cameras
+from ovines.importers.reading.declared import metres, times_on_grid, turn
+from ovines.importers.reading.files import read_values
 from ovines.recording import read_recording
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -7,7 +7,7 @@ import pytest
 from analysis.accelerometers.trigger_figure import trigger_figure
 from ovines.__main__ import main
 from ovines.errors import InputError
-from ovines.importers.trigger_signal import frame_times_s
+from ovines.importers.formats.trigger_signal import frame_times_s
 from ovines.recording import read_trigger
 
 RATE_HZ, PERIOD_S, OPEN_S, FIRST_S = 50_000.0, 1.25e-3, 0.8e-3, 3.1e-3

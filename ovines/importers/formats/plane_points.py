@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from ovines.importers.cells import numbers, read_cells
-from ovines.importers.declared import METRES, metres
+from ovines.importers.reading.cells import numbers, read_cells
+from ovines.importers.reading.declared import METRES, metres
 
 Array = NDArray[np.float64]
 EXPECTED = "a CSV file with a row per known point: u_px, v_px, x, y (z, sd_px)"

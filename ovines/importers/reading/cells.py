@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ovines.errors import InputError
-from ovines.importers.files import read_text
+from ovines.importers.reading.files import read_text
 
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from ovines.errors import InputError
-from ovines.importers.cells import numbers, read_cells
+from ovines.importers.reading.cells import numbers, read_cells
 
 EXPECTED = "a CSV file with a header: frame, then marker,x,y,z or a column per marker and coordinate"
 NAMES = {"marker", "point", "label", "name", "bodypart", "target"}

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ovines.errors import InputError
-from ovines.importers.cells import numbers, read_cells
+from ovines.importers.reading.cells import numbers, read_cells
 from ovines.tables import TABLES
 
 EXPECTED = "a CSV file with a header: normal_speed_before_m_per_s,normal_speed_after_m_per_s, ..."

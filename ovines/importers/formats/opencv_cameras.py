@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ovines.camera import LENS_TERMS, MOST_SIDE_PX
 from ovines.errors import InputError
-from ovines.importers import kalibr_mrcal
-from ovines.importers.files import read_values
+from ovines.importers.formats import kalibr_mrcal
+from ovines.importers.reading.files import read_values
 
 Array = NDArray[np.float64]
 MATRIX = ("cameramatrix", "k", "matrix", "mtx", "intrinsicmatrix")

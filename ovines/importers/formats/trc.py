@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 
 from ovines.errors import InputError
-from ovines.importers.declared import times_on_grid
-from ovines.importers.files import read_text
+from ovines.importers.reading.declared import times_on_grid
+from ovines.importers.reading.files import read_text
 
 EXPECTED = "a TRC file: PathFileType, header, Frame# Time and markers, then rows separated by tabs"
 
@@ -23,7 +23,7 @@ def read_trc(path: Path) -> tuple[pd.DataFrame, str | None]:
     """Rows ``frame, time_s, marker, x, y, z`` in the file's unit (missing ones left out), and that unit.
 
     TRC numbers frames from 1, the tables here from 0.  Times that are the header's DataRate within their printed
-    digits are put on it (see `ovines.importers.declared.times_on_grid`).
+    digits are put on it (see `ovines.importers.reading.declared.times_on_grid`).
     """
     lines = read_text(path, EXPECTED).splitlines()
     if len(lines) < 6 or not lines[0].lower().startswith("pathfiletype"):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from ovines.importers.files import read_json
+from ovines.importers.reading.files import read_json
 
 Array = NDArray[np.float64]
 TRACKS, DISPLACEMENT = "TrackResults", "resultDisplacement"

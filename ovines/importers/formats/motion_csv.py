@@ -9,8 +9,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from ovines.importers.cells import numbers, read_cells
-from ovines.importers.declared import METRES, metres, times_on_grid
+from ovines.importers.reading.cells import numbers, read_cells
+from ovines.importers.reading.declared import METRES, metres, times_on_grid
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.errors import InputError
-from ovines.importers.files import MOST_PARAMETER_BYTES, read_text
+from ovines.importers.reading.files import MOST_PARAMETER_BYTES, read_text
 from ovines.io.nesting import refuse_deep
 
 Array = NDArray[np.float64]

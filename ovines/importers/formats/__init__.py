@@ -1,0 +1,1 @@
+"""One file per format: markers, motion, impacts, known points, triggers, cameras."""

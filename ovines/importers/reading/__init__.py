@@ -1,0 +1,1 @@
+"""Foreign text and cells read with reasons, and what their user declares: unit, axes, what zeros mean."""
