@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.figures.style import BLACK, BLUE, GREEN, GREY, MM, PURPLE, RED, SKY, label, legend, new_figure
-from analysis.simulations.run_figures import CHANNELS
+from analysis.simulations.energy_figure import CHANNELS
 from analysis.simulations.sweep_figure import in_words
 from ovines.core.absorber.design import Design
 from ovines.core.absorber.linear import bare_gain, ground_amplitude_m, tuned_gain

@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from analysis.simulations.run_figures import ratio_change
+from analysis.simulations.floor_figure import ratio_change
 from ovines.core import simulate
 from ovines.core.system.friction import farkas, floor_friction
 from ovines.core.system.named import named_scenario
