@@ -136,7 +136,7 @@ def test_a_figure_or_a_page_makes_no_parameter_stale():
         ]
     assert not [path for path in code["identify"] if path.startswith(("vision/tracking", "vision/markers"))]
     assert {"analysis/report/style.css", "analysis/figures/style.py"} <= code["report"]
-    assert {"vision/tracking/state.py", "ovines/camera.py", "ovines/tables/declared.py"} <= code["track"]
+    assert {"vision/tracking/state.py", "ovines/camera/model.py", "ovines/tables/declared.py"} <= code["track"]
 
 
 def test_whatever_a_stage_loads_is_its_code():
