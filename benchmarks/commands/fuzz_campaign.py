@@ -17,11 +17,8 @@ row per command: tried, done, refused, slowest, most memory, failures.
 from __future__ import annotations
 
 import argparse
-import copy
 import gc
 import importlib
-import json
-import math
 import os
 import random
 import resource
@@ -30,12 +27,10 @@ import signal
 import sys
 import tempfile
 import time
-import tomllib
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
@@ -43,180 +38,19 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 import cv2
-import numpy as np
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
+from fuzz_damage import damage, damage_line
+from fuzz_lines import LINES, Line, write_shelf
 
 from ovines.__main__ import build, command_names
-from tests.conftest import bouncing_motion, recording_toml, write_small_recording
-from tests.house.damage.test_fuzz import (
-    BOARD,
-    CSV,
-    LENSES,
-    NAMES,
-    ODD,
-    SCENARIO,
-    TRC,
-    TRIGGER,
-    damaged_bytes,
-    damaged_text,
-)
-from tests.house.damage.test_fuzz_commands import LEFT_OUT, NUMBERS, PLACES, WORDS, parsers
-from tests.house.files.test_impacts_alone import impacts
+from tests.house.damage.test_fuzz_commands import parsers
 from tests.processes import LOADED
 
 MOST_CPU_S, MOST_WALL_S = 60.0, 150
 MOST_BYTES, NEVER_BYTES = 4 << 30, 12 << 30  # a failure; what the process is not given at all
 SHARE_OF_FILES, SHARE_OF_OPTIONS = 0.7, 0.45  # inputs whose files, whose options are damaged; at least one of the two
-FACTORS = (1e3, 1e-3, -1.0, 0.0, 1e6, 1e-9, 1e300, 0.1, 10.0)
-OTHERS = (float("nan"), float("inf"), -1, 0, 1, 2**63, 10**400, "", "x" * 300, "ä<b>\n", [], {}, True, [[[]]], "../x",
-          [1, "a"], "\0", [float("nan")] * 3)  # fmt: skip
 WARMED = 0.4  # lines that are drawn less often are not run once beforehand
-RING = "[bodies.host]\ninner_radius_m = 0.05\n[bodies.nes]\nradius_m = 0.01\nmass_kg = 0.0246\ninertia_factor = 0.5\n"
-MODEL = """[model]
-effects = ["floor_friction", "spin_coupling"]
-restitution = 0.7
-wall_friction = 0.13
-tangential_restitution = 0.4
-"""
-DRIVE = "[excitation]\nfrequency_hz = 11.0\nacceleration_g = 8.0\n"
-MOTION = f"format = 1\n[time]\nframe_rate_hz = 800.0\n{RING}{DRIVE}{MODEL}"
-LAW = """format = 1
-name = "a law"
-[[terms]]
-target = "across_velocity"
-coefficient = 0.0226
-unit = "1"
-factors = [{quantity = "speed"}, {quantity = "spin"}]
-"""
-
-
-@dataclass(frozen=True)
-class Line:
-    """A command line that works; the files (globs of the shelf) that it reads; how often it is drawn."""
-
-    words: str
-    reads: tuple[str, ...] = ()
-    weight: float = 1.0
-
-    @property
-    def command(self) -> str:
-        """The command, with the step of one that has steps."""
-        words = self.words.split()
-        return " ".join(words[: 1 + (words[0] in ("blind", "orbits"))])
-
-
-# A file per camera, or one of all of them
-CALIBRATIONS = [(lens, lens if lens.endswith(".toml") else f"VW1={lens} VW2={lens}") for lens in LENSES]
-RUN = ("run/recording.toml", "run/tracks.parquet", "calibration.json")
-RESULTS = ("results/*",)
-LINES = (
-    Line("check run", RUN, 16),
-    Line("check motion", ("motion/*",), 16),
-    Line("check film", ("film/*", "film/VW1/*"), 10),
-    Line("check day", ("day/*/*",), 5),
-    Line("check impacts", ("impacts/*",), 5),
-    Line("triangulate run --out made", RUN, 12),
-    Line("analyse run --out made", RUN, 8),
-    Line("lens run --out made", RUN, 4),
-    Line("track film --names names.csv --out made", ("film/*", "film/VW1/*", "names.csv"), 4),
-    Line("calibrate boards --out made", ("boards/*", "boards/VW1/*"), 0.3),
-    Line("identify motion --out made", ("motion/*",), 1.5),
-    Line("identify impacts --out made", ("impacts/*",), 4),
-    Line("run impacts --out made", ("impacts/*",), 1),
-    Line("run motion --out made", ("motion/*",), 1),
-    Line("report results", RESULTS, 6),
-    *(Line(f"export results --to {to} --out made", RESULTS, 3) for to in ("csv", "mat", "trc", "c3d", "netcdf")),
-    Line("export results --to latex --out made", RESULTS, 3),
-    Line("export results --to figures --out made --width 90", RESULTS, 0.3),
-    *(
-        Line(f"export calibration.json --to {to} --out made", ("calibration.json",), 2)
-        for to in ("opencv", "kalibr", "mrcal", "caliscope", "anipose")
-    ),
-    Line("compare results again --out made", ("results/*", "again/*"), 2),
-    Line("compare motion --out results --runs 1", ("motion/*", "results/*"), 1),
-    Line("diagnose day --out made", ("day/*/*",), 0.4),
-    Line("diagnose day --out made --law law.toml", ("law.toml",), 0.39),
-    Line("simulate scenario.toml --out made", ("scenario.toml",), 14),
-    Line("simulate laws.toml --out made", ("laws.toml", "law.toml"), 8),
-    Line("simulate scenario.toml --out made --runs 3 --spread 0.01 --seed 1", ("scenario.toml",), 3),
-    Line("simulate --list", (), 0.5),
-    Line("sweep scenario.toml --over drive_amplitude_factor=0.9:1.1:2 --runs 2 --out made", ("scenario.toml",), 1),
-    Line("design sprung-host --band 0.9:1.1:2 --runs 1 --transient 2 --periods 2 --out made", (), 1),
-    Line("orbits lyapunov long.toml --periods 1 --transient 2 --out made", ("long.toml",), 1),
-    Line("orbits section scenario.toml --periods 5 --transient 2 --out made", ("scenario.toml",), 1),
-    Line("orbits sensitivities scenario.toml --out made", ("scenario.toml",), 0.3),
-    Line("shaker --frequency-hz 11 --acceleration-g 8 --out made", (), 5),
-    Line("import target --tracks VW1=a.csv VW2=a.csv --out made", ("a.csv", "target/recording.toml"), 6),
-    Line("import target --points a.trc --out made", ("a.trc", "target/recording.toml"), 6),
-    *(Line(f"import lens --calibration {given} --unit m --out made", (lens,), 4) for lens, given in CALIBRATIONS),
-    Line("import target --plane VW1=plane.csv VW2=plane.csv --out made", ("plane.csv",), 4),
-    Line("import target --motion motion.csv --unit m --out made", ("motion.csv",), 5),
-    Line("import target --impacts impacts.csv --out made", ("impacts.csv",), 5),
-    Line("board charuco_5x7_8mm --out made", (), 0.5),
-    Line("board mine --kind chessboard --squares 10 7 --square-mm 25 --out made", (), 4),
-    Line("new fresh --cameras a b --sensor 4096 3072 --rate-hz 800 --host-radius-mm 50 --nes-radius-mm 10", (), 7),
-    Line("pick film --all --names made.csv --accept", ("film/*", "film/VW1/*"), 3),
-    Line("animate motion --out made.gif --start 0 --end 0.02", ("motion/*",), 1),
-    Line("view motion --save made.rrd", ("motion/*",), 2),
-    Line("blind score answered", ("answered/*", "answered/answers/*/*"), 3),
-    Line("blind answer sealed", ("sealed/*",), 0.3),
-    Line("plan motion --as-stated --days 1 --runs 1 --duration-s 0.2 --px-per-mm 5 --out made", ("motion/*.toml",), 3),
-)
-
-
-def write_shelf(place: Path) -> None:
-    """Small valid files of every kind."""
-    write_small_recording(place / "run", frames=40)
-    motion = bouncing_motion(160, 800.0)
-    for folder in ("motion", "day/run-1", "day/run-2"):
-        (place / folder).mkdir(parents=True)
-        (place / folder / "recording.toml").write_text(MOTION)
-        motion.to_parquet(place / folder / "motion.parquet", index=False)
-    motion.rename(columns={"nes_x_m": "x", "nes_y_m": "y", "time_s": "t"})[["t", "x", "y"]].to_csv(
-        place / "motion.csv", index=False
-    )
-    (place / "impacts").mkdir()
-    (place / "impacts/recording.toml").write_text("format = 1\n" + RING)
-    given = impacts(np.random.default_rng(1), 30)
-    given.to_csv(place / "impacts.csv", index=False)
-    grey = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
-    film = recording_toml("film").replace("[4096, 688]", "[64, 48]")
-    for camera, offset in (("VW1", "[0, 1192]"), ("VW2", "[0, 900]")):
-        film = film.replace(f'name = "{camera}"\n', f'name = "{camera}"\nframes = "{camera}/*.png"\n')
-        film = film.replace(offset, "[0, 0]")
-        for folder in ("film", "boards"):
-            (place / folder / camera).mkdir(parents=True)
-            for number in range(3):
-                cv2.imwrite(str(place / folder / camera / f"frame_{number}.png"), grey)
-    (place / "film/recording.toml").write_text(film)
-    boards = film.replace('file = "../calibration.json"', 'board = "charuco_5x7_8mm"\nintrinsic = "{camera}/*.png"\n'
-                          'extrinsic = "{camera}/frame_0.png"')  # fmt: skip
-    (place / "boards/recording.toml").write_text(boards)
-    (place / "target").mkdir()
-    (place / "lens").mkdir()
-    (place / "lens/recording.toml").write_text(film.replace("[4096, 3072]", "[40, 30]").replace("[64, 48]", "[40, 30]"))
-    (place / "target/recording.toml").write_text(
-        recording_toml("target").split("[calibration]")[0]
-        + RING.replace("inner_radius", 'markers = ["N1"]\ninner_radius').replace(
-            "radius_m = 0.01", 'markers = ["N2"]\nradius_m = 0.01'
-        )
-    )
-    texts = {
-        "scenario.toml": SCENARIO, "laws.toml": SCENARIO.replace("[nes]", 'laws = ["law.toml"]\n[nes]', 1),
-        "long.toml": SCENARIO.replace("duration_s = 1.0", "duration_s = 3.0"), "law.toml": LAW, "names.csv": NAMES,
-        "trigger.csv": TRIGGER, "board.toml": BOARD, "a.csv": CSV, "a.trc": TRC,
-        "plane.csv": "u_px,v_px,x_mm,y_mm\n1,44,-100,-80\n60,45,100,-80\n58,3,100,80\n3,2,-100,80\n30,22,0,0\n",
-        "note.txt": "note", **LENSES,
-    }  # fmt: skip
-    second = (
-        LENSES["lens.toml"].replace("cam_0", "cam_1").replace("VW1", "VW2").replace("[0.1, 0.0, 0.5]", "[-0.2, 0, 0.5]")
-    )
-    texts["lens.toml"] = LENSES["lens.toml"] + second
-    for name, text in texts.items():
-        (place / name).write_text(text)
-    (place / "empty").mkdir()
 
 
 def settle(place: Path) -> list[str]:
@@ -267,155 +101,6 @@ def spoken(words: list[str]) -> tuple[int, str]:
         except Exception:
             return 1, said.getvalue() + traceback.format_exc()
     return status, said.getvalue()
-
-
-# --- damage ---------------------------------------------------------------------------------------------------------
-
-
-def leaves(tree: Any) -> list[tuple[Any, Any]]:
-    """Every (container, key) below a tree of dicts and lists."""
-    found: list[tuple[Any, Any]] = []
-    pairs = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
-    for key, value in pairs:
-        found += [(tree, key), *leaves(value)]
-    return found
-
-
-def damaged_tree(tree: Any, draw: random.Random) -> Any:
-    """One value or key replaced, scaled, lost, doubled or added."""
-    tree = copy.deepcopy(tree)
-    places = leaves(tree)
-    if not places:
-        return tree
-    holder, key = draw.choice(places)
-    value, kind = holder[key], draw.randrange(5)
-    if kind == 0 and isinstance(value, int | float) and not isinstance(value, bool):
-        holder[key] = value * draw.choice(FACTORS)
-    elif kind == 1:
-        del holder[key]
-    elif kind == 2 and isinstance(holder, list):
-        holder.insert(key, copy.deepcopy(value))
-    elif kind == 2:
-        holder[f"{key}_2"] = copy.deepcopy(value)
-    elif kind == 3:
-        other, its = draw.choice(places)
-        holder[key] = copy.deepcopy(other[its]) if not isinstance(other[its], dict | list) else draw.choice(OTHERS)
-    else:
-        holder[key] = draw.choice(OTHERS)
-    return tree
-
-
-def toml_of(value: Any) -> str:
-    """A value in TOML, tables inline."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return "nan" if math.isnan(value) else repr(value)
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(str(k))} = {toml_of(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml_of, value)) + "]"
-    return json.dumps(str(value))
-
-
-def damage(path: Path, draw: random.Random) -> None:
-    """One file, by what it is."""
-    content = path.read_bytes()
-    if path.suffix == ".parquet" and draw.random() < 0.8:
-        return damage_table(path, draw)
-    text = None
-    if path.suffix not in (".parquet", ".png", ".gif", ".svg"):
-        text = content.decode("utf-8", "replace")
-    try:
-        if path.suffix == ".toml" and draw.random() < 0.6:
-            tree = damaged_tree(tomllib.loads(text), draw)
-            path.write_text("".join(f"{json.dumps(k)} = {toml_of(v)}\n" for k, v in tree.items()), "utf-8")
-            return None
-        if path.suffix == ".json" and draw.random() < 0.6:
-            path.write_text(json.dumps(damaged_tree(json.loads(text), draw)), "utf-8")
-            return None
-    except (ValueError, TypeError, OverflowError, RecursionError):
-        pass  # a number that no such file can hold
-    if text is not None and path.suffix == ".csv" and draw.random() < 0.6:
-        rows = [line.split(",") for line in text.split("\n")]
-        for _ in range(draw.choice((1, 1, 3))):
-            row = draw.choice(rows)
-            row[draw.randrange(len(row))] = draw.choice((*ODD, *NUMBERS, "1e5", "2e18", "-3"))
-        path.write_text("\n".join(map(",".join, rows)), "utf-8")
-    elif text is not None:
-        edits = [
-            (draw.choice(("cut", "insert", "double", "value", "line")), draw.random(), draw.choice((*ODD, *NUMBERS)))
-            for _ in range(draw.choice((1, 1, 2)))
-        ]
-        text = damaged_text(text, edits)
-        if draw.random() < 0.05:
-            at = draw.randrange(len(text) + 1)
-            text = text[:at] + draw.choice(("[", '{"a":', "<a>", "a.", " ")) * draw.choice((100, 20_000)) + text[at:]
-        path.write_text(text, "utf-8", "surrogatepass")
-    else:
-        edits = [
-            (draw.choice(("set", "cut", "insert", "end", "zero")), draw.random(), draw.randbytes(draw.randrange(1, 9)))
-            for _ in range(draw.choice((1, 2, 3)))
-        ]
-        path.write_bytes(damaged_bytes(content, edits))
-    return None
-
-
-def damage_table(path: Path, draw: random.Random) -> None:
-    """Columns and rows of a table; its own metadata stay or go."""
-    kept = pq.read_table(path)
-    table = kept.to_pandas()
-    for _ in range(draw.choice((1, 1, 2))):
-        kind, column = draw.randrange(7), draw.choice(list(table.columns) or ["x"])
-        row = draw.randrange(len(table)) if len(table) else 0
-        if kind == 0 and pd.api.types.is_numeric_dtype(table[column]):
-            with np.errstate(all="ignore"):
-                table[column] = table[column].astype(float) * draw.choice(FACTORS)
-        elif kind == 1 and pd.api.types.is_numeric_dtype(table[column]):
-            table[column] = table[column].astype(float) + draw.choice((1e6, 1.7e9, 1e10, -1e3, 1e300))
-        elif kind == 2 and len(table):
-            table[column] = table[column].astype(object)
-            table.loc[row, column] = draw.choice((None, float("nan"), float("inf"), 1e6, 1e8, 2e18, -1.0, 0.0, 1e300))
-            if column in kept.column_names and pd.api.types.is_numeric_dtype(kept.column(column).to_pandas()):
-                table[column] = pd.to_numeric(table[column])
-        elif kind == 3:
-            table = table.drop(columns=column)
-        elif kind == 4:
-            table = table.iloc[: draw.choice((0, 1, 2, 3, len(table) // 2))].reset_index(drop=True)
-        elif kind == 5:
-            table = pd.concat([table, table.iloc[row : row + draw.choice((1, 50))]], ignore_index=True)
-        else:
-            table[column] = draw.choice((0.0, 1.0, float("nan"), "a", None, True, 5))
-        if not len(table.columns):
-            break
-    try:
-        made = pa.Table.from_pandas(table, preserve_index=False)
-    except (pa.ArrowInvalid, pa.ArrowTypeError, OverflowError):
-        return
-    if draw.random() < 0.3:
-        made = made.replace_schema_metadata(kept.schema.metadata)
-    pq.write_table(made, path)
-
-
-def damage_line(words: list[str], parser: argparse.ArgumentParser, draw: random.Random) -> list[str]:
-    """Options added, or a value replaced."""
-    words = list(words)
-    actions = [a for a in parser._actions if a.option_strings and not set(a.option_strings) & set(LEFT_OUT)]
-    for _ in range(draw.choice((1, 1, 2))):
-        if draw.random() < 0.3 and len(words) > 1:
-            words[draw.randrange(1, len(words))] = draw.choice(PLACES + NUMBERS + WORDS)
-        elif actions:
-            action = draw.choice(actions)
-            pool = PLACES if getattr(action.type, "__name__", "") == "Path" else WORDS + NUMBERS
-            pool = (*map(str, action.choices), *pool[:3]) if action.choices else pool
-            count = 0 if action.nargs == 0 else action.nargs if isinstance(action.nargs, int) else 1
-            words += [draw.choice(action.option_strings), *(draw.choice(pool) for _ in range(count))]
-    return words
-
-
-# --- one input ------------------------------------------------------------------------------------------------------
 
 
 @dataclass
