@@ -10,8 +10,8 @@ import pytest
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, Suspension, simulate
 from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import row_of
+from ovines.core.sensitivity.flight_slopes import floor_slopes
 from ovines.core.sensitivity.run import STATES, sensitivities
-from ovines.core.sensitivity.slopes import floor_slopes
 from ovines.core.system.friction import farkas, farkas_slope, floor_friction
 from ovines.core.system.named import named_scenario
 

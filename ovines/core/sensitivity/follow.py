@@ -27,7 +27,7 @@ from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
 from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
-from ovines.core.sensitivity.slopes import host_tangents, response_slopes
+from ovines.core.sensitivity.host_slopes import host_tangents, response_slopes
 from ovines.core.sensitivity.strike import flow, hold_tangents, leave_event, slip_ends_tangents, strike_tangents
 from ovines.core.sensitivity.tangent_step import N_QUICK, N_ROOM, Tangents, step_tangents
 from ovines.core.system import parameters as P

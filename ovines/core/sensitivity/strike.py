@@ -11,7 +11,7 @@ import math
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.sensitivity.columns import Q_RADIUS, Q_RESTITUTION, Q_REVERSAL, Q_WALL_FRICTION
-from ovines.core.sensitivity.slopes import (
+from ovines.core.sensitivity.contact_slopes import (
     GAP,
     K_NN,
     K_NT,

@@ -29,7 +29,8 @@ from ovines.core.sensitivity.columns import (
     Q_PHASE,
     Q_RADIUS,
 )
-from ovines.core.sensitivity.slopes import contact_tangents, floor_slopes
+from ovines.core.sensitivity.contact_slopes import contact_tangents
+from ovines.core.sensitivity.flight_slopes import floor_slopes
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
 from ovines.core.system.host import ROTATION, Z

@@ -1,0 +1,108 @@
+"""Slopes of the Host's motion, of its steady response and of the floor's load over the drive's numbers.
+
+Every function differentiates the one of :mod:`ovines.core.system` that its docstring names, line by line.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, compiled
+from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
+from ovines.core.system import parameters as P
+from ovines.core.system.host import ROTATION, Z
+from ovines.core.system.packed import System
+
+
+@compiled
+def drive_slopes(t: float, drive: Floats, out: Floats) -> None:
+    """What amplitude factor, frequency factor and phase shift (columns) do to :func:`base_motion` (9 rows)."""
+    out[:] = 0.0
+    for row in range(drive.shape[0]):
+        axis, amplitude, omega = int(drive[row, 0]), drive[row, 1], drive[row, 2]
+        if axis == Z:
+            continue
+        if omega == 0.0:
+            out[axis, 0] += amplitude
+            continue
+        argument = omega * t + drive[row, 3]
+        sine, cosine = amplitude * math.sin(argument), amplitude * math.cos(argument)
+        out[axis, 0] += sine
+        out[3 + axis, 0] += omega * cosine
+        out[6 + axis, 0] -= omega * omega * sine
+        out[axis, 1] += omega * t * cosine
+        out[3 + axis, 1] += omega * (cosine - omega * t * sine)
+        out[6 + axis, 1] -= omega * omega * (2.0 * sine + omega * t * cosine)
+        out[axis, 2] += cosine
+        out[3 + axis, 2] -= omega * sine
+        out[6 + axis, 2] -= omega * omega * cosine
+
+
+@compiled
+def response_slopes(t: float, p: Floats, drive: Floats, out: Floats) -> None:
+    """The same for a sprung Host's steady response (:func:`sprung_response`; 6 rows)."""
+    out[:] = 0.0
+    for row in range(drive.shape[0]):
+        axis, amplitude, omega = int(drive[row, 0]), drive[row, 1], drive[row, 2]
+        if axis == Z:
+            continue
+        if omega == 0.0:
+            out[axis, 0] += amplitude
+            continue
+        inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
+        stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
+        top, below = complex(stiffness, damping * omega), complex(stiffness - omega * omega, damping * omega)
+        gain = top / below
+        change = (1j * damping - gain * (-2.0 * omega + 1j * damping)) / below
+        argument = omega * t + drive[row, 3]
+        turned = amplitude * complex(math.cos(argument), math.sin(argument))
+        by_amplitude, by_frequency = gain * turned, omega * (change + 1j * t * gain) * turned
+        by_phase = 1j * gain * turned
+        out[axis, 0] += by_amplitude.imag
+        out[3 + axis, 0] += omega * by_amplitude.real
+        out[axis, 1] += by_frequency.imag
+        out[3 + axis, 1] += omega * (by_frequency.real + by_amplitude.real)
+        out[axis, 2] += by_phase.imag
+        out[3 + axis, 2] += omega * by_phase.real
+
+
+@compiled
+def host_tangents(t: float, system: System, s: Floats, q: Floats, base: Floats, turning: Floats) -> None:
+    """A driven Host's rows of ``s`` at ``t``, and its accelerations' (3 rows) into ``turning``; ``base`` (9, 3)."""
+    drive_slopes(t, system.drive, base)
+    for j in range(q.shape[1]):
+        a, f, phase = q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j]
+        for i in range(9):
+            value = base[i, 0] * a + base[i, 1] * f + base[i, 2] * phase
+            if i < 2:
+                s[6 + i, j] = value
+            elif i == 2:
+                s[10, j] = value
+            elif i < 5:
+                s[5 + i, j] = value
+            elif i == 5:
+                s[11, j] = value
+            else:
+                turning[i - 6, j] = value
+
+
+@compiled
+def load_slope(t: float, q: Floats, j: int, system: System) -> float:
+    """What column ``j`` does to the floor's load: the vertical harmonics' part in it."""
+    total = 0.0
+    drive = system.drive
+    for row in range(drive.shape[0]):
+        if int(drive[row, 0]) == Z:
+            omega = drive[row, 2]
+            argument = omega * t + drive[row, 3]
+            sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
+            total -= (
+                omega
+                * omega
+                * (
+                    q[Q_AMPLITUDE, j] * sine
+                    + q[Q_FREQUENCY, j] * (2.0 * sine + omega * t * cosine)
+                    + q[Q_PHASE, j] * cosine
+                )
+            )
+    return total
