@@ -18,7 +18,7 @@ from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import Merged, accepted, merge
 from analysis.identification.contact_law.interval import Interval
 from analysis.identification.fit import RigFit, fit_rig, refit_law
-from analysis.identification.floor_law import SURE_FORCE
+from analysis.identification.floor.law import SURE_FORCE
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import RigFrame, rig_frame

@@ -15,8 +15,8 @@ from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.noise import FlightNoise
 from analysis.identification.fit import BALANCE_SD, BALANCE_SHARE, RigFit
-from analysis.identification.floor_law import FORMS, SURE_FORCE
-from analysis.identification.floor_priors import HELD_M
+from analysis.identification.floor.law import FORMS, SURE_FORCE
+from analysis.identification.floor.priors import HELD_M
 from analysis.identification.parameters import LENS_SHARE
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.walls.drawn import stated_wall

@@ -32,11 +32,11 @@ from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.runs import Run, cut_again
 from analysis.flights.evidence import columns_of
 from analysis.identification.contact_law.fit import ELLIPSE_WORDS, fit_contact_law, wall_and_words
-from analysis.identification.floor import FloorFit
-from analysis.identification.floor_law import SURE_FORCE, choose_floor
-from analysis.identification.floor_priors import HELD_M, WEAK_SD, prior_sd
+from analysis.identification.contact_law.restitution_rows import restitution_fit, without_effects
+from analysis.identification.floor.fit import FloorFit
+from analysis.identification.floor.law import SURE_FORCE, choose_floor
+from analysis.identification.floor.priors import HELD_M, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LensResidual, lens_residual
-from analysis.identification.restitution_rows import restitution_fit, without_effects
 
 DEFAULT_EFFECTS = ("floor_friction", "spin_coupling")
 # An ellipse smaller than this share of the lens residual may be spurious, caused by it (two sds of such ones,

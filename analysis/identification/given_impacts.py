@@ -16,7 +16,7 @@ from analysis.flights.stated_terms import stated_sizes
 from analysis.identification.contact_law.deviance import best_tangential
 from analysis.identification.contact_law.interval import Interval, normal_interval
 from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
-from analysis.identification.restitution_rows import (
+from analysis.identification.contact_law.restitution_rows import (
     effect_sizes,
     few,
     restitution_fit,

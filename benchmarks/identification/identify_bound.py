@@ -30,7 +30,7 @@ from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import ORIGIN, SHARED, fit_flights
 from analysis.identification.fit import RigFit
-from analysis.identification.floor_priors import ORIGIN_SD_M, WEAK_SD
+from analysis.identification.floor.priors import ORIGIN_SD_M, WEAK_SD
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.identify import identify_series
 from benchmarks.identification.identify import motions_of, restitution_bound

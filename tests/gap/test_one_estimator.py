@@ -26,7 +26,7 @@ from ovines.recording import Recording, read_series
 from ovines.recording_schema import Nominal
 
 CAUSES = ("viscous_drag", "speed_dependent_restitution", "wall_lobes")
-# Flights are fitted until a step is within 0.05 sd (RESTS_SD in analysis/identification/floor.py): from another start,
+# Flights are fitted until a step is within 0.05 sd (RESTS_SD of identification/floor/fit.py): from another start,
 # with terms that are held, they rest elsewhere by as much each, and what follows by a little more.  Seen: 0.1.
 MOST_SD = 0.15
 

@@ -36,6 +36,7 @@ ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tr
     analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.draw
 analysis.identification.contact_law
+analysis.identification.floor
 ovines.scenario ovines.core.orbits vision.track vision.calibration_check vision.rendering analysis.identification \
     analysis.comparison analysis.gap.measurement analysis.blind.trial
 analysis.gap.selection.flights analysis.gap.selection.impacts

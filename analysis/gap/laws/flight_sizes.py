@@ -19,9 +19,9 @@ from analysis.gap.laws.flight_rows import FlightRegression, regression_of
 from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places
-from analysis.identification.floor import FloorFit, fit_floor
-from analysis.identification.floor_errors import FEWEST_FLIGHTS, FEWEST_RUNS, sandwich_factor
-from analysis.identification.floor_priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
+from analysis.identification.floor.errors import FEWEST_FLIGHTS, FEWEST_RUNS, sandwich_factor
+from analysis.identification.floor.fit import FloorFit, fit_floor
+from analysis.identification.floor.priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.statistics.student import student_over_normal
 from ovines.core.laws.terms import rows_of
@@ -120,7 +120,7 @@ def _numbers_step(
     own_sd: Array,
 ) -> tuple[Array, Array]:
     """Step of the numbers inside, where the coefficients (columns ``law``) rest, and the covariance of both: of flights
-    or runs that disagree more than their noise lets them (:func:`analysis.identification.floor.disagreement`)."""
+    or runs that disagree more than their noise lets them (:func:`analysis.identification.floor.errors.disagreement`)."""
     columns, prior = columns_of([*floor.names, *ORIGIN, *LENS_TERMS]), rows.problem.prior
     order = [*(i for i in range(len(columns)) if i not in law), *law]
     inside = _derivatives(rows, parts, coefficients)

@@ -22,7 +22,7 @@ from analysis.flights.noise import (
 )
 from analysis.flights.single_flight import whiten
 from analysis.flights.unknown_force import force_evidence, tried_forces
-from analysis.identification.floor_priors import LENS_SDS_M, prior_in
+from analysis.identification.floor.priors import LENS_SDS_M, prior_in
 
 PERIOD_S = 1 / 800
 

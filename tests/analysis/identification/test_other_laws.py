@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.flights.cutting.runs import prepare
-from analysis.identification.floor import fit_floor
+from analysis.identification.floor.fit import fit_floor
 from analysis.identification.parameters import identification_table, law_intervals
 from analysis.identify import identify_series
 from analysis.motion.rig_frame import rig_frame

@@ -17,7 +17,7 @@ from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.model import FlightModel, RunPlace, moved, run_places, too_long
-from analysis.identification.floor_errors import noise_of
+from analysis.identification.floor.errors import noise_of
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]

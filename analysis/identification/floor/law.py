@@ -16,10 +16,10 @@ from analysis.flights.fit import ORIGIN, SHARED
 from analysis.flights.frame_assignment import settled
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
-from analysis.identification.floor import RESTS_SD, FloorFit, fit_floor
-from analysis.identification.floor_errors import disagreement
-from analysis.identification.floor_priors import lens_priors, prior_of
-from analysis.identification.restitution_rows import few
+from analysis.identification.contact_law.restitution_rows import few
+from analysis.identification.floor.errors import disagreement
+from analysis.identification.floor.fit import RESTS_SD, FloorFit, fit_floor
+from analysis.identification.floor.priors import lens_priors, prior_of
 
 Array = NDArray[np.float64]
 # Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.

@@ -24,7 +24,7 @@ from analysis.flights.unknown_force import (
     refined,
     tried_forces,
 )
-from analysis.identification.floor_priors import HELD_M, LENS_SDS_M, lens_priors
+from analysis.identification.floor.priors import HELD_M, LENS_SDS_M, lens_priors
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import CONTACT_RADIUS_M
 from ovines.workers.threads import in_threads

@@ -21,7 +21,7 @@ from analysis.flights.evidence import (
 )
 from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
-from analysis.identification.floor_errors import (
+from analysis.identification.floor.errors import (
     disagreement,
     errors_of,
     lift_sd,
@@ -29,7 +29,7 @@ from analysis.identification.floor_errors import (
     shapes_of_force,
     without_gross,
 )
-from analysis.identification.floor_priors import HELD_M, LENS_SD_M, prior_of
+from analysis.identification.floor.priors import HELD_M, LENS_SD_M, prior_of
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
