@@ -120,7 +120,8 @@ def _numbers_step(
     own_sd: Array,
 ) -> tuple[Array, Array]:
     """Step of the numbers inside, where the coefficients (columns ``law``) rest, and the covariance of both: of flights
-    or runs that disagree more than their noise lets them (:func:`analysis.identification.floor.errors.disagreement`)."""
+    or runs that disagree more than their noise lets them (:func:`analysis.identification.floor.errors.disagreement`).
+    """
     columns, prior = columns_of([*floor.names, *ORIGIN, *LENS_TERMS]), rows.problem.prior
     order = [*(i for i in range(len(columns)) if i not in law), *law]
     inside = _derivatives(rows, parts, coefficients)
