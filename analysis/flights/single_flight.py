@@ -261,7 +261,7 @@ def fit_single(
         fly_with_derivatives(trial, t0, frames.time_s, p, none, rig, out, derivative)
         _rows(out, derivative, frames, origin, rows, residual)
         misfit = _normal_equations(rows, residual, normal, right)
-        if misfit <= best:
+        if misfit <= best and misfit < np.inf:  # a force may throw a flight out of all numbers
             gained = best - misfit
             best = misfit
             state[:] = trial

@@ -84,6 +84,8 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         columns, rows = _rows_of(floor)
         law = [columns.index(SHARED.index(n)) for n in names]
         step, covariance = _numbers_step(floor, rows, law, parts, coefficients, own_sd)
+        if not (np.all(np.isfinite(step)) and np.all(np.isfinite(covariance))):
+            return None  # flights that it throws out of the world: a stop at the wall of a hair's width
         inside = np.sqrt(np.diag(covariance)[len(names) :])
         if not np.any(np.abs(step) > RESTS_SD * inside):
             break

@@ -1,4 +1,6 @@
-"""Measurement findings taken out one after the other, strongest first, each time measuring again."""
+"""Measurement findings taken out one after the other, strongest first, each time measuring again; last what only moves
+or widens frames, as the points behind these are then no longer theirs.
+"""
 
 from __future__ import annotations
 
@@ -26,24 +28,29 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
 #: what its correction leaves in the data, to be found again
 KEPT = ("camera_clock_offset", "motion_blur")
 ADDITIVE = ("sensor_window_offset", "plane_tilt")
+LAST = ("trigger_jitter", "motion_blur")
 
 
 def correct(
     series: Series, withheld: frozenset[str] = frozenset(), most: int = 3
 ) -> tuple[Series, list[Finding], MeasurementTests]:
-    """Corrected series, what was found (strongest first; never what is ``withheld``) and the first round's tests."""
+    """Corrected series, what was found (in the order taken out; never what is ``withheld``) and the first round's
+    tests.
+    """
     first = tests = measurement_tests(series)
     found: list[Finding] = []
+    after: dict[str, Finding] = {}
     for _ in range(most):
         taken = {f.effect for f in found}
         left = [f for f in tests.findings.values() if f.found and f.effect not in taken | withheld]
         if not left:
             break
-        strongest = max(left, key=Finding.times_least)
+        strongest = max(left, key=lambda f: (f.effect not in LAST, f.times_least()))
         found.append(strongest)
         series = CORRECTIONS[strongest.effect](series, strongest)
         tests = measurement_tests(series)
-    return series, [_refined(f, tests) for f in found], first
+        after |= tests.findings
+    return series, [_refined(f, after.get(f.effect)) for f in found], first
 
 
 def without_stated(series: Series) -> Series:
@@ -75,9 +82,8 @@ def beyond_stated(findings: Sequence[Finding], model: Nominal | None) -> list[Fi
     return [finding for finding in findings if not known(finding)]
 
 
-def _refined(finding: Finding, after: MeasurementTests) -> Finding:
-    """What a linear correction left over is measured on the corrected data, and belongs to the effect."""
-    left = after.findings.get(finding.effect)
+def _refined(finding: Finding, left: Finding | None) -> Finding:
+    """What a linear correction ``left`` over is measured on the corrected data, and belongs to the effect."""
     if finding.effect not in ADDITIVE or left is None:
         return finding
     return replace(

@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import time
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -34,6 +35,8 @@ from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with
 
 NAME = "blind"
+# What is said of a case whose diagnosis ended in an error.
+NO_ANSWER = "no answer"
 HELP = "Make sealed cases with a plant of their own, answer them, and score the answers."
 
 
@@ -157,7 +160,13 @@ def _answer_case(folder: Path, case: str, parent: int = 0) -> tuple[str, str]:
     die_with(parent)
     out = folder / "answers" / case
     start = time.monotonic()
-    _diagnose(folder / "cases" / case, out)
+    try:
+        _diagnose(folder / "cases" / case, out)
+    except Exception as error:  # whatever it is: the other cases have their answers
+        out.mkdir(parents=True, exist_ok=True)
+        write_text_whole(traceback.format_exc(), out / "failed.txt")
+        return case, f"{NO_ANSWER} ({type(error).__name__}: {error}; see failed.txt)".replace("\n", " ")
+    (out / "failed.txt").unlink(missing_ok=True)
     write_text_whole(json.dumps(time.monotonic() - start), out / "seconds.json")
     verdict = json.loads((out / "diagnosis.json").read_text())
     return case, ", ".join(verdict["effects"]) or verdict["verdict"]
@@ -185,9 +194,13 @@ def _answer(args: argparse.Namespace) -> int:
     answered = Parallel(n_jobs=_processes(args), return_as="generator_unordered")(
         delayed(_answer_case)(args.folder, case, os.getpid()) for case in left
     )
+    failed = []
     for done, (case, answer) in enumerate(answered, len(cases) - len(left) + 1):
         _say(f"{done}/{len(cases)} {case}: {answer}")
-    return 0
+        failed += [case] if answer.startswith(NO_ANSWER) else []
+    if failed:
+        _say(f"without an answer, for an error: {', '.join(sorted(failed))}; the others are answered")
+    return int(bool(failed))
 
 
 def _plain(case: Any) -> str:

@@ -6,6 +6,7 @@ import json
 import pytest
 
 from ovines.commands.diagnosis import blind
+from ovines.errors import InputError
 
 
 def _run(*arguments):
@@ -37,6 +38,29 @@ def test_answering_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert _run("score", tmp_path / "t") == 0
     figures = {f["name"]: f for f in json.loads((tmp_path / "t" / "score.json").read_text())["figures"]}
     assert figures["false alarms"]["n"] == 2 and figures["false alarms"]["value"] == 0.0
+
+
+def test_a_case_that_ends_in_an_error_costs_only_itself(tmp_path, monkeypatch, capsys):
+    _run("make", tmp_path / "t", "--cases", 2, "--seed", 3, "--runs", 1, "--kinds", "none")
+
+    def answer(series, out):
+        if series.name == "case-001":
+            raise ArithmeticError("no eigenvalues")
+        out.mkdir(parents=True, exist_ok=True)
+        verdict = {"verdict": "none", "effects": [], "equivalent": [], "stage": None}
+        (out / "diagnosis.json").write_text(json.dumps(verdict))
+
+    monkeypatch.setattr(blind, "_diagnose", answer)
+    assert _run("answer", tmp_path / "t") == 1
+    said = capsys.readouterr()
+    told = said.out + said.err
+    assert "case-001: no answer (ArithmeticError: no eigenvalues" in told and "2/2 case-002: none" in told
+    failed = tmp_path / "t" / "answers" / "case-001" / "failed.txt"
+    assert "no eigenvalues" in failed.read_text()
+    with pytest.raises(InputError, match="case-001 has no answer"):
+        _run("score", tmp_path / "t")
+    monkeypatch.setattr(blind, "_diagnose", lambda series, out: answer(series.with_name("case-002"), out))
+    assert _run("answer", tmp_path / "t") == 0 and not failed.exists()
 
 
 @pytest.mark.long

@@ -10,7 +10,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose
-from analysis.gap.measurement.picture_grid import picture_grid
+from analysis.gap.measurement.picture_grid import PERIODS_PX, _waves, picture_grid
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
@@ -46,3 +46,19 @@ def test_a_series_without_a_grid_has_none(tmp_path, noise):
         (told,) = picture_grid(replace(series, points=tuple(points)))
         assert told.goes_with == f"the place in the picture, once in {words}"
         assert told.size == pytest.approx(0.2, rel=0.2)
+
+
+def test_markers_that_cross_less_than_two_waves_tell_nothing_of_them(tmp_path):
+    """Of Hosts that move along the pictures' u only, waves of v: a lens bent what passed for one."""
+    series = loaded(tmp_path, "none", 1.0, "warp", 8, runs=1)
+    names = [camera.name for camera in series.cameras]
+    hosts = series.recordings[0].bodies["host"].markers
+    seen = series.tracks[0][series.tracks[0]["marker"].isin(hosts)]
+    way_px = seen.groupby(["camera", "marker"])[["u_px", "v_px"]].agg(np.ptp).max()
+    assert way_px["u_px"] > 2 * max(PERIODS_PX) and way_px["v_px"] < 2 * 2.0, way_px
+    wave, sd = (
+        one.reshape(len(PERIODS_PX), len(names), 2, 2)
+        for one in _waves(series.points[0], series.tracks[0], names, hosts)
+    )
+    assert np.all(sd[:, :, 0] < 0.1)
+    assert np.all(np.abs(wave[1:, :, 1]) < 1e-12) and np.all(sd[1:, :, 1] > 1e3)
