@@ -69,7 +69,7 @@ def _waves(
     points: pd.DataFrame, tracks: pd.DataFrame, cameras: Sequence[str], markers: Sequence[str]
 ) -> tuple[Array, Array] | None:
     """Cosines and sines (periods x cameras x coordinates x 2,) of the places in both pictures in what the epipolar
-    lines (px) of one run's moving markers are off, and their sds."""
+    lines (px) of one run's moving markers are off, and their sds: nan and inf of waves that no marker crosses."""
     rows = points[points["marker"].isin(list(markers))][["frame", "marker", "epipolar_px"]]
     for number, name in enumerate(cameras):
         own = tracks[tracks["camera"] == name][["frame", "marker", "u_px", "v_px"]]
@@ -89,12 +89,14 @@ def _waves(
         columns[np.ix_(at, np.repeat(hardly.ravel(), 2).nonzero()[0])] = 0.0
         smooth = np.linalg.qr(_smooth(places[at, -2:]))[0]
         columns[at] -= smooth @ (smooth.T @ columns[at])
-    design, value = columns[:, :-1], columns[:, -1]
+    told = np.any(columns[:, :-1] != 0.0, 0)
+    design, value = columns[:, :-1][:, told], columns[:, -1]
     fit = least_squares(design, value, np.full(len(value), float(np.std(value)) or 1.0), rounds=ROUNDS, ridge=RIDGE)
     left = np.clip(fit.residual, -3.0, 3.0)
     grown = slow_mean(left) * max(float(np.std(left)), 1e-300)
-    count = waves.shape[1]
-    return fit.coefficients[:count], np.sqrt(np.diag(fit.covariance)[:count]) * grown
+    wave, sd = np.full(len(told), np.nan), np.full(len(told), np.inf)
+    wave[told], sd[told] = fit.coefficients, np.sqrt(np.diag(fit.covariance)) * grown
+    return wave, sd
 
 
 def _smooth(places_px: Array) -> Array:
