@@ -24,7 +24,9 @@ from analysis.motion.host_lines import (
 )
 from analysis.motion.host_path import HostMotion
 from analysis.motion.smooth_path import SmoothPath, smooth_path
+from analysis.motion.starting_drive import AS_GOOD, GROSS_SD, InPhase, in_phase
 from analysis.statistics.correlation import slow_mean
+from ovines.robust import spread
 
 Array = NDArray[np.float64]
 # Harmonics beside the mean: the fundamental and two overtones.
@@ -71,17 +73,16 @@ def fit_host_motion(
     if any(left) and overtones and _left_share(position, fit) > MAIN_SHARE:
         # No line of it is the drive: a sweep, a random drive.
         fit, overtones = fit_lines(time_s, position, sd, np.zeros(0), 0), 0
-    if any(left):
-        crosswise = int(np.nanstd(position[:, 0]) >= np.nanstd(position[:, 1]))
-        few = 2 * np.pi * FEWEST_PERIODS / float(np.ptp(time_s))
-        slowest = SLOWEST_SHARE * 2 * np.pi * spectral_peak(time_s, position)
-        for axis, least in ((crosswise, max(slowest, few)), (2, few)):
-            fit = _with_own_line(time_s, position, sd, fit, axis, least)
-        left = [one.there for one in excess(time_s, fit.residual)]
-    smooth, residual = _smooth_paths(time_s, fit.residual, np.array(left))
+    fit, smooth, residual = _followed(time_s, position, sd, fit)
+    starts = _starting(time_s, position, residual, smooth, fit) if overtones else None
+    if starts is not None:
+        fit = fit_lines(time_s, position, sd, np.array([starts.omega_rad_per_s]), overtones, held=(0,))
+        fit, smooth, residual = _followed(time_s, position, sd, fit)
     kept = 1 + 2 * overtones
     omega_sd = float(fit.sd[0]) if overtones else 0.0
-    if overtones and any(smooth):  # a line that wanders is known to its width alone
+    if starts is not None:
+        omega_sd = starts.sd_rad_per_s
+    elif overtones and any(smooth):  # a line that wanders is known to its width alone
         omega_sd = float(np.hypot(omega_sd, 2 * np.pi * np.sqrt(_left_share(position, fit)) / np.ptp(time_s)))
     omega = float(fit.frequencies[0]) if overtones else 0.0
     phase = 0.0
@@ -101,6 +102,36 @@ def fit_host_motion(
         smooth,
         _widened(residual)[:, None, None] * fit.inverse,
     )
+
+
+def _followed(
+    time_s: Array, position: Array, sd: Array, fit: LineFit
+) -> tuple[LineFit, tuple[SmoothPath | None, ...], Array]:
+    """``fit`` with the lines that the height and the way across the drive are, the paths of what no line explains, and
+    what they leave (N, 4)."""
+    left = [one.there for one in excess(time_s, fit.residual)]
+    if any(left):
+        crosswise = int(np.nanstd(position[:, 0]) >= np.nanstd(position[:, 1]))
+        few = 2 * np.pi * FEWEST_PERIODS / float(np.ptp(time_s))
+        slowest = SLOWEST_SHARE * 2 * np.pi * spectral_peak(time_s, position)
+        for axis, least in ((crosswise, max(slowest, few)), (2, few)):
+            fit = _with_own_line(time_s, position, sd, fit, axis, least)
+        left = [one.there for one in excess(time_s, fit.residual)]
+    return fit, *_smooth_paths(time_s, fit.residual, np.array(left))
+
+
+def _starting(
+    time_s: Array, position: Array, residual: Array, smooth: tuple[SmoothPath | None, ...], fit: LineFit
+) -> InPhase | None:
+    """The sine that a drive is whose size alone changes; None where its line is steady, or no sine leaves as little as
+    the path that follows every frame does (``residual``)."""
+    axis = int(np.nanstd(position[:, 1]) > np.nanstd(position[:, 0]))
+    if smooth[axis] is None:
+        return None
+    noise_m = spread(residual[:, axis])
+    way = np.where(np.abs(residual[:, axis]) < GROSS_SD * noise_m, position[:, axis], np.nan)
+    found = in_phase(time_s, way, float(fit.frequencies[0]), fit.overtones)
+    return found if found is not None and found.left_m < AS_GOOD * noise_m else None
 
 
 def _main_line(
@@ -167,7 +198,14 @@ def _with_own_line(
     gain = np.count_nonzero(seen) * np.log(now / max(after, 1e-300)) / slow_mean(line.residual[seen, axis]) ** 2
     if not (excess(time_s, fit.residual)[axis].there or gain > BETTER_LINE):
         return fit
-    return fit_lines(time_s, position, sd, np.append(fit.frequencies, line.frequencies), fit.overtones, held=1)
+    return fit_lines(
+        time_s,
+        position,
+        sd,
+        np.append(fit.frequencies, line.frequencies),
+        fit.overtones,
+        (*fit.held, len(fit.frequencies)),
+    )
 
 
 def _spaced(fit: LineFit, duration_s: float) -> bool:

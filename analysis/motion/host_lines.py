@@ -53,7 +53,7 @@ def basis(time_s: Array, omegas: Array, derivative: int = 0) -> Array:
 class LineFit:
     """``overtones`` harmonics of the first of ``frequencies`` (F,) (rad/s, with their ``sd``), and the others' lines:
     ``coefficients`` (4, 1 + 2 L) of :func:`basis` at :attr:`omegas`, ``residual`` (N, 4), ``keep`` (N, 4) what was
-    fitted, ``inverse`` (4, P, P) of each axis' normal matrix.
+    fitted, ``inverse`` (4, P, P) of each axis' normal matrix, ``held`` the numbers of frequencies that were known.
     """
 
     frequencies: Array
@@ -63,6 +63,7 @@ class LineFit:
     residual: Array
     keep: NDArray[np.bool_]
     inverse: Array
+    held: tuple[int, ...] = ()
 
     @property
     def omegas(self) -> Array:
@@ -78,11 +79,13 @@ def all_lines(frequencies: Array, overtones: int) -> Array:
     return np.concatenate([harmonics, frequencies[1:]])
 
 
-def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, overtones: int, held: int = 0) -> LineFit:
+def fit_lines(
+    time_s: Array, position: Array, sd: Array, frequencies: Array, overtones: int, held: tuple[int, ...] = ()
+) -> LineFit:
     """Lines by weighted least squares, with their frequencies (F,) as unknowns (variable projection, Golub and Pereyra
     1973); gross errors are cut at :data:`GROSS_SD` robust sds.
 
-    ``overtones`` 0: all ``frequencies`` are single lines (F may be 0); the last ``held`` of them stay as they are.
+    ``overtones`` 0: all ``frequencies`` are single lines (F may be 0); those of the numbers ``held`` stay as they are.
     """
     frequencies = np.array(frequencies, float)
     keep = np.isfinite(position) & np.isfinite(sd)
@@ -121,7 +124,7 @@ def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, ove
             if np.array_equal(keep, kept):
                 break
             continue
-        open_ = (np.diag(normal) > 0) & (np.arange(count) < count - held)
+        open_ = (np.diag(normal) > 0) & ~np.isin(np.arange(count), held)
         step = np.zeros(count)
         errors = np.full(count, np.inf)
         if open_.any():
@@ -135,7 +138,7 @@ def fit_lines(time_s: Array, position: Array, sd: Array, frequencies: Array, ove
         frequencies = frequencies + np.clip(step, -most, most)
         if np.all(np.abs(step) < 1e-3 * errors):
             break
-    return LineFit(frequencies, errors, overtones, coefficients, residual, keep, inverse)
+    return LineFit(frequencies, errors, overtones, coefficients, residual, keep, inverse, held)
 
 
 def _slopes(time_s: Array, frequencies: Array, overtones: int) -> list[Array]:

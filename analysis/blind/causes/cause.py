@@ -18,9 +18,9 @@ class Cause:
 
     The function returns the true parameters by the names that `diagnosis.json` uses where there are any; of the others
     ``follows`` says what their effect goes with: what a search would have to find.  Facts of the rig it needs:
-    ``round_only``: a wall without corners, ``steady_only``: a drive that has a phase, ``short_blows``: blows that take
-    no time, as all in the stage "impact" do.  Beside its ``rivals`` it does not stand: what they do is the same, or
-    their laws cannot stand side by side.
+    ``round_only``: a wall without corners, ``steady_only``: a drive that has a phase, and a frequency that it was asked
+    for, ``short_blows``: blows that take no time, as all in the stage "impact" do.  Beside its ``rivals`` it does not
+    stand: what they do is the same, or their laws cannot stand side by side.
     """
 
     name: str

@@ -227,7 +227,7 @@ LISTED = [
     Cause("camera_clock_offset", "measurement", _camera_clock_offset, listed=True),
     Cause("sensor_window_offset", "measurement", _sensor_window_offset, listed=True),
     Cause("length_scale_error", "measurement", _length_scale_error, listed=True),
-    Cause("frame_rate_error", "measurement", _frame_rate_error, listed=True),
+    Cause("frame_rate_error", "measurement", _frame_rate_error, listed=True, steady_only=True),
     Cause("plane_tilt", "measurement", _plane_tilt, listed=True),
     Cause("trigger_jitter", "measurement", _trigger_jitter, listed=True),
     Cause("motion_blur", "measurement", _motion_blur, listed=True),

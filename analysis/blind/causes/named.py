@@ -20,6 +20,7 @@ from analysis.blind.causes.measurement import MEASUREMENT
 from analysis.blind.causes.restitution import RESTITUTION
 from analysis.blind.causes.wall_friction import WALL_FRICTION
 from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.recording.drive import ASKED
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
 
@@ -37,7 +38,7 @@ def may_stand_together(causes: tuple[str, ...], wall: str, drive: str) -> bool:
         return False
     if wall in ("triangle", "square") and any(cause.round_only for cause in several):
         return False
-    return drive in ("sine", "start_up") or not any(cause.steady_only for cause in several)
+    return drive in ASKED or not any(cause.steady_only for cause in several)
 
 
 def _rules_out(one: Cause, other: Cause) -> bool:

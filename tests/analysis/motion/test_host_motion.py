@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from analysis.motion.host_fit import fit_host_motion
 from analysis.motion.host_lines import excess
 from analysis.motion.host_table import host_at
+from analysis.motion.starting_drive import in_phase
 
 FREQUENCY_HZ = 11.03
 
@@ -241,3 +242,29 @@ def test_noise_alone_is_no_motion_however_it_goes_on_from_frame_to_frame(correla
         white = np.random.default_rng([seed, 7]).normal(0, 1.3e-5, (360, 4))
         noise = lfilter([1.0], [1.0, -correlation], white, axis=0)[40:]
         assert not any(one.there for one in excess(time_s, noise))
+
+
+def test_a_drive_that_starts_keeps_its_frequency():
+    """A line through the start gave way to it by some per cent; overtones, noise of both kinds, three lengths."""
+    squares = []
+    for number, length in enumerate((0.45, 0.6, 1.2)):
+        for seed in range(4):
+            rng = np.random.default_rng([number, seed])
+            t = np.arange(0.0, length, 1 / 800) - 0.5 * length
+            w, turn = 70.0 * rng.uniform(0.9, 1.1), rng.uniform(0, TURN)
+            x = 0.016 * (1 - np.exp(-(t - t[0]) / 0.15)) * np.cos(w * t + turn) + 1.5e-4 * np.cos(2 * w * t)
+            noise = 8e-6 * lfilter([1.0], [1.0, -0.3 * (seed % 2)], rng.standard_normal((len(t), 4)), axis=0)
+            seen = np.column_stack([x, 0 * x, 0 * x, 0 * x]) + noise
+            host = fit_host_motion(t, seen, np.full(seen.shape, 8e-6), 11.0)
+            assert host.omega_sd_rad_per_s < 5e-5 * w
+            squares.append(((host.omega_rad_per_s - w) / host.omega_sd_rad_per_s) ** 2)
+    assert 0.6 < np.sqrt(np.mean(squares)) < 1.6
+
+
+def test_what_changes_its_frequency_has_none_of_one_sine():
+    """A drive that sweeps, and one that hops to another frequency half way, are no sine of changing size."""
+    t = np.arange(800) / 800 - 0.5
+    hop = np.where(t < 0, np.sin(70.0 * t), np.sin(75.0 * t))
+    for way in (0.01 * np.sin(TURN * (11 * t + t * t)), 0.01 * hop):
+        found = in_phase(t, way + 8e-6 * np.random.default_rng(0).standard_normal(800), 70.0, 3)
+        assert found.left_m > 2e-5

@@ -13,6 +13,12 @@ def test_what_remembers_a_blow_does_not_stand_beside_a_contact_that_lasts():
     assert all(may_stand_together(("table_tilt", name), "round", "sine") for name in names)
 
 
+def test_a_frame_rate_is_wrong_only_where_a_frequency_was_asked_for():
+    """Nothing else in a recording knows how long a second is."""
+    assert may_stand_together(("frame_rate_error",), "round", "start_up")
+    assert not any(may_stand_together(("frame_rate_error",), "round", d) for d in ("chirp", "random", "two_lines"))
+
+
 def test_only_a_round_wall_is_squashed_and_no_blow_has_two_laws():
     needs_a_round_wall("unknown_squashed_ring")
     needs_a_blow_that_is_over(cause.name for cause in of_group("unimagined") if cause.stage == "impact")
