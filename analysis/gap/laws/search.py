@@ -19,10 +19,8 @@ from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
 Array = NDArray[np.float64]
-# Signs drawn; one series in a thousand over four stages (turned signs do not know all that flights share: of sixty
-# stages without effect four were told chances below one in four hundred); parts of a law at the most.  Where a probe
-# has already found that something is left, a law only says what it follows: one such stage in a hundred gets one by
-# chance.
+# Problems of noise drawn; one series in a thousand over four stages; parts of a law at the most.  Where a probe has
+# already found that something is left, a law only says what it follows: one such stage in a hundred gets one by chance.
 DRAWS, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01, 3
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02

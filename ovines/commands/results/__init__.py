@@ -1,0 +1,1 @@
+"""Commands that show results, and hand them to other programs."""
