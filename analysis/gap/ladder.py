@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
+from analysis.flights.cutting.runs import Run
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
@@ -123,9 +124,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     structure += _withheld_centres(centres, withheld)
     causes = [_measured(f) for f in beyond_stated(findings, model)]
     of_flights = [c for c in flights.causes if c.strength > felt]
-    # What [model] names is no cause, but a flight's effect of another size than it states is.
-    resized = {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(model))
-    known = withheld.union(effects) - resized
+    known = withheld.union(effects) - _resizable(series)
     causes += beyond_stated_drive(corrected, drive.causes)
     causes += [c for c in (*of_flights, *impacts.causes, *centres, *inertia.cause(corrected)) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
@@ -174,10 +173,40 @@ def with_contacts_of(
     )
 
 
+def with_held_law(
+    ladder: Ladder, runs: Sequence[Run], cause: Cause, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+) -> Ladder:
+    """The ladder of ``runs`` that hold a law which is the effect ``cause``: what acts on their flights beside it, the
+    disk, impacts and wall are asked anew, for flights that lacked it bent them all."""
+    measured, effects = ladder.measured, stated_effects(ladder.series)
+    factor = measured.runs[0].data.inertia_factor * stated_ratio(measured) / runs[0].data.inertia_factor
+    series = with_inertia(replace(ladder.series, runs=tuple(runs)), factor)
+    first = first_flights(series, effects)
+    inertia, flights, series = _flights_and_disk(series, first, effects, withheld, ladder.measurement, rng)
+    flights = replace(flights, nominal=ladder.flights.nominal, causes=(*flights.causes, cause))
+    before = {c.effect for c in (*ladder.flights.causes, *ladder.inertia.cause(ladder.series))}
+    known = withheld.union(effects) - (
+        {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(series.recordings[0].model))
+    )
+    causes = [c for c in ladder.causes if c.effect not in before]
+    causes += [c for c in (*flights.causes, *inertia.cause(series)) if c.effect not in known]
+    structure = [s for s in ladder.structure if s.stage != "flight"] + list(flights.structure)
+    ladder = replace(
+        ladder, series=series, inertia=inertia, flights=flights, causes=tuple(causes), structure=tuple(structure)
+    )
+    return with_contacts_of(ladder, flights.fitted, rng, withheld)
+
+
 def stated_effects(series: Series) -> list[str]:
     """Effects of the nominal model."""
     model = series.recordings[0].model
     return list(model.effects) if model else ["floor_friction", "spin_coupling"]
+
+
+def _resizable(series: Series) -> set[str]:
+    """What ``[model]`` names is no cause; but an effect of the flights, or of the disk, of another size than it states
+    is: these."""
+    return {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(series.recordings[0].model))
 
 
 def _withheld_centres(centres: Sequence[Cause], withheld: frozenset[str]) -> list[Structure]:

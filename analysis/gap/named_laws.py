@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.gap.cause import Cause
-from analysis.gap.ladder import Ladder
+from analysis.gap.ladder import Ladder, with_held_law
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.selection.flight_candidates import gains
-from analysis.gap.selection.left_in_flights import left_in_flights
 from ovines.core.laws.terms import WrittenLaw
 
 #: effects that are found by the search of laws
@@ -59,37 +55,20 @@ def effect_of_restitution(law: WrittenLaw) -> str | None:
     )
 
 
-def with_named_law(ladder: Ladder, law: LawFound, rng: np.random.Generator) -> Ladder | None:
-    """The ladder in whose flights a named law acts, and in which only what is left beside it is structure; None where
-    the law has no name."""
+def holds_named(law: LawFound) -> bool:
+    """Whether one of several terms of a law is an effect of the library."""
+    return len(law.rig_law.terms) > 1 and any(_is_rocking(WrittenLaw((term,))) for term in law.rig_law.terms)
+
+
+def with_named_law(
+    ladder: Ladder, law: LawFound, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+) -> Ladder | None:
+    """The ladder in whose flights a named law acts, and in which all that they tell is asked beside it; None where the
+    law has no name."""
     named = named_effect(law)
     if named is None or law.fitted is None:
         return None
     effect, parameters = named
-    runs, fit = law.fitted
     told = max((s for s in ladder.structure if s.stage == "flight"), key=lambda s: s.strength)
     cause = Cause(effect, "flight", parameters, told.strength, told.gain, told.coordinate, told.phase)
-    strongest = max([cause.strength, *(c.strength for c in ladder.flights.causes)])
-    units = ladder.flights.units
-    left, left_p = left_in_flights(runs, fit, units, rng, strongest * units.negligible_m_per_s2)
-    structure = [] if left is None else [left]
-    names = {c.effect for c in ladder.flights.causes}
-    asked = gains(fit, [g.term for g in (*ladder.flights.kept, *ladder.flights.left)], units)
-    steps = replace(
-        ladder.flights,
-        fitted=fit,
-        named=fit,
-        causes=(*ladder.flights.causes, cause),
-        structure=tuple(structure),
-        left=tuple(g for g in asked if g.term.name not in names),
-        kept=tuple(g for g in asked if g.term.name in names),
-        left_p=left_p,
-    )
-    structure += [s for s in ladder.structure if s.stage != "flight"]
-    return replace(
-        ladder,
-        series=replace(ladder.series, runs=runs),
-        flights=steps,
-        causes=tuple(sorted((*ladder.causes, cause), key=lambda c: -c.strength)),
-        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
-    )
+    return with_held_law(ladder, law.fitted[0], cause, rng, withheld)

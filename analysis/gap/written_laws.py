@@ -24,7 +24,7 @@ from analysis.gap.laws.impact_law import (
     wall_law_instead,
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
-from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
+from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, holds_named, with_named_law
 from analysis.gap.selection.flight_steps import first_flights, sized_beside
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
@@ -109,7 +109,13 @@ def _flight_law(
     sized = {c.effect: c for c in steps.causes}
     causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
     ladder = replace(ladder, flights=steps, causes=causes)
-    named = None if withheld & set(NAMED_BY_LAW) else with_named_law(ladder, law, rng)
+    if withheld & set(NAMED_BY_LAW):
+        return law, ladder
+    one = law
+    if holds_named(law):  # the rest may be what the disk or a name is off without it
+        alone, _ = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least, most_parts=1)
+        one = law if alone is None else alone
+    named = with_named_law(ladder, one, rng, withheld)
     return (law, ladder) if named is None else (None, named)
 
 

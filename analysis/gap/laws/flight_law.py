@@ -22,7 +22,7 @@ from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression import Regression
-from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, NEAR, Found, Rival, find_law
+from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR, Found, Rival, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.gap.selection.flights.fit import FlightFit, fit
@@ -58,6 +58,7 @@ def find_flight_law(
     frame: RigFrame,
     rng: np.random.Generator,
     least_m_per_s2: float = 0.0,
+    most_parts: int = MOST_PARTS,
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
@@ -75,7 +76,7 @@ def find_flight_law(
     # A product that no probe asked for would rest on a few flights.
     asked = least_m_per_s2 == 0.0
     level, multipliers = (LEVEL_WHERE_LEFT, of_flights(scales)) if asked else (LEVEL, [])
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, multipliers)
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, multipliers, most_parts)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)
