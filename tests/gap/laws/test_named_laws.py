@@ -13,6 +13,7 @@ from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
 
 
 def restitution(*factors):
@@ -52,3 +53,18 @@ def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path):
     ((_, truth),) = made.truth["parameters"]["restitution_drift"].items()
     value, sd = ladder.causes[0].parameters["relative_per_run"]
     assert abs(value - truth) < 4 * sd
+
+
+def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
+    """The inertia, judged by flights that lacked the rocking, left a torque that stood in the law beside it: unknown,
+    with the rocking's own formula.  Beside the rocking the disk is asked anew."""
+    _, series = loaded("inertia_error+nes_rocking", 0.8, 4, runs=4)
+    true = {"ratio": 0.8844, "relative": -0.5053, "decay_s": 0.02333}
+    laws, ladder = laws_and_ladder(series)
+    assert laws == () and ladder.structure == ()
+    told = {cause.effect: cause.parameters for cause in ladder.causes}
+    assert set(told) == {"nes_rocking", "inertia_error"}
+    for name, (value, sd) in (told["nes_rocking"] | told["inertia_error"]).items():
+        assert abs(value - true[name]) < 3 * sd
+    assert told["inertia_error"]["ratio"][1] < 0.01
+    assert ladder.flights.nominal.fits[0].run.law.shape[0] == 0 < ladder.flights.fitted.fits[0].run.law.shape[0]
