@@ -12,6 +12,9 @@ from ovines.camera.model import Camera
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
+# Rounds of residuals and steps, the last without one; a point rests where its step is smaller than this share of the
+# first camera's distance, after two or three as a rule: residuals and covariance are then those of where it rests, too.
+MOST_STEPS, RESTS_SHARE = 5, 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,20 +64,16 @@ def triangulate_points(
     weights = [1.0 / np.asarray(sd, float) for sd in sd_px]
     if len(cameras) > 2:
         return _triangulate_many(cameras, pixels, weights)
-    points = midpoints(cameras, pixels)
-    for _ in range(4):
-        residual, jacobian = _stacked(cameras, pixels, weights, points)
-        normal = np.swapaxes(jacobian, -1, -2) @ jacobian
-        points = points + _solve(normal, np.einsum("nij,ni->nj", jacobian, residual))
-    residual, jacobian = _stacked(cameras, pixels, weights, points)
-    normal = np.swapaxes(jacobian, -1, -2) @ jacobian
-    usable = np.isfinite(normal).all((-1, -2))
-    covariance = np.full_like(normal, np.nan)
-    covariance[usable] = np.linalg.inv(normal[usable])
-    # The left null vector of the 4 x 3 Jacobian carries all of the misfit; its sign is fixed by the second view's v.
-    null = np.full(residual.shape, np.nan)
-    null[usable] = np.linalg.svd(jacobian[usable])[0][..., 3]
-    null *= np.where(null[:, 3:] < 0, -1.0, 1.0)
+    points, residual, jacobian, covariance = _nearest(cameras, pixels, weights, midpoints(cameras, pixels))
+    usable = np.asarray(np.isfinite(covariance).all((-1, -2)), bool)
+    # The left null vector of the 4 x 3 Jacobian (its signed 3 x 3 minors) carries all of the misfit; its sign is fixed
+    # by the second view's v.
+    rows = np.where(usable[:, None, None], jacobian, np.nan).transpose(1, 0, 2)
+    first, second = np.cross(rows[0], rows[1]), np.cross(rows[2], rows[3])
+    pairs = ((rows[1], second), (-rows[0], second), (rows[3], first), (-rows[2], first))
+    null = np.stack([np.einsum("ni,ni->n", row, other) for row, other in pairs], -1)
+    with np.errstate(invalid="ignore"):
+        null /= np.linalg.norm(null, axis=-1, keepdims=True) * np.where(null[:, 3:] < 0, -1.0, 1.0)
     scale = np.sqrt(np.mean([1 / w**2 for w in weights], 0))
     pixel_residual = residual / np.repeat(np.stack(weights, -1), 2, -1)
     return Triangulated(
@@ -94,17 +93,9 @@ def _triangulate_many(cameras: Sequence[Camera], pixels: Sequence[Array], weight
         normal, right = normal + across, right + across @ camera.centre_m
     enough = seen.sum(0) >= 2
     normal[~enough] = np.nan
-    points = _solve(normal, right)
     known = [np.where(own[:, None], uv, 0.0) for own, uv in zip(seen, pixels, strict=True)]
-    for _ in range(4):
-        residual, jacobian = _stacked(cameras, known, weights, points)
-        normal = np.swapaxes(jacobian, -1, -2) @ jacobian
-        points = points + _solve(normal, np.einsum("nij,ni->nj", jacobian, residual))
-    residual, jacobian = _stacked(cameras, known, weights, points)
-    normal = np.swapaxes(jacobian, -1, -2) @ jacobian
-    usable = np.isfinite(normal).all((-1, -2))
-    covariance = np.full_like(normal, np.nan)
-    covariance[usable] = np.linalg.inv(normal[usable])
+    points, residual, _, covariance = _nearest(cameras, known, weights, _solve(normal, right))
+    usable = np.isfinite(covariance).all((-1, -2))
     square = np.zeros(len(points))
     for k, weight in enumerate(weights):
         off = residual[:, 2 * k : 2 * k + 2] / np.where(weight > 0, weight, 1.0)[:, None]
@@ -152,6 +143,32 @@ def midpoints(cameras: Sequence[Camera], pixels: Sequence[Array]) -> Array:
         s = (along_first - cosine * along_second) / (1 - cosine**2)
         t = (cosine * along_first - along_second) / (1 - cosine**2)
     return 0.5 * (cameras[0].centre_m + s[:, None] * first + cameras[1].centre_m + t[:, None] * second)
+
+
+def _nearest(
+    cameras: Sequence[Camera], pixels: Sequence[Array], weights: Sequence[Array], points: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Gauss-Newton steps from ``points`` (N, 3) to where they rest, the weighted residuals (N, 2 C) and Jacobian
+    (N, 2 C, 3) there, and the covariance (N, 3, 3)."""
+    away_m = float(np.linalg.norm(cameras[0].centre_m)) or 1.0
+    points = points.copy()
+    residual, jacobian = np.full((len(points), 2 * len(cameras)), np.nan), np.empty((len(points), 2 * len(cameras), 3))
+    normal, moves = np.empty((len(points), 3, 3)), np.arange(len(points))
+    for left in reversed(range(MOST_STEPS)):
+        own_px, own_weights = ([each[moves] for each in of] for of in (pixels, weights))
+        residual[moves], jacobian[moves] = _stacked(cameras, own_px, own_weights, points[moves])
+        normal[moves] = np.swapaxes(jacobian[moves], -1, -2) @ jacobian[moves]
+        if not left:
+            break
+        step = _solve(normal[moves], np.einsum("nij,ni->nj", jacobian[moves], residual[moves]))
+        points[moves] += step
+        moves = moves[np.any(np.abs(step) > RESTS_SHARE * away_m, 1)]
+        if not len(moves):
+            break
+    usable = np.isfinite(normal).all((-1, -2))
+    covariance = np.full_like(normal, np.nan)
+    covariance[usable] = np.linalg.inv(normal[usable])
+    return points, residual, jacobian, covariance
 
 
 def _stacked(
