@@ -18,10 +18,11 @@ from ovines.robust import spread
 
 Array = NDArray[np.float64]
 # The size over a run: polynomials of this degree at the most, one for two half periods at the least.
-DEGREE, PERIODS_A_TERM = 14, 0.6
-# Phases tried in half a turn, frequencies to both sides of the guess (turns over the run), rounds from the best, each
-# without frames that are off by more than so many sds.
-PHASES, TURNS, ROUNDS, GROSS_SD = 8, np.linspace(-1.5, 1.5, 13), 6, 6.0
+DEGREE, PERIODS_A_TERM = 14, 0.8
+# Phases tried in half a turn, frequencies to both sides of the line (turns over the run), rounds from the best, each
+# without frames that are off by more than so many sds.  Starts bend a line by a third of a turn at the most; farther
+# off a size that goes through zero makes another frequency of it.
+PHASES, TURNS, ROUNDS, GROSS_SD = 8, np.linspace(-0.5, 0.5, 5), 6, 6.0
 # It is one sine where it leaves no more than this many times what the path left that follows every frame, and a part of
 # their noise: 1.0 to 1.8 times in 24 starts.
 AS_GOOD = 2.5
@@ -40,7 +41,8 @@ class InPhase:
 
 def in_phase(time_s: Array, way_m: Array, guess_rad_per_s: float, overtones: int = 1) -> InPhase | None:
     """The sine of changing size that ``way_m`` (N,) (nan where unseen) is along one axis, beside ``overtones`` (the
-    sine itself being the first) of steady size; None where its frames or periods are too few.
+    sine itself being the first) of steady size; None where its frames or periods are too few, or where it would be half
+    a turn over the run from the line ``guess_rad_per_s``.
 
     >>> t = np.linspace(0.0, 0.6, 480)
     >>> found = in_phase(t, 0.01 * (1 - np.exp(-t / 0.15)) * np.sin(70.0 * t) + 1e-9 * np.cos(9e3 * t), 72.0)
@@ -77,6 +79,8 @@ def in_phase(time_s: Array, way_m: Array, guess_rad_per_s: float, overtones: int
         inverse = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
         step, variance = -inverse @ (slopes.T @ now[keep]), float(inverse[0, 0])
         omega, phase = omega + float(step[0]) * unit, phase + float(step[1])
+    if abs(omega - guess_rad_per_s) * duration > 2 * np.pi * TURNS[-1]:
+        return None
     rest = left(omega, phase, keep)[keep]
     sd = np.sqrt(variance) * unit * float(np.std(rest)) * slow_mean(rest)
     return InPhase(float(omega), float(sd), spread(rest))

@@ -268,3 +268,11 @@ def test_what_changes_its_frequency_has_none_of_one_sine():
     for way in (0.01 * np.sin(TURN * (11 * t + t * t)), 0.01 * hop):
         found = in_phase(t, way + 8e-6 * np.random.default_rng(0).standard_normal(800), 70.0, 3)
         assert found.left_m > 2e-5
+
+
+def test_a_size_that_goes_through_zero_makes_no_other_frequency():
+    """Of four periods of a steady sine: a slower one whose size swings came as near, 1.6 turns off."""
+    t = np.arange(800) / 800 - 0.5
+    way = 0.01 * np.sin(TURN * 4.03 * t + 0.3) + 5e-6 * np.random.default_rng(1).standard_normal(800)
+    found = in_phase(t, way, TURN * 4.1)
+    assert found is None or abs(found.omega_rad_per_s - TURN * 4.03) < 1e-3 * TURN * 4.03

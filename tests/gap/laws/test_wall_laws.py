@@ -8,6 +8,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import find_wall_law
+from analysis.gap.laws.search import LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
@@ -26,7 +27,8 @@ def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path):
     fits = first_flights(series, EFFECTS).fits
     rng = np.random.default_rng(0)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
-    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, rng)
+    # As a diagnosis asks where a probe has found something: here that the distances scatter.
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, rng, LEVEL_WHERE_LEFT)
     assert law is not None
     (term,) = law.law.terms
     assert (term.target, term.factors[0].quantity, term.factors[0].order) == ("contact_radius", "body_angle", 2.0), (
