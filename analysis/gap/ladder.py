@@ -107,7 +107,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
     rigid = rigid_structure(series, _clock_s(findings))
-    felt = FELT_IN_FLIGHT * max((s.strength for s in rigid if s.unit == "s"), default=0.0)
+    felt = _felt(rigid)
     structure = [
         *ground,
         *([tests.clock_change] if tests.clock_change is not None else []),
@@ -185,12 +185,13 @@ def with_held_law(
     inertia, flights, series = _flights_and_disk(series, first, effects, withheld, ladder.measurement, rng)
     flights = replace(flights, nominal=ladder.flights.nominal, causes=(*flights.causes, cause))
     before = {c.effect for c in (*ladder.flights.causes, *ladder.inertia.cause(ladder.series))}
-    known = withheld.union(effects) - (
-        {*STATED_IN_FLIGHT, "inertia_error"} & set(stated_sizes(series.recordings[0].model))
-    )
+    known = withheld.union(effects) - _resizable(series)
+    felt = _felt(rigid_structure(measured, _clock_s(ladder.findings)))
     causes = [c for c in ladder.causes if c.effect not in before]
-    causes += [c for c in (*flights.causes, *inertia.cause(series)) if c.effect not in known]
-    structure = [s for s in ladder.structure if s.stage != "flight"] + list(flights.structure)
+    causes += [c for c in flights.causes if c.effect not in known and (c is cause or c.strength > felt)]
+    causes += [c for c in inertia.cause(series) if c.effect not in known]
+    structure = [s for s in ladder.structure if s.stage != "flight"]
+    structure += [s for s in flights.structure if s.strength > felt]
     ladder = replace(
         ladder, series=series, inertia=inertia, flights=flights, causes=tuple(causes), structure=tuple(structure)
     )
@@ -201,6 +202,11 @@ def stated_effects(series: Series) -> list[str]:
     """Effects of the nominal model."""
     model = series.recordings[0].model
     return list(model.effects) if model else ["floor_friction", "spin_coupling"]
+
+
+def _felt(rigid: Sequence[Structure]) -> float:
+    """How strong a finding of the flights may be that markers seen at times of their own explain."""
+    return FELT_IN_FLIGHT * max((one.strength for one in rigid if one.unit == "s"), default=0.0)
 
 
 def _resizable(series: Series) -> set[str]:

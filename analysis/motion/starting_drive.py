@@ -17,11 +17,11 @@ from analysis.statistics.correlation import slow_mean
 from ovines.robust import spread
 
 Array = NDArray[np.float64]
-# The size over a run: polynomials of this degree at the most, one for two half periods at the least.
+# The size over a run: polynomials of this degree at the most, one for so many periods of the drive.
 DEGREE, PERIODS_A_TERM = 14, 0.8
 # Phases tried in half a turn, frequencies to both sides of the line (turns over the run), rounds from the best, each
-# without frames that are off by more than so many sds.  Starts bend a line by a third of a turn at the most; farther
-# off a size that goes through zero makes another frequency of it.
+# without frames that are off by more than so many sds.  Twelve starts bent a line by 0.31 turns at
+# the most; farther off a size that goes through zero makes another frequency of it.
 PHASES, TURNS, ROUNDS, GROSS_SD = 8, np.linspace(-0.5, 0.5, 5), 6, 6.0
 # It is one sine where it leaves no more than this many times what the path left that follows every frame, and a part of
 # their noise: 1.0 to 1.8 times in 24 starts.
