@@ -8,7 +8,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import find_wall_law
-from analysis.gap.laws.search import LEVEL_WHERE_LEFT
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
@@ -19,16 +19,18 @@ from ovines.recording import read_series
 EFFECTS = ("floor_friction", "spin_coupling")
 
 
-def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path):
-    """Its contact radius goes twice around the body; the scatter that it makes of the distances is no noise of them."""
-    made = make_series("unknown_oval_disk", 1.0, np.random.default_rng(12), runs=4, noise="white")
+@pytest.mark.parametrize(("seed", "level"), [(12, LEVEL_WHERE_LEFT), (13, LEVEL)])
+def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path, seed, level):
+    """Its contact radius goes twice around the body; the scatter that it makes of the distances is no noise of them.
+    The first is asked for as a diagnosis asks where a probe has found something (that the distances scatter), the other
+    where none has."""
+    made = make_series("unknown_oval_disk", 1.0, np.random.default_rng(seed), runs=4, noise="white")
     write_series(made, tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     fits = first_flights(series, EFFECTS).fits
     rng = np.random.default_rng(0)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
-    # As a diagnosis asks where a probe has found something: here that the distances scatter.
-    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, rng, LEVEL_WHERE_LEFT)
+    law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, rng, level)
     assert law is not None
     (term,) = law.law.terms
     assert (term.target, term.factors[0].quantity, term.factors[0].order) == ("contact_radius", "body_angle", 2.0), (
