@@ -23,7 +23,7 @@ from analysis.contact.law import (
     follows,
     law_data,
 )
-from analysis.contact.middle import middle_of_disk, with_middle
+from analysis.contact.middle import middle_of_disk, same_middle, with_middle
 from analysis.contact.restitution import EffectsFit, Sizes, conditions
 from analysis.contact.wall_fit import WallFit
 from analysis.contact.wall_force import WallForce, wall_force
@@ -33,8 +33,8 @@ from analysis.flights.cutting.runs import Run, cut_again
 from analysis.flights.evidence import columns_of
 from analysis.identification.contact_law.fit import ELLIPSE_WORDS, fit_contact_law, wall_and_words
 from analysis.identification.contact_law.restitution_rows import restitution_fit, without_effects
-from analysis.identification.floor.fit import FloorFit
-from analysis.identification.floor.law import SURE_FORCE, choose_floor
+from analysis.identification.floor.fit import FirstLook, FloorFit
+from analysis.identification.floor.law import SURE_FORCE, choose_floor, looked_at
 from analysis.identification.floor.priors import HELD_M, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LensResidual, lens_residual
 
@@ -131,26 +131,43 @@ def fit_rig(
     named = DEFAULT_EFFECTS if effects is None else tuple(effects)
     held = stated or {}
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    chosen = choose_floor(runs, named, angle, held, search)
-    if angle and _swings(chosen[0], chosen[1].fits[0].shared[:2]):
-        again = cut_again(runs, chosen[1].fits[0].shared[:2])
-        if all(map(_same_flights, again, runs)):  # and the same floor, which asks for nothing else
-            kept = [replace(run, segments=new.segments) for run, new in zip(chosen[0], again, strict=True)]
-            chosen = kept, *chosen[1:]
-        else:
-            chosen = choose_floor(again, named, angle, held, search)
-        runs = again
-    rig = replace(_rig(*chosen, named, angle), held=held_sizes or {})
-    middle_m = middle_of_disk(rig.wall)
-    if any(middle_m):
-        # The floor's friction acts there: it turns the disk, which flights about the centre of mass alone lack.
-        runs = with_middle(runs, middle_m)
+    runs, look = _with_centres(runs, named, angle, held)
+    rig = replace(_fit(runs, named, held, search, look), held=held_sizes or {})
+    origin_m, middle_m = rig.floor.fits[0].shared[:2], middle_of_disk(rig.wall)
+    again = cut_again(runs, origin_m) if angle and _swings(runs, origin_m) else list(runs)
+    if not all(map(_same_flights, again, runs)) or not same_middle(
+        middle_m, runs[0].data.middle_m, rig.wall.wall.size_m
+    ):
+        # The first look saw one of the centres elsewhere than the fit does.
+        runs = with_middle(again, middle_m)
         rig = replace(_fit(runs, named, held, search), held=rig.held)
     if "inertia_error" in named and "inertia_error" not in rig.held:
         return _with_inertia(rig, named, held, search)
     if not search or not rig.angle or rig.law is None or rig.wall.delay_s > 0:
         return rig
     return _balanced(rig, runs, named, held)
+
+
+def _with_centres(
+    runs: Sequence[Run], named: Sequence[str], angle: bool, held: Mapping[str, float]
+) -> tuple[Sequence[Run], FirstLook]:
+    """``runs`` cut on the path of the mass centre, their friction at the disk's geometric centre, both as a first look
+    at the flights shows them; and the look at these runs.
+
+    A floor fitted to flights about the wrong centre knows them no better: it finds forces that are not there."""
+    look = looked_at(runs, named, angle, held)
+    if not angle:
+        return runs, look
+    if _swings(runs, look.origin_m):
+        before, runs = runs, cut_again(runs, look.origin_m)
+        if not all(map(_same_flights, runs, before)):
+            look = looked_at(runs, named, angle, held)
+    middle_m = middle_of_disk(wall_and_words(look.fits, named, angle)[0])
+    if any(middle_m):
+        # The floor's friction acts there: it turns the disk, which flights about the centre of mass alone lack.
+        runs = with_middle(runs, middle_m)
+        look = looked_at(runs, named, angle, held)
+    return runs, look
 
 
 def _balanced(rig: RigFit, runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -> RigFit:
@@ -234,9 +251,11 @@ def _scaled(run: Run, name: str, ratio: float) -> Run:
     return replace(run, data=replace(data, inertia_factor=max(ratio * (1 + q) - 1, LEAST_INERTIA)))
 
 
-def _fit(runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float], search: bool) -> RigFit:
+def _fit(
+    runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float], search: bool, look: FirstLook | None = None
+) -> RigFit:
     angle = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
-    return _rig(*choose_floor(runs, named, angle, held, search), named, angle)
+    return _rig(*choose_floor(runs, named, angle, held, search, look), named, angle)
 
 
 def _rig(runs: Sequence[Run], floor: FloorFit, notes: Sequence[str], named: Sequence[str], angle: bool) -> RigFit:

@@ -124,16 +124,18 @@ def _wider_at_gross_frames(fits: FlightFits, noise: FlightNoise) -> RunData:
     )
 
 
-def errors_of(fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNoise) -> tuple[FlightNoise, float]:
+def errors_of(
+    fits: Sequence[FlightFits], rows: Sequence[RunRows], noise: FlightNoise, coarse: bool = False
+) -> tuple[FlightNoise, float]:
     """``noise`` with what the flights leave beyond it as an unknown force, and the size of the lens residual's terms:
-    found together, for either may pass for the other."""
+    found together, for either may pass for the other.  ``coarse``: the force as far as to say whether there is one."""
     first = fits[0].run
     if not any(row.flights for row in rows):
         return noise, HELD_M
     columns = rows[0].columns
     priors = lens_priors(columns, columns, fits[0].shared)
     best, number, cost = best_model(force_evidence(rows, tried_forces(rows, noise, first.radius_m)), priors)
-    return refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
+    return best if coarse else refined(rows, best, cost, priors[number])[0], LENS_SDS_M[number]
 
 
 def disagreement(evidence: Sequence[Evidence], step: Array, covariance: Array) -> Array:

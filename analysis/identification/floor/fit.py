@@ -95,20 +95,53 @@ class _Standing:
         return replace(self, parameters=parameters, shared=self.shared + step[offsets])
 
 
-def fit_floor(
+@dataclass(frozen=True, eq=False)
+class FirstLook:
+    """A fit of the floor in which frames count as independent, with the noise stated, and no force is sought: where it
+    stands, and the rows of its last round."""
+
+    stands: _Standing
+    rows: Sequence[RunRows]
+
+    @property
+    def fits(self) -> tuple[FlightFits, ...]:
+        """The flights of each run."""
+        return tuple(self.stands.fits)
+
+    @property
+    def origin_m(self) -> Array:
+        """The markers' origin (2,) from the mass centre, in the disk's frame."""
+        return self.stands.shared[:2]
+
+
+def first_look(
     runs: Sequence[Run], names: Sequence[str], held: Mapping[str, float], start: FloorFit | None = None
+) -> FirstLook:
+    """The first part of :func:`fit_floor`, which may go on from it."""
+    noise = PLAIN if start is None else start.noise.without_force()
+    columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
+    return FirstLook(*_at_rest(_started(runs, names, held, start), names, columns, noise, LENS_SD_M, FIRST_ROUNDS))
+
+
+def fit_floor(
+    runs: Sequence[Run],
+    names: Sequence[str],
+    held: Mapping[str, float],
+    start: FloorFit | None = None,
+    look: FirstLook | None = None,
 ) -> FloorFit:
     """Shared parameters ``names`` of the flight model on all flights of all runs, relinearised until they rest; those
     ``held`` stay where they are.
 
     First as if frames were independent, which tells how they are not; then weighed by that.  ``start``: a fit with
-    fewer of them, from which to go on."""
+    fewer of them, from which to go on; ``look``: the first part, where it is known."""
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
-    stands = _started(runs, names, held, start)
-    noise, lens_sd = PLAIN if start is None else start.noise.without_force(), LENS_SD_M
+    look = look or first_look(runs, names, held, start)
+    stands, rows = look.stands, look.rows
+    noise, lens_sd = PLAIN, LENS_SD_M
     for stage in range(1 + MOST_STAGES):
-        rounds = FIRST_ROUNDS if stage == 0 else ROUNDS
-        stands, rows = _at_rest(stands, names, columns, noise, lens_sd, rounds)
+        if stage > 0:
+            stands, rows = _at_rest(stands, names, columns, noise, lens_sd, ROUNDS)
         if stage == 0:
             stands, noise, lens_sd = _first_errors(stands, rows, columns)
         elif noise.forced and stage < MOST_STAGES:
@@ -162,7 +195,7 @@ def _first_errors(
     """Noise and size of the lens residual as the fit with the stated noise shows them; where there is a force, without
     what is gross."""
     frames = noise_of(stands.fits)
-    noise, lens_sd = errors_of(stands.fits, rows, frames)
+    noise, lens_sd = errors_of(stands.fits, rows, frames, coarse=True)
     if not noise.forced:
         return stands, noise, lens_sd
     fits = without_gross(stands.fits, frames)

@@ -18,7 +18,7 @@ from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.flights.unknown_force import best_model, force_evidence, refined, tried_forces
 from analysis.identification.contact_law.restitution_rows import few
 from analysis.identification.floor.errors import disagreement
-from analysis.identification.floor.fit import RESTS_SD, FloorFit, fit_floor
+from analysis.identification.floor.fit import RESTS_SD, FirstLook, FloorFit, first_look, fit_floor
 from analysis.identification.floor.priors import lens_priors, prior_of
 
 Array = NDArray[np.float64]
@@ -71,20 +71,18 @@ def choose_floor(
     angle: bool,
     stated: Mapping[str, float] | None = None,
     search: bool = True,
+    look: FirstLook | None = None,
 ) -> tuple[list[Run], FloorFit, list[str]]:
     """The floor as ``[model]`` has it, and with ``search`` with what else the flights need beyond doubt: friction, its
     spin coupling, further terms.  ``stated`` terms (:func:`analysis.flights.stated_terms.stated_terms`) are held.
+    ``look``: the first look (:func:`looked_at`) at these runs, where there was one.
 
     A wrong flight law bends every extrapolation to an impact; the parameters of the impacts must not pay for it.
     Returns the runs too: without the frames that no flight explains.
     """
-    held = {term: value for term, value in (stated or {}).items() if term in INDEX}
-    names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
-    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
-    friction, coupled = "floor_friction" in effects or "spin_coupling" in effects, "spin_coupling" in effects and angle
-    if friction:
-        names = ["friction", *names]
-    floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}), []
+    names, held = _of_model(effects, stated)
+    friction, coupled = "friction" in names, _coupled(effects, angle)
+    floor, notes = fit_floor(runs, names, {"coupling": 1.0 if coupled else 0.0, **held}, look=look), []
     if search and (not friction or (angle and not coupled)):
         names = ["friction", *(n for n in names if n != "friction")]
         richer = fit_floor(runs, names, {**held, "coupling": 1.0 if angle else 0.0})
@@ -110,6 +108,25 @@ def choose_floor(
         if _cost(floor, plain) - _cost(plain, plain) > ANOTHER_LAW:
             floor, added = plain, [UNCOUPLED_WORDS, *others]
     return list(runs), replace(floor, per_run=per_run), [*notes, *added]
+
+
+def looked_at(runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: Mapping[str, float]) -> FirstLook:
+    """The first look at the flights of ``runs`` under the floor that ``[model]`` has."""
+    names, held = _of_model(effects, stated)
+    return first_look(runs, names, {"coupling": 1.0 if _coupled(effects, angle) else 0.0, **held})
+
+
+def _of_model(effects: Sequence[str], stated: Mapping[str, float] | None) -> tuple[list[str], dict[str, float]]:
+    """Terms of the flight model that ``[model]`` wants estimated, and those that it holds."""
+    held = {term: value for term, value in (stated or {}).items() if term in INDEX}
+    names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
+    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
+    friction = "floor_friction" in effects or "spin_coupling" in effects
+    return ["friction", *names] if friction else names, held
+
+
+def _coupled(effects: Sequence[str], angle: bool) -> bool:
+    return "spin_coupling" in effects and angle
 
 
 def _with_terms(
