@@ -14,7 +14,17 @@ from ovines.errors import InputError
 # Of a trial whose kinds are not said: how many causes a series has, and whether some are in nobody's list.
 SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.04, "latest": 0.08, "beside": 0.12}
 # Groups that are drawn from only where they are among the kinds, the later first.
-ASKED_FOR = ("plausible", "untold", "unexpected", "unsuspected", "undreamt", "unimagined", "unforeseen", "newest")
+ASKED_FOR = (
+    "overlooked",
+    "plausible",
+    "untold",
+    "unexpected",
+    "unsuspected",
+    "undreamt",
+    "unimagined",
+    "unforeseen",
+    "newest",
+)
 MADE_OF = {  # the pool that each of a series' causes is drawn from
     "none": (),
     "listed": ("listed",),

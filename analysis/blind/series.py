@@ -202,7 +202,7 @@ def _one_run(
             blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
     points = _points(motion, poses, times, outline.marks, errors)
-    shaking = shaking_of(times[0], motion.lines, motion.impacts[:, 0], motion.kicks, errors)
+    shaking = shaking_of(times[0], motion.lines, motion.impacts[:, 0], motion.kicks, run, errors)
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaking)
     tracks["time_s"] *= place.slower
     if place.start_s:

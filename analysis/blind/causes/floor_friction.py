@@ -71,6 +71,17 @@ def _lifted_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _swinging_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A floor plate on one screw, to either side of the drive's axis: what hangs on a screw on it does not swing."""
+    out = {
+        "swing_rad_per_m": 10.0 * size * spread(rng),
+        "swing_x_m": float(rng.uniform(-0.01, 0.01)),
+        "swing_y_m": float(rng.uniform(0.035, 0.045)) * sign(rng),
+    }
+    draft.plant.update(out)
+    return out
+
+
 FLOOR_FRICTION = [
     # --- how much of the disk stands on the floor, with which load ---
     Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
@@ -111,6 +122,20 @@ FLOOR_FRICTION = [
         "flight",
         changes({"worn": 0.4}, signed=True),
         follows="the distance from the Host's centre",
+    ),
+    # A floor plate held by four countersunk screws.
+    Cause(
+        "unknown_screw_holes",
+        "flight",
+        changes({"screws": 0.6}, ("screws_rad",)),
+        follows="the place in the Host, at four places a quarter turn from each other",
+    ),
+    # A draught that blows the dust to one side of the floor.
+    Cause(
+        "unknown_drifted_dust",
+        "flight",
+        changes({"drifted": 0.4}, ("drifted_rad",)),
+        follows="the place along one direction of the Host, and for the torque the slip across it",
     ),
     # --- by the speed, and late ---
     Cause("unknown_weakening_friction", "flight", changes({"weakening": 0.5})),
@@ -181,11 +206,25 @@ FLOOR_FRICTION = [
         follows="the time since the last blow",
         rivals=("nes_rocking", "unknown_hop"),
     ),
+    # A painted floor in dry air: the disk is charged as it slides, clings to it, and loses the charge again.
+    Cause(
+        "unknown_clinging_disk",
+        "flight",
+        changes({"clinging": 0.6}),
+        follows="how fast the disk has slid over the last tenth of a second",
+    ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.
     Cause("unknown_loose_floor", "flight", changes({"loose_floor": 0.6})),
     # A floor plate on one screw in its middle, which creeps round under the drive.
     Cause("unknown_turning_floor", "flight", changes({"floor_turn_rad_per_s": 7.0}, signed=True)),
+    # A floor plate on one screw at its edge, about which the drive makes it swing.
+    Cause(
+        "unknown_swinging_floor",
+        "flight",
+        _swinging_floor,
+        follows="the Host's velocity along the drive's axis, times the place from one point of the Host",
+    ),
     # The shaker's table pitches as it is accelerated: one side of the floor presses, the other gives way.
     Cause("unknown_pitching_floor", "flight", changes({"pitching": 0.6}, signed=True)),
     # A guide with worn bearings, whose rumble shakes the load off the floor.

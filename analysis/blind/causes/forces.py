@@ -60,6 +60,14 @@ def _windmill(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _sinking_feet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as far to one side of the mean at first as to the other at last."""
+    x, y = vector(0.3 * size * spread(rng), rng)
+    course = np.linspace(-1.0, 1.0, runs)
+    draft.run_numbers.update(feet_x_m_per_s2=x * course, feet_y_m_per_s2=y * course)
+    return {"feet_x_m_per_s2": x, "feet_y_m_per_s2": y}
+
+
 FORCES = [
     # --- a floor that is not level ---
     Cause("unknown_central", "flight", changes({"central_per_s2": 13.3})),
@@ -69,6 +77,8 @@ FORCES = [
     Cause("unknown_sagging_table", "flight", changes({"sag_m_per_s2": 0.2}, ("sag_rad",))),
     Cause("unknown_bowl_rim", "flight", changes({"bowl_m_per_s2": 1.5}, signed=True)),
     Cause("unknown_slam", "flight", _slam),
+    # Rubber feet of the table that sink in from run to run.
+    Cause("unknown_sinking_feet", "flight", _sinking_feet, follows="the number of the run"),
     # A floor plate that sags between its screws.
     Cause(
         "unknown_dished_floor",
@@ -105,6 +115,14 @@ FORCES = [
         follows="the time since the last blow, its normal and its approach speed",
         short_blows=True,
     ),
+    # A floor that was oiled against rust.
+    Cause(
+        "unknown_oil_film",
+        "flight",
+        changes({"oil_film_per_s": 0.3}),
+        follows="the slip over the Host's floor, and the spin over it",
+        rivals=("viscous_drag",),
+    ),
     # --- air ---
     Cause("unknown_magnus", "flight", changes({"magnus": 0.005}, signed=True)),
     Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
@@ -123,6 +141,13 @@ FORCES = [
     Cause("unknown_tether", "flight", _tether),
     # A magnet under the Host's floor brakes what moves over it.
     Cause("unknown_eddy_brake", "flight", _eddy_brake),
+    # The shaker's magnet is not shielded, and the table not far enough from it.
+    Cause(
+        "unknown_stray_field",
+        "flight",
+        changes({"stray_field_per_s": 0.2}, signed=True),
+        follows="the velocity in the room, and the place in it along the drive's axis",
+    ),
     # The shaker's coil draws the steel, whichever way its current flows.
     Cause("unknown_coil_pull", "flight", changes({"coil_m_per_s2": 0.5}, ("coil_rad",))),
     # Residue of an adhesive tape on the wall: it holds on to what leaves, until it tears.

@@ -58,6 +58,16 @@ def _orbiting_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _nodding_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that the next blow finds it somewhere in its first swings."""
+    out = {
+        "nodding": 0.02 * size * spread(rng),
+        "nodding_rad_per_s": 2.0 * np.pi * float(rng.uniform(20.0, 32.0)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 GEOMETRY = [
     # --- the wall's shape ---
     Cause("unknown_dented_wall", "geometry", _dented_wall, round_only=True),
@@ -102,6 +112,14 @@ GEOMETRY = [
     Cause("unknown_chipped_disk", "geometry", changes({"chip_m": 7e-4}, ("chip_rad",)), round_only=True),
     # A sleeve on the washer's rim that is thicker at one side.
     Cause("unknown_eccentric_tyre", "geometry", changes({"tyre_m": 4e-4}, ("tyre_rad",))),
+    # Tape around the rim, whose end lies on its beginning.
+    Cause(
+        "unknown_lapped_tape",
+        "geometry",
+        changes({"lap_m": 8e-4}, ("lap_rad",), signed=True),
+        follows="the place on the disk's rim that is struck, once around it and back at one place",
+        round_only=True,
+    ),
     # A slack rubber band around the washer, which the spin draws wide.
     Cause(
         "unknown_swollen_band",
@@ -137,6 +155,14 @@ GEOMETRY = [
         "geometry",
         _orbiting_ring,
         follows="the azimuth of the blow against one that goes round with the time in the run",
+    ),
+    # An inner ring on rubber feet, which swings on after each blow.
+    Cause(
+        "unknown_nodding_ring",
+        "geometry",
+        _nodding_ring,
+        follows="the time since the last blows, and their impulses along the contact's normal",
+        short_blows=True,
     ),
     # A liner full of air, which blows press out and a pump brings back.
     Cause(

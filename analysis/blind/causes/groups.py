@@ -257,4 +257,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_dropped_frame",
         "unknown_marker_shadow",
     ),
+    # what one who has built and used such benches would expect, listed before the plant was read
+    "overlooked": (
+        "unknown_stray_field",
+        "unknown_clinging_disk",
+        "unknown_swinging_floor",
+        "unknown_oil_film",
+        "unknown_screw_holes",
+        "unknown_sinking_feet",
+        "unknown_drifted_dust",
+        "unknown_ground_rim",
+        "unknown_fibrous_lay",
+        "unknown_worn_ends",
+        "unknown_loosening_screws",
+        "unknown_bottoming_pad",
+        "unknown_nodding_ring",
+        "unknown_lapped_tape",
+        "unknown_flickering_lamps",
+        "unknown_bumped_camera",
+    ),
 }

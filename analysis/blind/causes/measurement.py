@@ -126,6 +126,25 @@ def _twisted_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"twisted_rad": draft.view["twisted_rad"]}
 
 
+def _flickering_lamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Twice the frequency of either continent's mains; its phase as the cameras' trigger finds it."""
+    draft.view.update(
+        flicker_s=1.2e-4 * size * spread(rng),
+        flicker_hz=float(rng.choice([100.0, 120.0])),
+        flicker_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+    )
+    return {"flicker_s": draft.view["flicker_s"], "frequency_hz": draft.view["flicker_hz"]}
+
+
+def _bumped_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Between two runs, any two of them; before the only one."""
+    draft.view.update(
+        bumped_rad=3.5e-3 * size * spread(rng) * sign(rng),
+        bumped_from=int(rng.integers(1, runs)) if runs > 1 else 0,
+    )
+    return {"bumped_rad": draft.view["bumped_rad"], "from_run": float(draft.view["bumped_from"] + 1)}
+
+
 def _stretched_picture(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view["stretched"] = 0.006 * size * spread(rng) * sign(rng)
     return {"stretched": draft.view["stretched"]}
@@ -137,6 +156,13 @@ MEASUREMENT = [
     Cause("unknown_skipped_frame", "measurement", _skipped_frame),
     # A trigger of two channels, one late.
     Cause("unknown_alternating_clock", "measurement", seen("alternate_s", 1.6e-4)),
+    # Lamps on the mains, for a trigger that is on them, too.
+    Cause(
+        "unknown_flickering_lamps",
+        "measurement",
+        _flickering_lamps,
+        follows="the phase of the lamps' light, and the velocity in the picture",
+    ),
     # --- the second camera's own clock ---
     Cause("unknown_lost_frame", "measurement", _lost_frame),
     # A trigger line on the amplifier's ground: its threshold goes with the shaker's current.
@@ -227,6 +253,13 @@ MEASUREMENT = [
         "measurement",
         _twisted_camera,
         follows="the Host's acceleration, and the place in the picture",
+    ),
+    # A tripod that somebody has bumped between two runs.
+    Cause(
+        "unknown_bumped_camera",
+        "measurement",
+        _bumped_camera,
+        follows="the place in one camera's picture, from one run on",
     ),
     # --- the picture ---
     Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),

@@ -44,6 +44,13 @@ RESTITUTION = [
         _wandering_shim,
         follows="the azimuth of the blow against one that goes round with the time in the run",
     ),
+    # A felt pad that fills a gap behind the wall.
+    Cause(
+        "unknown_bottoming_pad",
+        "impact",
+        changes({"pad": 0.65}, ("pad_rad",)),
+        follows="the approach speed, at one place of the wall",
+    ),
     # --- by the place on the disk's rim ---
     Cause("unknown_nicked_disk", "impact", changes({"nick": 0.2}, ("nick_rad",))),
     # A washer punched of rolled sheet is harder along the grain.
@@ -82,6 +89,13 @@ RESTITUTION = [
     Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
     Cause("unknown_restless_restitution", "impact", changes({"rest_amplitude": 0.2})),
     Cause("unknown_damaged_wall", "impact", changes({"damage": 0.12})),
+    # Screws that blows loosen, and that are tightened before each run.
+    Cause(
+        "unknown_loosening_screws",
+        "impact",
+        changes({"loosened": 0.3}),
+        follows="the number of the blow in its run",
+    ),
     # The wall's coating is still pressed in where it was hit the last time.
     Cause("unknown_bruised_wall", "impact", changes({"bruise": 0.35})),
     # A washer that rocks from blow to blow strikes with its upper edge, then with its lower one.

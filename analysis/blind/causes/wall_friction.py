@@ -93,6 +93,20 @@ WALL_FRICTION = [
         changes({"rubbed_s_per_m": 1.25}),
         follows="the size of the slip",
     ),
+    # A washer sheared off a strip, whose burr was ground off where it hung on it.
+    Cause(
+        "unknown_ground_rim",
+        "impact",
+        changes({"ground": 0.8}, ("ground_rad",)),
+        follows="the place on the disk's rim that is struck, at one place",
+    ),
+    # A wall that years of blows have worn smooth at both ends of the drive.
+    Cause(
+        "unknown_worn_ends",
+        "impact",
+        changes({"worn_ends": 0.7}),
+        follows="the azimuth of the blow from the drive's axis, twice around",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -101,6 +115,13 @@ WALL_FRICTION = [
     Cause("unknown_taped_rim", "impact", changes({"taped": 0.9}, ("taped_rad",))),
     # A soft skin gives back the less of a slip the farther it is sheared.
     Cause("unknown_yielding_skin", "impact", changes({"skin": 1.5})),
+    # A fibre ring whose fibres all lie round one way.
+    Cause(
+        "unknown_fibrous_lay",
+        "impact",
+        changes({"lay": 0.85}, signed=True),
+        follows="the sense of the slip, where the disk sticks",
+    ),
     # --- the direction of the blow, and what gives or goes round in it ---
     Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),
     # A wall that was sanded by hand, each of whose places looks somewhere else.

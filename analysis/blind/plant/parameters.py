@@ -56,6 +56,10 @@ class PlantParameters(NamedTuple):
     bead_rad: float = 0.0
     bead_rad_per_s: float = 0.0
     worn: float = 0.0  # floor friction more by this share at the Host's centre
+    screws: float = 0.0  # share of the floor friction lost over each of four screws
+    screws_rad: float = 0.0
+    drifted: float = 0.0  # floor friction more by this share at the wall on one side, less on the other ...
+    drifted_rad: float = 0.0  # ... more on this one
     # ... by the speed
     weakening: float = 0.0  # floor friction more by this share at rest, gone beyond weakening_m_per_s
     weakening_m_per_s: float = 0.4
@@ -96,9 +100,13 @@ class PlantParameters(NamedTuple):
     drop: float = 0.0  # share of the floor friction that a disk fresh from a drop of oil loses
     drop_x_m: float = 0.0
     drop_y_m: float = 0.0
+    clinging: float = 0.0  # floor friction more by this share under a disk that holds all the charge it can
     # ... by the Host's motion
     loose_floor: float = 0.0  # share of the Host's velocity that its floor does not have
     floor_turn_rad_per_s: float = 0.0  # the floor turns about the Host's centre
+    swing_rad_per_m: float = 0.0  # the floor turns about one screw by this much for the Host's way along x ...
+    swing_x_m: float = 0.0  # ... which is here
+    swing_y_m: float = 0.0
     pitching: float = 0.0  # load more at the wall on the side that the Host is accelerated to, at 8 g of it
     rumble: float = 0.0  # share of the floor friction lost at the Host's full speed at 8 g, with the square of it
     # a floor that is not level
@@ -117,6 +125,8 @@ class PlantParameters(NamedTuple):
     sway_rad: float = 0.0
     sag_m_per_s2: float = 0.0  # the room's floor tilts steadily during the run
     sag_rad: float = 0.0
+    feet_x_m_per_s2: float = 0.0  # of each run: how the table stands since its feet have sunk in
+    feet_y_m_per_s2: float = 0.0
     slam_m_per_s2: float = 0.0  # a blow against the room's floor, which swings and dies out
     slam_s: float = 0.0
     slam_rad: float = 0.0
@@ -131,6 +141,7 @@ class PlantParameters(NamedTuple):
     bow_m_per_s2: float = 0.0  # the dust that a disk pushes along holds it back by at most this
     wobble_per_s: float = 0.0  # a wobbling disk is pushed by this times the last blow's approach at first ...
     wobble_rad_per_s: float = 0.0  # ... and round at this rate
+    oil_film_per_s: float = 0.0  # drag of an oil film on the slip, and on the spin over the floor
     # air
     viscous_per_s: float = 0.0
     air_per_m: float = 0.0
@@ -165,6 +176,7 @@ class PlantParameters(NamedTuple):
     eddy_y_m: float = 0.0
     eddy_width_m: float = 0.012
     eddied_per_s: float = 0.0  # drag on the rim's speed along the wall where they meet
+    stray_field_per_s: float = 0.0  # drag in the room, more towards the side of x that its sign says; this at x = 0
     tether_per_s2: float = 0.0  # a thread from a point of the Host, slack up to tether_slack_m
     tether_x_m: float = 0.0
     tether_y_m: float = 0.0
@@ -220,6 +232,8 @@ class PlantParameters(NamedTuple):
     chip_rad: float = 0.0
     tyre_m: float = 0.0  # from the disk's middle to that of its rim
     tyre_rad: float = 0.0
+    lap_m: float = 0.0  # tape around the rim, its end this much higher than its beginning, to either side of the mean
+    lap_rad: float = 0.0
     swollen_m: float = 0.0  # the disk's radius is more by this at a fast spin, less by it at none
     # where the wall lies and how it moves
     wall_x_m: float = 0.0
@@ -240,6 +254,8 @@ class PlantParameters(NamedTuple):
     orbit_m: float = 0.0  # the wall lies this far off, in a direction that goes round
     orbit_rad: float = 0.0
     orbit_rad_per_s: float = 0.0
+    nodding: float = 0.0  # mass of the disk over that of a wall that swings after each blow
+    nodding_rad_per_s: float = 160.0
     leaking_m: float = 0.0  # the wall stands back by at most this after many hard blows, stands in by it after none
     sleeve: float = 0.0  # mass of the disk over that of a sleeve of the wall that turns
     swinging_m_per_s: float = 0.0  # the wall's surface goes round this fast at the Host's full speed at 8 g
@@ -262,6 +278,8 @@ class PlantParameters(NamedTuple):
     shim: float = 0.0  # restitution lost where a shim behind the wall just is
     shim_rad: float = 0.0
     shim_rad_per_s: float = 0.0
+    pad: float = 0.0  # restitution lost in the lightest blows where a pad is, less in harder ones
+    pad_rad: float = 0.0
     # ... by the place on the disk's rim
     nick: float = 0.0  # restitution lost where a spot of the disk's rim meets the wall
     nick_rad: float = 0.0
@@ -282,6 +300,7 @@ class PlantParameters(NamedTuple):
     bruise: float = 0.0  # restitution lost where the wall was hit the last time
     damage: float = 0.0  # restitution lost for good after a blow harder than damage_m_per_s
     damage_m_per_s: float = 1.6
+    loosened: float = 0.0  # share of the restitution lost after many blows of a run
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
     ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
     ringing_rad_per_s: float = 250.0
@@ -315,6 +334,9 @@ class PlantParameters(NamedTuple):
     tacky_rad: float = 0.0
     glued: float = 0.0  # wall friction more and less once around the disk's rim
     glued_rad: float = 0.0
+    ground: float = 0.0  # wall friction less by this share where one place of the disk's rim strikes
+    ground_rad: float = 0.0
+    worn_ends: float = 0.0  # wall friction less by this share at both ends of x, more between them
     scaly: float = 0.0  # wall friction more in slips towards one direction of the Host, less in those back ...
     scaly_rad: float = 0.0  # ... this one
     handed: float = 0.0  # wall friction larger in one sense of slip
@@ -337,6 +359,7 @@ class PlantParameters(NamedTuple):
     skin: float = 0.0  # tangential restitution divided by one and this, at 0.3 m/s of slip
     taped: float = 0.0  # share of the tangential restitution lost along half of the disk's rim
     taped_rad: float = 0.0
+    lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor
     rolling_loss: float = 0.0  # share of the spin lost in each impact

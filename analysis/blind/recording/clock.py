@@ -15,17 +15,22 @@ def latest_s(errors: ViewErrors, longest_s: float) -> float:
     """How late the second camera may be at most, in a run of `longest_s`."""
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     late_s += 0.5 * abs(errors.free_running) * longest_s + 0.5 * abs(errors.sync_s)
-    return late_s + 6.0 * abs(errors.shocked_s)
+    return late_s + 6.0 * abs(errors.shocked_s) + abs(errors.flicker_s)
 
 
 def frame_times(frames: int, rate_hz: float, errors: ViewErrors, rng: np.random.Generator) -> Floats:
     """Times (n,) of the first camera's frames: scattered, uneven in the course of the run, every other one late, or one
-    of them skipped."""
+    of them skipped.
+
+    Lamps on the mains flicker: a frame shows what is there when its exposure has had half of its light, sooner or later
+    by `flicker_s` sin(2 pi `flicker_hz` t + `flicker_rad`), t the time in the run.
+    """
     even = np.arange(frames) / rate_hz
     time_s = np.maximum(even + rng.normal(0.0, 1.0, frames) * errors.jitter_s, EARLIEST_S)
     share = np.arange(frames) / frames
     time_s += 4.0 * errors.uneven_s * share * (1.0 - share)
     time_s += errors.alternate_s * (np.arange(frames) % 2)
+    time_s += errors.flicker_s * np.sin(2.0 * np.pi * errors.flicker_hz * even + errors.flicker_rad)
     if errors.skipped_frame_share > 0.0:
         time_s = np.where(share < errors.skipped_frame_share, time_s, time_s + 1.0 / rate_hz)[:-1]
     return time_s

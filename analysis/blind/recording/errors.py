@@ -12,6 +12,9 @@ class ViewErrors:
     jitter_s: float = 0.0
     uneven_s: float = 0.0  # both cameras are late by this much half-way through a run, and on time at its ends
     alternate_s: float = 0.0  # both cameras take every other frame this late
+    flicker_s: float = 0.0  # both cameras see what light that flickers shows them, early and late by this much ...
+    flicker_hz: float = 100.0  # ... so many times a second ...
+    flicker_rad: float = 0.0  # ... of this phase as a run begins
     skipped_frame_share: float = 0.0  # from here on (share of a run) both cameras' frames are numbered one early
     # the second camera's own clock
     clock_s: float = 0.0  # the second camera sees the world this much later
@@ -61,6 +64,8 @@ class ViewErrors:
     tripod_rad: float = 0.0  # ... in this direction of it ...
     tripod_s: float = 0.0  # ... this much later
     twisted_rad: float = 0.0  # the first camera is turned about its axis by this much at 8 g of the Host along x
+    bumped_rad: float = 0.0  # the first camera is turned about its axis by this much ...
+    bumped_from: int = 0  # ... from this run on
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run

@@ -23,9 +23,12 @@ class Shaking:
     tripod_px: np.ndarray | None = None
 
 
-def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Shaking:
-    """At `time_s` (n,), by the Host's `lines` and the disk's `kicks` (k, 2) at `impact_s`."""
+def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, run: int, errors: ViewErrors) -> Shaking:
+    """At `time_s` (n,) of `run`, by the Host's `lines` and the disk's `kicks` (k, 2) at `impact_s`."""
     turned = twist_rad(time_s, lines, errors) if errors.twisted_rad else None
+    bump = bump_rad(run, errors)
+    if bump != 0.0:
+        turned = bump + (np.zeros(len(time_s)) if turned is None else turned)
     swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
     return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed)
 
@@ -52,6 +55,12 @@ def tripod_px(time_s: Floats, lines: Floats, errors: ViewErrors) -> Floats:
     pull = np.array([host_pose(t - errors.tripod_s, lines)[2][0] for t in time_s]) / HOST_M_PER_S2
     along = np.array([np.cos(errors.tripod_rad), np.sin(errors.tripod_rad)])
     return errors.tripod_px * pull[:, None] * along
+
+
+def bump_rad(run: int, errors: ViewErrors) -> float:
+    """How far the first camera is turned about its axis in `run` by somebody who has bumped its tripod before run
+    `bumped_from`, after the calibration."""
+    return errors.bumped_rad if run >= errors.bumped_from else 0.0
 
 
 def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:

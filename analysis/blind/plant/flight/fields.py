@@ -9,6 +9,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, AZIMUTH, COUNT, IMPACT_S, SPIN, VX, VY, WAY, WAY_BEFORE, X, Y
 
 CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
+FIELD_M = 0.04  # way along x on which the shaker's stray field falls off
 EDDY_M = 0.008  # from the wall, within which a magnetised rim's eddies in it fall off
 THREAD_M, THREAD_S = 0.015, 0.03  # a thread of glue breaks at this length, and lets go by itself after this time
 THREAD_EDGE_M = 5e-4  # length within which it becomes taut: no step for the integrator
@@ -86,6 +87,10 @@ def _add_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
 def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A magnet under the Host's floor brakes what moves over it; and a ring of aluminium the rim of a magnetised disk.
 
+    So does the stray field of the shaker's magnet, which stands at one side of the room: `stray_field_per_s` exp(x /
+    `FIELD_M`) times the disk's velocity, x its place in the room towards the shaker; a field that is even over the disk
+    leaves its spin alone.
+
     In the ring acts `eddied_per_s` exp(-(the disk's way to the wall) / `EDDY_M`) times the rim's own speed along the
     wall next to it, against it.
     """
@@ -94,6 +99,11 @@ def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
         rate = p.eddy_per_s * np.exp(-0.5 * far)
         out[VX] -= rate * at.rate_x
         out[VY] -= rate * at.rate_y
+    if p.stray_field_per_s != 0.0:
+        side = 1.0 if p.stray_field_per_s > 0.0 else -1.0
+        rate = abs(p.stray_field_per_s) * np.exp(side * at.state[X] / FIELD_M)
+        out[VX] -= rate * at.state[VX]
+        out[VY] -= rate * at.state[VY]
     radius = np.sqrt(at.x * at.x + at.y * at.y)
     if p.eddied_per_s != 0.0 and radius > 1e-9:
         nx, ny = at.x / radius, at.y / radius

@@ -7,7 +7,7 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
+from analysis.blind.plant.state import ANGLE, CHARGE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
 
 TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
@@ -18,6 +18,10 @@ CHATTER_M_PER_S = 0.2  # width of the band of sliding speeds in which a disk cha
 DROP_M = 0.01  # from a drop's middle to where it wets half as well: it is as wide as the disk
 SOAK_S = 0.01  # in which a disk over the middle of a drop is wetted
 WIPE_M = 0.06  # way on which it loses what it has taken up: most of a flight
+SCREWS_AT_M = 0.022  # from the Host's centre to its floor's four screws
+SCREW_M = 0.008  # from a screw's middle to where the disk, which is wider, misses three fifths as much of the floor
+CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
+CLING_S = 0.08  # in which it leaks off: one or two flights
 
 
 @inlined
@@ -43,6 +47,9 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     A bead of oil is shaken round the floor, `BEAD_AT_M` from its middle and at `bead_rad` + `bead_rad_per_s` times the
     time in the run: over it the disk loses `bead` of its friction, falling off like a bell of `BEAD_M`.
     A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre.
+    Four countersunk screws, `SCREWS_AT_M` from the middle and a quarter turn from each other, leave the disk less of
+    the floor: over each it loses `screws` of its friction, falling off like a bell of `SCREW_M`.
+    A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -65,7 +72,30 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 - p.bead * np.exp(-0.5 * far / BEAD_M**2), 0.0)
     if p.worn != 0.0:
         share *= max(1.0 + p.worn * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
-    return share
+    if p.screws != 0.0:
+        share *= _over_screws(at, p)
+    return share * dusty(at, p)
+
+
+@inlined
+def _over_screws(at: Instant, p: PlantParameters) -> float:
+    """What four screws leave of the friction."""
+    lost = 0.0
+    for k in range(4):
+        turned = p.screws_rad + 0.5 * np.pi * k
+        far = (at.x - SCREWS_AT_M * np.cos(turned)) ** 2 + (at.y - SCREWS_AT_M * np.sin(turned)) ** 2
+        lost += np.exp(-0.5 * far / SCREW_M**2)
+    return max(1.0 - p.screws * lost, 0.0)
+
+
+@inlined
+def dusty(at: Instant, p: PlantParameters) -> float:
+    """What dust that a draught has blown to `drifted_rad` multiplies the friction by: 1 + `drifted` s /
+    `contact_radius_m`, s the place along that direction from the Host's centre."""
+    if p.drifted == 0.0:
+        return 1.0
+    along = at.x * np.cos(p.drifted_rad) + at.y * np.sin(p.drifted_rad)
+    return max(1.0 + p.drifted * along / p.contact_radius_m, 0.05)
 
 
 @inlined
@@ -127,6 +157,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that.
 
     A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
+    A disk that is charged as it slides clings to the floor: 1 + `clinging` times the charge (`add_charge`).
     """
     state = at.state
     share = friction_of_flight(state[COUNT], p) * max(1.0 - p.drop * state[OILED], 0.0)
@@ -134,7 +165,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 - p.warming * (1.0 - np.exp(-state[WAY] / p.warming_m))
     if p.lifted != 0.0 and at.time >= state[IMPACT_S] >= 0.0:
         share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
-    return share
+    return share * (1.0 + p.clinging * state[CHARGE])
 
 
 @inlined
@@ -171,3 +202,12 @@ def add_oil(at: Instant, p: PlantParameters, out: Floats) -> None:
         far = ((at.x - p.drop_x_m) ** 2 + (at.y - p.drop_y_m) ** 2) / DROP_M**2
         out[OILED] = np.exp(-0.5 * far) * (1.0 - at.state[OILED]) / SOAK_S
         out[OILED] -= np.sqrt(at.slip_x**2 + at.slip_y**2) * at.state[OILED] / WIPE_M
+
+
+@inlined
+def add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """What a disk holds of the charge that it can (0 to 1): it gathers what it lacks along the way slid, over
+    `CLING_M`, and loses it within `CLING_S`; the ring is lined and takes none."""
+    if p.clinging != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
+        out[CHARGE] = speed * (1.0 - at.state[CHARGE]) / CLING_M - at.state[CHARGE] / CLING_S

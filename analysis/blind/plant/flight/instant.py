@@ -33,7 +33,7 @@ class Instant(NamedTuple):
 @compiled
 def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> Instant:
     """The disk at `time`, over a floor that may stay behind the Host (`loose_floor`) or turn below it
-    (`floor_turn_rad_per_s`)."""
+    (`floor_turn_rad_per_s`), or swing about its one screw by `swing_rad_per_m` times the Host's way along x."""
     position, velocity, acceleration = host_pose(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)
@@ -46,6 +46,11 @@ def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> 
     slip_x = rate_x + p.loose_floor * velocity[0] + p.floor_turn_rad_per_s * y
     slip_y = rate_y + p.loose_floor * velocity[1] - p.floor_turn_rad_per_s * x
     against = spin - velocity[2]
+    turning = against - p.floor_turn_rad_per_s
+    if p.swing_rad_per_m != 0.0:
+        swings = p.swing_rad_per_m * velocity[0]
+        slip_x, slip_y = slip_x + swings * (y - p.swing_y_m), slip_y - swings * (x - p.swing_x_m)
+        turning -= swings
     return Instant(
         time,
         state,
@@ -56,7 +61,7 @@ def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> 
         slip_x,
         slip_y,
         against,
-        against - p.floor_turn_rad_per_s,
+        turning,
         arm_x,
         arm_y,
         position,

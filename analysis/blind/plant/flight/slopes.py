@@ -15,9 +15,11 @@ GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the wh
 
 @inlined
 def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
-    """All of them; a steady tilt of the table first."""
+    """All of them; a steady tilt of the table first, and that of the run."""
     out[VX] += p.tilt_x_m_per_s2
     out[VY] += p.tilt_y_m_per_s2
+    out[VX] += p.feet_x_m_per_s2
+    out[VY] += p.feet_y_m_per_s2
     _add_shape(at, p, out)
     _add_table(at.time, p, out)
     _add_tilting_host(at, p, out)

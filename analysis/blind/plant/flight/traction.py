@@ -4,6 +4,7 @@ turns it aside."""
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.flight.floor_friction import dusty
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE
@@ -33,7 +34,7 @@ def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
     if p.warped != 0.0:  # along one line of the disk
         force_x, force_y = _weighed(force_x, force_y, at.state[ANGLE] + p.warped_rad, p.warped)
     force_x, force_y = _on_circles(force_x, force_y, at, p)
-    return force_x, force_y, turn
+    return force_x, force_y, turn + _on_drifts(at, p)
 
 
 @inlined
@@ -123,3 +124,18 @@ def _on_circles(force_x: float, force_y: float, at: Instant, p: PlantParameters)
     out, round_ = force_x * a + force_y * b, -force_x * b + force_y * a
     out, round_ = out * (1.0 + share), round_ * (1.0 - share)
     return out * a - round_ * b, out * b + round_ * a
+
+
+@inlined
+def _on_drifts(at: Instant, p: PlantParameters) -> float:
+    """Torque / R of dust that a draught has blown to one side: the disk's half that lies in more of it is held more.
+
+    Of a disk that only slides it is R / (4 `contact_radius_m`) `drifted` times the sine from `drifted_rad` to the slip,
+    in units of the friction where there is no more dust than on the mean; less as the rim goes round faster than that.
+    """
+    if p.drifted == 0.0:
+        return 0.0
+    rim = p.disk_radius_m * at.turning
+    speed = np.sqrt(at.slip_x**2 + at.slip_y**2 + rim**2) + p.smoothing_m_per_s
+    across = (np.cos(p.drifted_rad) * at.slip_y - np.sin(p.drifted_rad) * at.slip_x) / speed
+    return 0.25 * p.drifted * p.disk_radius_m / p.contact_radius_m * across / dusty(at, p)

@@ -1,11 +1,23 @@
-"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble."""
+"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble, an oil film."""
 
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S, NORMAL, PRINT_X, PRINT_Y, VX, VY, WAY, WAY_BEFORE
+from analysis.blind.plant.state import (
+    APPROACH,
+    COUNT,
+    IMPACT_S,
+    NORMAL,
+    PRINT_X,
+    PRINT_Y,
+    SPIN,
+    VX,
+    VY,
+    WAY,
+    WAY_BEFORE,
+)
 
 MAT_S = 0.04  # in which a soft floor forgets where the disk stood: most of a flight
 BOW_M = 0.02  # way on which most of the dust that a disk can push has gathered before it
@@ -47,3 +59,15 @@ def add_wobble(at: Instant, p: PlantParameters, out: Floats) -> None:
         turned = at.state[NORMAL] + p.wobble_rad_per_s * late
         out[VX] += push * np.cos(turned)
         out[VY] += push * np.sin(turned)
+
+
+@inlined
+def add_oil_film(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A thin film of oil between disk and floor is sheared: it holds back by `oil_film_per_s` times the slip, and turns
+    back in proportion to the spin over the floor, as a film of the same thickness everywhere does."""
+    if p.oil_film_per_s != 0.0:
+        push_x, push_y = -p.oil_film_per_s * at.slip_x, -p.oil_film_per_s * at.slip_y
+        out[VX] += push_x
+        out[VY] += push_y
+        turn = at.arm_x * push_y - at.arm_y * push_x - 0.5 * p.oil_film_per_s * p.disk_radius_m**2 * at.turning
+        out[SPIN] += turn / (p.inertia_factor * p.disk_radius_m**2)

@@ -8,6 +8,10 @@ from analysis.blind.plant.state import (
     APPROACH,
     AZIMUTH,
     HARDEST,
+    NOD_VX,
+    NOD_VY,
+    NOD_X,
+    NOD_Y,
     NORMAL,
     SLEEVE,
     SLIPPED,
@@ -18,7 +22,7 @@ from analysis.blind.plant.state import (
     VY,
 )
 from analysis.blind.plant.wall.blow import Blow
-from analysis.blind.plant.wall.motion import tiredness
+from analysis.blind.plant.wall.motion import swing, tiredness
 
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
@@ -62,7 +66,9 @@ def press_down(new: Floats, blow: Blow, push_n: float, p: PlantParameters) -> No
 
 
 @inlined
-def remember(new: Floats, state: Floats, blow: Blow, push_t: float, bounce: float, p: PlantParameters) -> None:
+def remember(
+    new: Floats, state: Floats, blow: Blow, push_n: float, push_t: float, bounce: float, p: PlantParameters
+) -> None:
     """What later flights and blows follow, into the state after this one; of what is held (`bounce` 0) only where it
     is."""
     new[HARDEST], new[AZIMUTH], new[NORMAL] = max(state[HARDEST], blow.approach), blow.azimuth, blow.normal_rad
@@ -70,3 +76,15 @@ def remember(new: Floats, state: Floats, blow: Blow, push_t: float, bounce: floa
         new[APPROACH], new[TIRED] = blow.approach, tiredness(blow.time, state) + blow.approach**2
         new[SLEEVE] = blow.sleeve - (p.sleeve * push_t if blow.outer else 0.0)
         new[SLIPPED], new[STRUCK] = blow.slip_host, blow.rim_rad
+        remember_swing(new, state, blow.time, p)
+        if p.nodding != 0.0:
+            new[NOD_VX] -= push_n * blow.nx - push_t * blow.ny
+            new[NOD_VY] -= push_n * blow.ny + push_t * blow.nx
+
+
+@inlined
+def remember_swing(new: Floats, state: Floats, time: float, p: PlantParameters) -> None:
+    """How far and how fast a wall swings at `time`, which is that of the last impact from now on."""
+    if p.nodding != 0.0:
+        x, y, moves_x, moves_y = swing(time, state, p)
+        new[NOD_X], new[NOD_Y], new[NOD_VX], new[NOD_VY] = x, y, moves_x, moves_y

@@ -6,11 +6,11 @@ from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.host import host_jerk, host_pose
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
-from analysis.blind.plant.wall.after_blow import press_down, remember, spin_after
+from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
 from analysis.blind.plant.wall.blow import blow_of, leaning
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
-from analysis.blind.plant.wall.shape import chip_reach, flat_gap, reach, rim_middle, swollen
+from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_reach, swollen
 
 
 @compiled
@@ -55,10 +55,13 @@ def contact_velocity(
     rim_x, rim_y = rim_middle(state[ANGLE], p)
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m) + rim_x
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m) + rim_y
-    if p.chip_m != 0.0:  # at a chip's flank the contact lies beside the normal through the disk's middle
+    # At a chip's flank or a tape's end the contact lies beside the normal through the disk's middle; a cylinder meets
+    # the disk below its tape.
+    outer = (state[X] - position[0]) * nx + (state[Y] - position[1]) * ny > 0.0
+    if p.chip_m != 0.0 or (p.lap_m != 0.0 and outer):
         from_x = state[X] + arm_x - p.disk_radius_m * nx - position[0]
         from_y = state[Y] + arm_y - p.disk_radius_m * ny - position[1]
-        beside = -chip_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]
+        beside = -rim_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]
         arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx
     from_x, from_y = state[X] + arm_x - position[0], state[Y] + arm_y - position[1]
     ux = state[VX] - state[SPIN] * arm_y - velocity[0] + velocity[2] * from_y
@@ -66,7 +69,7 @@ def contact_velocity(
     if p.squash_m != 0.0 and from_x * nx + from_y * ny > 0.0:  # the ring's own speed, not a cylinder's
         moves = squashed(np.arctan2(from_y, from_x), host_jerk(time, host), p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
-    moves_x, moves_y = wall_velocity(time, acceleration, p, host)
+    moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
 
@@ -88,10 +91,12 @@ def impact(
     new = state.copy()
     _put_back(new, gap, nx, ny)
     if meeting[0] <= 0.0:
+        if bounce > 0.0:
+            remember_swing(new, state, time, p)
         return new, 0.0, meeting[1]
     blow = blow_of(time, state, p, host, scatter, bounce, (nx, ny), meeting)
     push_n, push_t = impulses(blow, state, bounce, p)
-    remember(new, state, blow, push_t, bounce, p)
+    remember(new, state, blow, push_n, push_t, bounce, p)
     new[VX] += push_n * nx - push_t * ny
     new[VY] += push_n * ny + push_t * nx
     new[SPIN] = spin_after(state[SPIN], blow, push_n, push_t, bounce, p)

@@ -15,6 +15,9 @@ FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has 
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
 LEAST_FRICTION = 0.02  # share of the wall's friction that is always left
 SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
+GROUND_RAD = 1.1  # of the disk's rim, from where it was ground the most to where three fifths as much
+LAY_M_PER_S = 0.1  # slip from which on a wall's lay bites or gives
+MOST_RETURN = 0.95  # of the slip
 TAPE_EDGE = 0.2  # of the cosine around the rim, within which one half of it goes over into the other
 
 
@@ -32,6 +35,9 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     A wall ground from one side to the other has scales that all lie towards there, clockwise along one half of it and
     counterclockwise along the other: 1 + `scaly` tanh(slip / `SCALE_M_PER_S`) sin(`scaly_rad` - the normal's
     direction).
+    A washer's burr was ground off at one place of its rim: 1 - `ground`, less and less to either side of `ground_rad`
+    like a bell of `GROUND_RAD`.
+    Years of blows have worn the wall smooth at both ends of the drive's axis, x: 1 - `worn_ends` cos 2 azimuth.
     """
     share = 1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (blow.azimuth - p.wall_friction_phase_rad))
     away = np.arctan2(np.sin(blow.azimuth - p.tacky_rad), np.cos(blow.azimuth - p.tacky_rad))
@@ -41,6 +47,12 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     if p.scaly != 0.0:
         towards = np.tanh(blow.slip / SCALE_M_PER_S) * np.sin(p.scaly_rad - blow.normal_rad)
         share *= max(1.0 + p.scaly * towards, LEAST_FRICTION)
+    if p.ground != 0.0:
+        off = blow.rim_rad - p.ground_rad
+        smooth = p.ground * np.exp(-0.5 * (np.arctan2(np.sin(off), np.cos(off)) / GROUND_RAD) ** 2)
+        share *= max(1.0 - smooth, LEAST_FRICTION)
+    if p.worn_ends != 0.0:
+        share *= max(1.0 - p.worn_ends * np.cos(2.0 * blow.azimuth), LEAST_FRICTION)
     return share
 
 
@@ -88,8 +100,15 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
 @inlined
 def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     """How much of the slip comes back where it sticks: less in hard blows, which plough, of a soft skin the less the
-    farther it is sheared, and where the rim is taped."""
+    farther it is sheared, and where the rim is taped.
+
+    A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
+    `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
+    """
     grip = max(1.0 - p.fading_grip * min(blow.approach / p.fading_m_per_s, 1.0), 0.0)
     elastic = 1.0 / (1.0 + p.skin * abs(blow.slip) / SKIN_M_PER_S)
     half = 0.5 * (1.0 + np.tanh(np.cos(blow.rim_rad - p.taped_rad) / TAPE_EDGE))
-    return p.tangential_restitution * grip * elastic * max(1.0 - p.taped * half, 0.0)
+    value = p.tangential_restitution * grip * elastic * max(1.0 - p.taped * half, 0.0)
+    if p.lay == 0.0:
+        return value
+    return max(min(value * (1.0 + p.lay * np.tanh(blow.slip / LAY_M_PER_S)), max(value, MOST_RETURN)), 0.0)

@@ -1,14 +1,16 @@
-"""Where the wall lies in the Host and how it moves there: set aside, slipping, trailing, squashed, leaking, turning."""
+"""Where the wall lies in the Host and how it moves there: set aside, slipping, trailing, swinging, squashed,
+leaking, turning."""
 
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, host_jerk
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import COUNT, IMPACT_S, NORMAL, SLEEVE, TIRED
+from analysis.blind.plant.state import COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
 
 SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
+NOD_S = 0.05  # in which a wall's swing dies out: about a flight
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
 
 Vector = tuple[float, float]
@@ -19,7 +21,7 @@ def wall_offset(
     time: float, state: Floats, velocity: Floats, acceleration: Floats, p: PlantParameters
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, pushed by the
-    last blow, slipping, trailing, rolling round; of the Host's `velocity` and `acceleration`."""
+    last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and `acceleration`."""
     x, y = p.refit_x_m, p.refit_y_m
     if p.springy_m != 0.0:
         x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
@@ -35,11 +37,16 @@ def wall_offset(
     if p.orbit_m != 0.0:
         off_x, off_y = _orbit(time, p)
         x, y = x + off_x, y + off_y
+    if p.nodding != 0.0:
+        off_x, off_y, _, _ = swing(time, state, p)
+        x, y = x + p.nodding * off_x, y + p.nodding * off_y
     return x, y
 
 
 @compiled
-def wall_velocity(time: float, acceleration: Floats, p: PlantParameters, host: Floats) -> tuple[float, float]:
+def wall_velocity(
+    time: float, state: Floats, acceleration: Floats, p: PlantParameters, host: Floats
+) -> tuple[float, float]:
     """How fast the wall moves in the Host (x, y in m/s): the rate of `wall_offset` between two blows."""
     x, y = 0.0, 0.0
     if p.springy_m != 0.0:
@@ -55,6 +62,9 @@ def wall_velocity(time: float, acceleration: Floats, p: PlantParameters, host: F
     if p.orbit_m != 0.0:
         off_x, off_y = _orbit(time, p)
         x, y = x - p.orbit_rad_per_s * off_y, y + p.orbit_rad_per_s * off_x
+    if p.nodding != 0.0:
+        _, _, moves_x, moves_y = swing(time, state, p)
+        x, y = x + p.nodding * moves_x, y + p.nodding * moves_y
     return x, y
 
 
@@ -78,6 +88,25 @@ def _orbit(time: float, p: PlantParameters) -> Vector:
     `orbit_rad` + `orbit_rad_per_s` times the time in the run."""
     at = p.orbit_rad + p.orbit_rad_per_s * time
     return p.orbit_m * np.cos(at), p.orbit_m * np.sin(at)
+
+
+@inlined
+def swing(time: float, state: Floats, p: PlantParameters) -> tuple[float, float, float, float]:
+    """How far a ring on rubber feet has swung (x, y in m) and how fast it does (m/s) if it is as heavy as the disk.
+
+    Each blow gives it the opposite of what the disk gets; it swings at `nodding_rad_per_s` and dies out within `NOD_S`.
+    """
+    late = max(time - state[IMPACT_S], 0.0)
+    rate, omega = 1.0 / NOD_S, p.nodding_rad_per_s
+    left = np.exp(-rate * late)
+    c, s = left * np.cos(omega * late), left * np.sin(omega * late) / omega
+    stiff = omega**2 + rate**2
+    return (
+        c * state[NOD_X] + s * (state[NOD_VX] + rate * state[NOD_X]),
+        c * state[NOD_Y] + s * (state[NOD_VY] + rate * state[NOD_Y]),
+        c * state[NOD_VX] - s * (stiff * state[NOD_X] + rate * state[NOD_VX]),
+        c * state[NOD_VY] - s * (stiff * state[NOD_Y] + rate * state[NOD_VY]),
+    )
 
 
 @inlined

@@ -16,6 +16,8 @@ SHIM_RAD = 0.7  # of the wall's azimuth: a shim as wide as the disk and a half
 BRUISE_WIDTH_RAD = 0.4  # of the wall's azimuth, as wide as a soft spot
 RINGING_S = 0.06  # in which a wall's ringing dies out: about the time from blow to blow
 SHINGLE_M_PER_S = 0.4  # slip from which on a blow meets the edges of shingles squarely
+PAD_RAD, PAD_M_PER_S = 0.9, 1.0  # of the wall's azimuth; approach at which a pad is pressed flat by two thirds
+SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
 
@@ -92,12 +94,16 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
 
     A shim behind the ring wanders round it as the drive shakes it, each run from `shim_rad` on at `shim_rad_per_s`:
     where it just is the blow loses `shim`, falling off like a bell of `SHIM_RAD`.
+    A felt pad behind the wall takes light blows, and hard ones press it flat: `pad` exp(-approach / `PAD_M_PER_S`) is
+    lost at `pad_rad`, falling off like a bell of `PAD_RAD`.
     """
     value += p.clamps * np.cos(3.0 * (blow.azimuth - p.clamps_rad))
     if p.bruise != 0.0 and state[IMPACT_S] > -0.5:  # there was an impact before
         value -= p.bruise * _bell(blow.azimuth - state[AZIMUTH], BRUISE_WIDTH_RAD)
     if p.shim != 0.0:
         value -= p.shim * _bell(blow.azimuth - p.shim_rad - p.shim_rad_per_s * blow.time, SHIM_RAD)
+    if p.pad != 0.0:
+        value -= p.pad * np.exp(-blow.approach / PAD_M_PER_S) * _bell(blow.azimuth - p.pad_rad, PAD_RAD)
     return value
 
 
@@ -121,6 +127,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     A wall still rings from the blow before: `ringing` exp(-since / `RINGING_S`) sin(`ringing_rad_per_s` since).
     A weight rattles in the washer's hole and lies where the last blow has left it.  From the same side a blow meets it
     at once, from the opposite one it comes late and deadens the rebound: `rattling` cos(this normal - the last one's).
+    The ring's screws, tight as a run begins, come loose blow by blow: times 1 - `loosened` (1 - exp(-n /
+    `SCREWS_BLOWS`)), n the blows before.
     """
     value += p.two_edges if state[COUNT] % 2.0 < 0.5 else -p.two_edges
     if p.ringing != 0.0 and state[COUNT] > 0.5:
@@ -128,7 +136,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
         value = _raised(value, swing)
     if p.rattling != 0.0 and state[COUNT] > 0.5:
         value = _raised(value, p.rattling * np.cos(blow.normal_rad - state[NORMAL]))
-    return value - p.tired * tiredness(blow.time, state)
+    value = value - p.tired * tiredness(blow.time, state)
+    return _times(value, 1.0 - p.loosened * (1.0 - np.exp(-state[COUNT] / SCREWS_BLOWS)))
 
 
 @inlined

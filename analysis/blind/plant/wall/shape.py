@@ -11,6 +11,7 @@ JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 
 BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fifths as far
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
+LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
@@ -28,7 +29,7 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
     trilobe = 3.0 * (azimuth - disk_angle - p.trilobe_rad)
     share, rise = share - p.trilobe * np.cos(trilobe), rise + 3.0 * p.trilobe * np.sin(trilobe)
     more, steeper = _wall_reach(time, azimuth, p)
-    chip, flank = chip_reach(azimuth, disk_angle, p)
+    chip, flank = rim_reach(azimuth, disk_angle, p)
     return p.contact_radius_m * share + (more + chip), p.contact_radius_m * rise + (steeper + flank)
 
 
@@ -103,6 +104,22 @@ def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
     away = np.arctan2(np.sin(off), np.cos(off)) / CHIP_WIDTH_RAD
     chip = p.chip_m * np.exp(-0.5 * away**2)
     return chip, -chip * away / CHIP_WIDTH_RAD
+
+
+@inlined
+def rim_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
+    """How much farther a rim lets the disk that is chipped, or that has tape around it.
+
+    The tape's beginning lies below its end: its radius rises evenly once around, and falls by `lap_m` at `lap_rad`.
+    """
+    chip, flank = chip_reach(azimuth, disk_angle, p)
+    if p.lap_m == 0.0:
+        return chip, flank
+    off = azimuth - disk_angle - p.lap_rad
+    away = np.arctan2(np.sin(off), np.cos(off))
+    edge = np.tanh(away / LAP_RAD)
+    more = p.lap_m * (0.5 * edge - away / (2.0 * np.pi))
+    return chip + more, flank + p.lap_m * (0.5 * (1.0 - edge**2) / LAP_RAD - 1.0 / (2.0 * np.pi))
 
 
 @inlined

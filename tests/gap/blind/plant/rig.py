@@ -22,6 +22,7 @@ from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import STATES
 from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.motion import swing
 from analysis.blind.series import draw_start, outline_series, run_outline
 from ovines.__main__ import main
 
@@ -31,7 +32,7 @@ STILL = np.zeros((1, 7))
 PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
-    "struck",
+    *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -92,6 +93,9 @@ def random_states(at_wall=False):
     out[:, 20], out[:, 21] = -0.06 * later.random(60), out[:, 5] + later.normal(0.0, 25.0, 60)
     last = np.random.default_rng(9)
     out[:, 22], out[:, 23] = last.random(60), last.normal(0.0, 0.8, 60)
+    newest = np.random.default_rng(10)
+    out[:, 25], out[:, 26:28] = newest.random(60), newest.normal(0.0, 0.015, (60, 2))
+    out[:, 28:] = newest.normal(0.0, 2.0, (60, 2))
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -124,11 +128,13 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
+        known |= {"charge": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
             slid = passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
             known["way"] += slid
             known["core"] += passed * (node[6] - known["core"]) / 0.03
+            known["charge"] += (slid * (1.0 - known["charge"]) - passed * known["charge"]) / 0.08
             if drop is not None:
                 far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
@@ -144,6 +150,8 @@ def on_its_way(drop=None):
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
                 known |= {name: after[PLACE.index(name)] for name in ("tired", "struck")}
+                swung = np.array(swing(node[0], state, p)) - [0.0, 0.0, *kick]
+                known |= dict(zip(("nod_x", "nod_y", "nod_vx", "nod_vy"), swung, strict=True))
                 assert kick @ (node[1:3] - place[:2]) < 0.0
             elif passed > 1e-9:
                 flying.append((node[0], state))
@@ -172,14 +180,15 @@ def rms(off):
     return float(np.sqrt(np.mean(np.square(off))))
 
 
-def amount(name, size, drop=None):
+def amount(name, size, drop=None, of_the_rim=False):
     """How much a cause of the plant does on the way of plain runs, RMS: m/s^2 in flight, m/s at impacts (of the rim,
     where only the spin changes), m at the wall."""
     which = ("flight", "impact", "geometry").index(CAUSES[name].stage)
     off = done_on_its_way(name, size, drop)[which] - done_on_its_way("none", size, drop)[which]
     if which == 2:
         return rms(off[:, 0])
-    return rms(np.hypot(off[:, 2], off[:, 3])) or 0.01 * rms(off[:, 5])
+    rim = 0.01 * rms(off[:, 5])
+    return rim if of_the_rim else rms(np.hypot(off[:, 2], off[:, 3])) or rim
 
 
 @cache
@@ -246,12 +255,12 @@ def of_group(group):
     return [CAUSES[name] for name in GROUPS[group]]
 
 
-def say_what_they_follow(causes):
+def say_what_they_follow(causes, of_each=(6, 5, 2, 3)):
     """Each of a group's sixteen does, none comes twice or is listed, and its parameters are told."""
     names = [cause.name for cause in causes]
     assert all(cause.follows for cause in causes) and len(set(names)) == 16
     stages = [cause.stage for cause in causes]
-    assert [stages.count(stage) for stage in MEANT] == [6, 5, 2, 3]
+    assert tuple(stages.count(stage) for stage in MEANT) == of_each
     assert not any(cause.listed for cause in causes)
     for name in names:
         assert draft_series(name, 1.0, np.random.default_rng(1), 2).parameters[name]

@@ -148,6 +148,22 @@ ORDERS = {
     "unknown_shaking_tripod": ("pixels", 0.7),
     "unknown_dropped_frame": ("pixels", 3.0),
     "unknown_marker_shadow": ("pixels", 0.6),
+    "unknown_stray_field": ("force", 0.4),
+    "unknown_clinging_disk": ("friction", 0.8),
+    "unknown_swinging_floor": ("friction", 1.1),
+    "unknown_oil_film": ("force and torque", 0.33),
+    "unknown_screw_holes": ("friction", 0.55),
+    "unknown_sinking_feet": ("force", 0.3),
+    "unknown_drifted_dust": ("friction", 0.4),
+    "unknown_ground_rim": ("kick", 0.06),
+    "unknown_fibrous_lay": ("twist", 3.3),
+    "unknown_worn_ends": ("kick", 0.07),
+    "unknown_loosening_screws": ("kick", 0.14),
+    "unknown_bottoming_pad": ("kick", 0.095),
+    "unknown_nodding_ring": ("gap", 1.7e-4),
+    "unknown_lapped_tape": ("gap", 1.8e-4),
+    "unknown_flickering_lamps": ("pixels", 0.32),
+    "unknown_bumped_camera": ("pixels", 0.6),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -167,6 +183,8 @@ OWN = {
     "unknown_turning_sleeve": ("sleeve",),
     "unknown_loose_core": ("core",),
     "unknown_smeared_drop": ("oiled",),
+    "unknown_clinging_disk": ("charge",),
+    "unknown_swinging_floor": ("way",),
     "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck"),
     "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
 }
@@ -181,6 +199,7 @@ CAMERA = {
     "unknown_shocked_trigger": "VW2",
     "unknown_shaking_tripod": "VW1",
     "unknown_dropped_frame": "VW2",
+    "unknown_bumped_camera": "VW1",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -287,6 +306,7 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
         "unknown_sync_pulses",
         "unknown_shocked_trigger",
         "unknown_dropped_frame",
+        "unknown_flickering_lamps",
     ):
         assert ground.max() < 1e-9
     if name == "unknown_bent_tab":

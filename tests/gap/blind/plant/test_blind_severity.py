@@ -20,11 +20,13 @@ from tests.gap.blind.plant.rig import (
     say_what_they_follow,
 )
 
-GROUPS = ("unsuspected", "unexpected", "untold", "plausible")
+GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked")
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, not how much it does in one
+BY_THE_RIM = ("unknown_fibrous_lay",)  # how much of the slip comes back is seen in the spin
+STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip half is more than half.
 BENT = {"unknown_swinging_ring": 0.25, "unknown_slip_weakened_wall": 0.35}
@@ -52,6 +54,8 @@ def _acts(name):
             "unknown_rubbery_card": of_the_disk & (marker != "N1"),
             "unknown_shaking_tripod": camera == "VW1",
             "unknown_marker_shadow": of_the_disk,
+            "unknown_flickering_lamps": camera != "",
+            "unknown_bumped_camera": camera == "VW1",
         }[name]
 
     return chosen
@@ -62,7 +66,7 @@ def _does(name, size):
     if name in SEEN:
         return pictured(name, size, _acts(name))
     if name != "unknown_smeared_drop":
-        return amount(name, size)
+        return amount(name, size, of_the_rim=name in BY_THE_RIM)
     p = physics(name, 1.0)
     return amount(name, size, (p.drop_x_m, p.drop_y_m))
 
@@ -99,7 +103,7 @@ def test_a_run_has_no_more_blows_than_a_plain_one_could(name):
         assert np.sum(approach <= 0.0) <= 2 and len(approach) < 120
 
 
-@pytest.mark.parametrize("name", _moved("plausible"))
+@pytest.mark.parametrize("name", [name for group in GROUPS[3:] for name in _moved(group)])
 def test_a_run_stays_in_the_ring(name):
     """Of twelve runs none leaves the ring or the numbers."""
     for motion in _runs(name):
@@ -110,8 +114,8 @@ def test_a_run_stays_in_the_ring(name):
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_every_one_says_what_it_follows_and_none_comes_twice(group):
-    say_what_they_follow(of_group(group))
-    if group in ("untold", "plausible"):
+    say_what_they_follow(of_group(group), STAGES.get(group, (6, 5, 2, 3)))
+    if group in GROUPS[2:]:
         assert len({cause.follows for cause in of_group(group)}) == 16
 
 

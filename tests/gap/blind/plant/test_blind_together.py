@@ -65,6 +65,17 @@ def test_metal_rings_and_what_is_left_of_a_blow():
     needs_a_blow_that_is_over([*alone, *(cause.name for cause in of_group("untold") if cause.stage == "impact")])
 
 
+def test_tape_an_oil_film_and_a_ring_that_swings():
+    """Tape has a reach in a round ring, two drags of one law do not stand together, what swings needs short blows."""
+    needs_a_round_wall("unknown_lapped_tape")
+    assert not may_stand_together(("viscous_drag", "unknown_oil_film"), "round", "sine")
+    assert may_stand_together(("air_drag", "unknown_oil_film"), "triangle", "random")
+    assert may_stand_together(("finite_contact_time", "unknown_clinging_disk"), "round", "sine")
+    assert may_stand_together(("table_tilt", "unknown_nodding_ring"), "square", "sine")
+    alone = ["unknown_nodding_ring", *(cause.name for cause in of_group("overlooked") if cause.stage == "impact")]
+    needs_a_blow_that_is_over(alone)
+
+
 def test_lobes_beads_and_shadows():
     """Lobes, beads and shadows are of a round wall; two of one law do not stand together, and no blow has two laws."""
     for name in ("unknown_chucked_ring", "unknown_wall_bead", "unknown_marker_shadow"):
