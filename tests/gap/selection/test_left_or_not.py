@@ -47,7 +47,7 @@ def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_for
 def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
     """It goes from 0 to 1 by steps that are shortened: three of them left a tenth, and a force that followed the rise
     and fall."""
-    _, series = series_of(tmp_path, "vertical_motion", 1.1, 3, 2, "white", "start_up")
+    _, series = series_of(tmp_path, "vertical_motion", 1.1, 3, 4, "white", "start_up")
     steps = select_flight_effects(
         series, ("floor_friction", "spin_coupling"), frozenset(), False, np.random.default_rng(0)
     )
