@@ -46,9 +46,9 @@ def loaded(folder, laws=()):
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory, without_next_test):
-    """Four runs with a swirl, and a restitution that falls with the slip: their folder, truth and diagnosis."""
+    """Three runs with a swirl, and a restitution that falls with the slip: their folder, truth and diagnosis."""
     folder = tmp_path_factory.mktemp("both") / "series"
-    made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=4, noise="white")
+    made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=3, noise="white")
     write_series(made, folder)
     return folder, made.truth["parameters"], diagnose(loaded(folder), np.random.default_rng(0))
 
