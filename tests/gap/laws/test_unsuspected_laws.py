@@ -100,7 +100,7 @@ def test_what_goes_round_the_wall_has_its_rate(loaded):
 
 def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
     """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
-    _, series = loaded("unknown_twisted_camera", 1.0, 65, runs=2)
+    _, series = loaded("unknown_twisted_camera", 1.0, 65)
     assert series.cameras[0].field is not None
     (window,) = (one for one in two_views(series, []).findings if one.effect == "sensor_window_offset")
     size_px = np.hypot(window.parameters["u_px"][0], window.parameters["v_px"][0])
