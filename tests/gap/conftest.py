@@ -13,8 +13,10 @@ import pytest
 import analysis.gap.diagnose
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
+from analysis.gap.diagnose import Diagnosis, diagnose
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.next_test.choice import next_tests
 from analysis.gap.series import Series
 from analysis.gap.written_laws import write_laws
 from ovines.pipeline.series.diagnosis import load_series
@@ -37,6 +39,20 @@ def without_laws(monkeypatch) -> None:
     structure, and has its own tests (test_laws).
     """
     monkeypatch.setattr(analysis.gap.diagnose, "write_laws", lambda ladder, rng, withheld: ((), ladder))
+
+
+@pytest.fixture(scope="session")
+def tilted(tmp_path_factory) -> tuple[Diagnosis, dict[str, Any]]:
+    """Three runs on a table that is tilted a little, diagnosed from their tracks, and the truth: for all that is asked
+    of a whole diagnosis.
+    """
+    folder = tmp_path_factory.mktemp("tilted")
+    made = make_series("table_tilt", 0.35, np.random.default_rng(5), runs=3, noise="white")
+    write_series(made, folder)
+    series, _ = load_series(read_series(folder), folder / "results")
+    with pytest.MonkeyPatch.context() as whole:  # a module that does without may be the first to ask
+        whole.setattr(analysis.gap.diagnose, "next_tests", next_tests)
+        return diagnose(series, np.random.default_rng(0)), made.truth
 
 
 @pytest.fixture(scope="session")

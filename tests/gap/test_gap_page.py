@@ -5,16 +5,13 @@ browser.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
-from analysis.blind.series import make_series
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.gap.cause import Cause
-from analysis.gap.diagnose import Diagnosis, diagnose
+from analysis.gap.diagnose import diagnose
 from analysis.gap.page.figures.flights import flight_panels
 from analysis.gap.page.figures.impact_ranking import _gains
 from analysis.gap.page.figures.impacts import impact_panels
@@ -28,8 +25,6 @@ from analysis.gap.selection.flights.missing_acceleration import LONG, missing_ac
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
 from ovines.core.laws.words import QUANTITIES, TARGETS
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
 
 FIGURES = (
@@ -41,16 +36,6 @@ FIGURES = (
     "gap-measured",
     "gap-layout",
 )
-
-
-@pytest.fixture(scope="module")
-def tilted(tmp_path_factory) -> tuple[Diagnosis, dict]:
-    """Three runs on a tilted table, diagnosed from their tracks, and the truth."""
-    folder: Path = tmp_path_factory.mktemp("tilted")
-    series = make_series("table_tilt", 1.0, np.random.default_rng(5), runs=3, noise="white")
-    write_series(series, folder)
-    loaded, _ = load_series(read_series(folder), folder / "results")
-    return diagnose(loaded, np.random.default_rng(0)), series.truth
 
 
 @pytest.fixture(scope="module")

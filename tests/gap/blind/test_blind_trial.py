@@ -1,6 +1,7 @@
 """A trial hashes first, hides what it must, refuses what does not fit, and marks answers fairly."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -90,8 +91,13 @@ def test_an_edited_truth_is_refused(tmp_path):
         trial.read_truths(tmp_path / "t")
 
 
+@cache
+def _drawn():
+    return {o.truth["case"]: trial.truth_text(o.truth) for o in trial.outlines(trial.TrialPlan(90, 4))}
+
+
 def _truths():
-    return {o.truth["case"]: json.loads(trial.truth_text(o.truth)) for o in trial.outlines(trial.TrialPlan(90, 4))}
+    return {case: json.loads(text) for case, text in _drawn().items()}
 
 
 def _perfect(truth):

@@ -33,7 +33,7 @@ def flight_law(series):
 
 def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
     """A torque by the angle between the disk and its way, and its speed's square."""
-    series, true = made_series(tmp_path, "unknown_weathervane", 1.0, 61)
+    series, true = made_series(tmp_path, "unknown_weathervane", 1.0, 61, runs=3)
     law = flight_law(series)
     assert quantities(law) == [("spin", ["heading", "speed"])], as_text(law.law)
     (term,) = law.law.terms
@@ -43,7 +43,7 @@ def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
 
 
 def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
-    series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 62)
+    series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 62, runs=3)
     law = flight_law(series)
     assert law.law.terms[0].target == "polar_floor_friction", as_text(law.law)
     # In the middle they have no direction, and hold less.
@@ -52,7 +52,7 @@ def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
 
 
 def test_a_ring_of_two_halves_has_two_steps(tmp_path):
-    series, _ = made_series(tmp_path, "unknown_split_ring", 1.0, 63, runs=6)
+    series, _ = made_series(tmp_path, "unknown_split_ring", 1.0, 63, runs=3)
     fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
     assert law is not None
@@ -87,10 +87,9 @@ def test_stickers_that_glint_in_one_view_have_their_law(loaded):
     assert np.all(np.abs(shown.after) < 4 * shown.after_sd)
 
 
-@pytest.mark.parametrize("seed", [71, 72])
-def test_what_goes_round_the_wall_has_its_rate(loaded, seed):
+def test_what_goes_round_the_wall_has_its_rate(loaded):
     """A shim that wanders behind the ring: no restitution by direction, which it had passed for."""
-    true, series = loaded("unknown_wandering_shim", 1.0, seed)
+    true, series = loaded("unknown_wandering_shim", 1.0, 72)
     (law,), ladder = laws_and_ladder(series)
     first = law.law.terms[0]
     assert first.target == "restitution" and [one.quantity for one in first.factors] == ["turning_azimuth"]

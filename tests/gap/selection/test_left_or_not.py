@@ -57,7 +57,7 @@ def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
 
 def test_slow_lines_of_a_few_runs_are_those_of_their_drive(tmp_path):
     """Of a random drive some runs look like lines, and leave others beside them."""
-    _, series = series_of(tmp_path, "none", 1.0, 7, 5, "white", "random")
+    _, series = series_of(tmp_path, "none", 1.0, 7, 3, "white", "random")
     fits = first_flights(series, ("floor_friction", "spin_coupling")).fits
     assert not drive_steps(series, fits, frozenset(), False)[0].causes
 
@@ -86,7 +86,7 @@ def test_many_flights_that_no_law_fits_are_left(wrong, rests, left):
 @pytest.fixture(scope="module")
 def nick(tmp_path_factory):
     """A series whose disk has a nick in its rim, and its ladder."""
-    made, series = series_of(tmp_path_factory.mktemp("nick"), "unknown_nicked_disk", 0.4, 21, 8, "white")
+    made, series = series_of(tmp_path_factory.mktemp("nick"), "unknown_nicked_disk", 0.4, 21, 4, "white")
     return made, run_ladder(series, np.random.default_rng(0))
 
 
