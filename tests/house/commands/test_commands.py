@@ -208,18 +208,21 @@ def test_an_entry_at_motion_without_bodies_is_refused(tmp_path, ovines):
     refused(ovines("run", tmp_path / "puck", "--out", tmp_path / "out"), "no [bodies.host]")
 
 
-def test_report_of_a_results_folder(small_recording, tmp_path, ovines):
+@pytest.mark.usefixtures("unpainted")
+def test_report_of_a_results_folder(small_recording, tmp_path, capsys):
     """From the results alone; a name of the recording is text in the page, never markup."""
     change_toml(small_recording.folder, 'name = "run-01"', 'name = "<script>alert(1)<x> & ä"')
     out = tmp_path / "out"
-    assert ovines("analyse", small_recording.folder, "--out", out).returncode == 0
-    result = ovines("report", out)
-    assert result.returncode == 0, result.stderr
+    assert main(["analyse", str(small_recording.folder), "--out", str(out)]) == 0
+    assert main(["report", str(out)]) == 0, capsys.readouterr().err
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page.split("<!-- ovines")[0] and "&lt;script&gt;alert(1)" in page
-    assert "up to date" in ovines("report", out).stdout
+    capsys.readouterr()
+    assert main(["report", str(out)]) == 0 and "up to date" in capsys.readouterr().out
     (out / "source.json").write_text("{}")
-    refused(ovines("report", out), "source.json")
+    assert main(["report", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "source.json" in said and all(line in said for line in ("found:", "expected:", "do:"))
 
 
 def test_track_names_are_kept_or_refused(small_recording, tmp_path, ovines):
