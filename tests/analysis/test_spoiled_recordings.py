@@ -166,7 +166,13 @@ CASES = [
     ),
     Case("frames and times ten times too fast", lambda: film_at(10)(plant()), NO, PRINCIPAL, "[excitation] says"),
     # Not a whole period of the drive is left: its frequency is open, its level is not.
-    Case("frames and times half as fast", lambda: film_at(0.5)(plant(**LONGER)), NO, PRINCIPAL, "The Host is accelerated by"),
+    Case(
+        "frames and times half as fast",
+        lambda: film_at(0.5)(plant(**LONGER)),
+        NO,
+        PRINCIPAL,
+        "The Host is accelerated by",
+    ),
     Case("frames and times 3 % too fast", lambda: film_at(1.03)(plant()), NO, PRINCIPAL, "The Host moves at"),
     Case(
         "inner radius 3 % too large",

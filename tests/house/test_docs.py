@@ -7,6 +7,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import doctest
+import functools
 import importlib
 import io
 import itertools
@@ -14,6 +15,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
@@ -110,6 +112,26 @@ def offered() -> list[tuple[str, str]]:
     ]
 
 
+@pytest.fixture(scope="module")
+def calibrated_once() -> Iterator[None]:
+    """The notebook and the example of `calibrate` calibrate the same pictures: once does."""
+    from ovines import notebook
+
+    whole, solved = notebook.calibrate, {}
+
+    @functools.wraps(whole)
+    def calibrate(recording, *more):
+        key = recording.folder.resolve()
+        if key not in solved:
+            solved[key] = whole(recording, *more)
+        return solved[key]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(notebook, "calibrate", calibrate)
+        yield
+
+
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.parametrize(("module", "name"), offered())
 def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
     monkeypatch.chdir(ROOT)
@@ -230,6 +252,7 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch, capsys):
             assert abs(Decimal(one) - Decimal(other)) <= LAST_PLACE * 10 ** Decimal(other).as_tuple().exponent, printed
 
 
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample recording")
 def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
     """The cells of docs/notebook.md in one session, from top to bottom."""

@@ -24,7 +24,7 @@ FARTHEST_SDS = 2.5
 
 @pytest.mark.parametrize("name", SPECS)
 def test_any_drive_is_ordinary(name, tmp_path):
-    made = make_series(SPECS[name], np.random.default_rng([19, list(SPECS).index(name)]), 2)
+    made = make_series(SPECS[name], np.random.default_rng([19, list(SPECS).index(name)]), 1)
     series = read_series(write_series(made, tmp_path / "series"))
     joint, identified = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
     for one, run in zip(identified, made, strict=True):

@@ -1,10 +1,7 @@
 """Commands as real processes: the end of a good run, and of every wrong input."""
 
 import json
-import os
 import re
-import signal
-from pathlib import Path
 
 import pandas as pd
 import pyarrow as pa
@@ -17,6 +14,7 @@ from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
 from tests.conftest import bouncing_motion, refused, write_small_recording
+from tests.processes import dies_once
 
 
 def change_toml(folder, old, new):
@@ -146,21 +144,15 @@ def test_one_bad_recording_costs_only_itself(jobs, small_series, tmp_path, ovine
     assert done == {"run-01", "run-03"}
 
 
-def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
+def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
-    monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", _dies_once)
+    for number in (1, 2):
+        write_small_recording(tmp_path / "series" / f"run-{number:02d}", frames=50, seed=number)
+    monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", dies_once)
     monkeypatch.setenv("OVINES_TEST_MARK", str(tmp_path / "died"))
-    outcomes = run_series(small_series, tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
+    outcomes = run_series(tmp_path / "series", tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
     assert (tmp_path / "died").exists()
-    assert [one.status for one in outcomes] == ["done"] * 3
-
-
-def _dies_once(folder, *arguments):
-    mark = Path(os.environ["OVINES_TEST_MARK"])
-    if folder.name == "run-02" and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return run_one(folder, *arguments)
+    assert [one.status for one in outcomes] == ["done"] * 2
 
 
 def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch):
