@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -91,6 +92,17 @@ def compile_alone() -> None:
     anew, and the other test process has the second processor.  Its own tests are in test_first_run.
     """
     importlib.import_module("ovines.first_run")._FirstRun._start = lambda first_run: None
+
+
+def dies_once(folder: Path, *arguments: object) -> object:
+    """`run_one` that is killed at its first recording `run-02`; here, so that a worker loads no tests for it."""
+    from ovines.pipeline.one_recording import run_one
+
+    mark = Path(os.environ["OVINES_TEST_MARK"])
+    if folder.name == "run-02" and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return run_one(folder, *arguments)
 
 
 def _limit(file_bytes: int) -> None:

@@ -34,7 +34,8 @@ SAMPLE = Path(__file__).resolve().parents[2] / "sample_data" / "series_tilted"
 GOOD, DOUBTFUL, NO, REFUSED = "Good", "Doubtful", "Do not use", "refused"
 LAW = ("restitution", "wall_friction", "tangential_restitution")
 FARTHEST_SD = 3.0
-SHORT = Spec(noise="white", reach_m=0.04, frames_per_flight=25, noise_share=1.5e-4, periods=4.0, most_frames=800)
+SHORT = Spec(noise="white", reach_m=0.04, frames_per_flight=25, noise_share=1.5e-4, periods=3.0, most_frames=500)
+LONGER: dict[str, Any] = {"periods": 4.0, "most_frames": 800}  # where the shorter run has too few impacts to tell
 Spoil = Callable[[Run], Run]
 Text = Callable[[str], str]
 Table = Callable[[pd.DataFrame], pd.DataFrame]
@@ -165,7 +166,13 @@ CASES = [
     ),
     Case("frames and times ten times too fast", lambda: film_at(10)(plant()), NO, PRINCIPAL, "[excitation] says"),
     # Not a whole period of the drive is left: its frequency is open, its level is not.
-    Case("frames and times half as fast", lambda: film_at(0.5)(plant()), NO, PRINCIPAL, "The Host is accelerated by"),
+    Case(
+        "frames and times half as fast",
+        lambda: film_at(0.5)(plant(**LONGER)),
+        NO,
+        PRINCIPAL,
+        "The Host is accelerated by",
+    ),
     Case("frames and times 3 % too fast", lambda: film_at(1.03)(plant()), NO, PRINCIPAL, "The Host moves at"),
     Case(
         "inner radius 3 % too large",
@@ -176,14 +183,14 @@ CASES = [
     ),
     Case(
         "disk's radius 3 % too small",
-        lambda: setting("radius_m", 0.97)(plant()),
+        lambda: setting("radius_m", 0.97)(plant(**LONGER)),
         DOUBTFUL,
         ("tangential_restitution",),
         "Spins",
     ),
     Case(
         "disk's inertia 20 % too large",
-        lambda: setting("inertia_factor", 1.2)(plant()),
+        lambda: setting("inertia_factor", 1.2)(plant(**LONGER)),
         DOUBTFUL,
         ("wall_friction",),
         "Spins",
@@ -209,7 +216,7 @@ CASES = [
     Case("tilted table", lambda: plant("tilt"), GOOD, said="table_tilt"),
     Case(
         "air drag at 400 frames a second",
-        lambda: plant("air_drag", 3, reach_m=None, frames_per_flight=None),
+        lambda: plant("air_drag", 3, **LONGER | {"reach_m": None, "frames_per_flight": None}),
         GOOD,
         said="air_drag",
     ),
@@ -220,7 +227,7 @@ CASES = [
     Case("gusts", lambda: plant("gusts"), DOUBTFUL, ("floor_friction",), "Flights end"),
     Case("pull towards the wall", lambda: plant("wall_pull"), DOUBTFUL, ("floor_friction",), "Flights end"),
     Case("a fifth of the frames missing", lambda: fifth_missing(plant()), GOOD),
-    Case("gross errors in 3 % of the frames", lambda: gross_errors(plant()), NO, PRINCIPAL, "turns back"),
+    Case("gross errors in 3 % of the frames", lambda: gross_errors(plant(**LONGER)), NO, PRINCIPAL, "turns back"),
     Case("every impact between missing frames", lambda: impacts_hidden(plant()), GOOD),
     Case("no angle", lambda: plant(with_angle=False), DOUBTFUL, ("floor_friction",), "angle is not measured"),
     Case("Host still", lambda: plant(still=True), GOOD),
@@ -316,6 +323,7 @@ class Picture:
     toml: Text = str
     tracks: Table = lambda table: table
     calibration: Callable[[dict[str, Any]], dict[str, Any]] = lambda solved: solved
+    frames: int = 340  # of 960: six impacts and more, a third of the work
 
 
 def replaced(*pairs: tuple[str, str]) -> Text:
@@ -375,9 +383,9 @@ PICTURES = [
         tracks=lambda table: table.assign(camera=table["camera"].map(CAMERAS)),
     ),
     Picture("board 3 % too large", NO, PRINCIPAL, "Impacts put the ring", calibration=longer),
-    Picture("Host's and NES' markers exchanged", NO, PRINCIPAL, tracks=bodies_swapped),
+    # Motion without sense: its fit takes long, and of 340 frames eight times as long as of 480.
+    Picture("Host's and NES' markers exchanged", NO, PRINCIPAL, tracks=bodies_swapped, frames=480),
 ]
-LAST_FRAME = 480  # of 960: six impacts and more, half the work
 
 
 @pytest.mark.parametrize("case", PICTURES, ids=lambda case: case.name)
@@ -394,7 +402,7 @@ def test_spoiled_pictures(case, tmp_path, capsys):
     )
     (place / "recording.toml").write_text(case.toml(text), "utf-8")
     tracks = pd.read_parquet(SAMPLE / "run-01" / "tracks.parquet")
-    case.tracks(tracks[tracks["frame"] < tracks["frame"].min() + LAST_FRAME]).to_parquet(
+    case.tracks(tracks[tracks["frame"] < tracks["frame"].min() + case.frames]).to_parquet(
         place / "tracks.parquet", index=False
     )
     must_be(

@@ -7,6 +7,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import doctest
+import functools
 import importlib
 import io
 import itertools
@@ -14,6 +15,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
@@ -21,7 +23,7 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from ovines.__main__ import parse
+from ovines.__main__ import main, parse
 from ovines.documentation.house_picture import PICTURE, house
 from ovines.documentation.reference_pages import FOLDER, PAGES
 from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
@@ -110,9 +112,31 @@ def offered() -> list[tuple[str, str]]:
     ]
 
 
+@pytest.fixture(scope="module")
+def calibrated_once() -> Iterator[None]:
+    """The notebook and the example of `calibrate` calibrate the same pictures: once does."""
+    from ovines import notebook
+
+    whole, solved = notebook.calibrate, {}
+
+    @functools.wraps(whole)
+    def calibrate(recording, *more):
+        key = recording.folder.resolve()
+        if key not in solved:
+            solved[key] = whole(recording, *more)
+        return solved[key]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(notebook, "calibrate", calibrate)
+        yield
+
+
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.parametrize(("module", "name"), offered())
 def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
     monkeypatch.chdir(ROOT)
+    # What a diagnosis advises next is in no example, and takes a fifth of its time.
+    monkeypatch.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
     function = getattr(importlib.import_module(module), name)
     (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
     told: list[str] = []
@@ -198,8 +222,6 @@ def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
     """`ovines simulate --figures` draws those pictures that the simulator's page shows, of the kept ones' size."""
     from PIL import Image
 
-    from ovines.__main__ import main
-
     assert main(["simulate", "--figures", str(tmp_path)]) == 0
     shown = re.findall(
         r"!\[[^]]*\]\(../figures/([^)]+)\)", (ROOT / "docs" / "validation" / "simulator.md").read_text(encoding="utf-8")
@@ -210,24 +232,27 @@ def test_the_command_makes_the_figures_of_the_validation_page(tmp_path):
             assert made.size == kept.size and len(made.convert("L").getcolors() or range(256)) > 20, name  # not blank
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample series")
-def test_the_tutorial_prints_what_it_shows(tmp_path, ovines):
+def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch, capsys):
     """Each `$ ovines ...` of the tutorial run in turn; the lines below it are what it prints.  The last place of a
     number may differ by ``LAST_PLACE``: another machine's linear algebra rounds otherwise.
     """
     (tmp_path / "sample_data").symlink_to(ROOT / "sample_data")
+    monkeypatch.chdir(tmp_path)
     blocks = [content for _, content in fences(ROOT / "docs" / "tutorial.md") if content.startswith("$ ovines")]
     assert len(blocks) >= 3
     for block in blocks:
         command, _, expected = block.partition("\n")
-        result = ovines(*shlex.split(command)[2:], cwd=tmp_path, timeout_s=900)
-        assert result.returncode == 0, result.stderr
-        printed, shown = result.stdout.strip(), expected.strip()
+        status, said = main(shlex.split(command)[2:]), capsys.readouterr()
+        assert status == 0, said.err
+        printed, shown = said.out.strip(), expected.strip()
         assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown), printed
         for one, other in zip(NUMBER.findall(printed), NUMBER.findall(shown), strict=True):
             assert abs(Decimal(one) - Decimal(other)) <= LAST_PLACE * 10 ** Decimal(other).as_tuple().exponent, printed
 
 
+@pytest.mark.usefixtures("calibrated_once")
 @pytest.mark.skipif(not SAMPLE.is_dir(), reason="no sample recording")
 def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
     """The cells of docs/notebook.md in one session, from top to bottom."""

@@ -70,12 +70,17 @@ def series(rng: np.random.Generator, count: int, scatter: float = 0.03, sd: floa
 
 def intervals(data: LawData):
     (restitution,), covariance, _, _ = fit_restitution(data)
-    (friction,), beta, _, _ = fit_tangential(data)
-    friction, beta, _ = best_tangential(data, float(friction), beta)
     return (
         restitution_interval(data, float(restitution), float(np.sqrt(covariance[0, 0]))),
-        *tangential_intervals(data, float(friction), beta),
+        *friction_and_reversal(data),
     )
+
+
+def friction_and_reversal(data: LawData):
+    """Without the restitution's interval, where only the others are asked for."""
+    (friction,), beta, _, _ = fit_tangential(data)
+    friction, beta, _ = best_tangential(data, float(friction), beta)
+    return tangential_intervals(data, float(friction), beta)
 
 
 @pytest.mark.parametrize("count", [4, 40])
@@ -170,8 +175,8 @@ def covered(seeds: range, count: int) -> np.ndarray:
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    # 60 series: 90 % +- 3.9 %; the bounds are two and a half sd.
-    share = covered(range(1000, 1060), 25)
+    # 30 series: 90 % +- 5.5 %; intervals half as wide hold the truth in 60 %.
+    share = covered(range(1000, 1030), 25)
     assert np.all(share > 0.80), share
 
 
@@ -213,12 +218,12 @@ def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding):
     """Friction that differs by 2 % from impact to impact, beside forty sticking impacts that follow the law exactly:
     their exactness is no evidence on the friction, and one of two that slide is no outlier."""
     held = []
-    for seed in range(80):
+    for seed in range(20):
         rng = np.random.default_rng([9, seed])
         stick = series(rng, 40, scatter=0.0, sd=1e-4, slip=(0.0, 0.2))
         slide = series(rng, sliding, scatter=0.0, sd=1e-4, slip=(1.5, 2.5))
         slide = replace(slide, tangential_impulse=slide.tangential_impulse * (1 + 0.02 * rng.normal(size=sliding)))
-        friction = intervals(joined(stick, slide))[1]
+        friction, _ = friction_and_reversal(joined(stick, slide))
         held.append(not (friction.low > TRUE["wall_friction"] or friction.high < TRUE["wall_friction"]))
     assert 0.8 <= np.mean(held) <= 0.99
 

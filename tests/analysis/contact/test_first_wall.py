@@ -16,7 +16,7 @@ from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 
-def series_of(kind, size, folder, runs=4, **how):
+def series_of(kind, size, folder, runs=2, **how):
     made = make_series(kind, size, np.random.default_rng(1), runs, "white", **how)
     write_series(made, folder / "series")
     return load_series(read_series(folder / "series"), folder / "results")[0], made.truth
@@ -32,9 +32,9 @@ def in_host(series, truth):
     return np.array([np.cos(t) * world[0] - np.sin(t) * world[1], np.sin(t) * world[0] + np.cos(t) * world[1]])
 
 
-@pytest.mark.parametrize("wall", ["round", "square"])
-def test_rebounds_show_where_the_wall_stands(wall, tmp_path):
-    series, truth = series_of("wall_centre_offset", 1.0, tmp_path, place=Place(wall=wall))
+@pytest.mark.parametrize(("wall", "runs"), [("round", 2), ("square", 4)])
+def test_rebounds_show_where_the_wall_stands(wall, runs, tmp_path):
+    series, truth = series_of("wall_centre_offset", 1.0, tmp_path, runs, place=Place(wall=wall))
     datas = [run.data for run in series.runs]
     shift, distance_m = off_place(datas, datas[0].wall)
     assert shift == pytest.approx(in_host(series, truth), abs=0.5 * CONTACT_MARGIN_M)
@@ -51,7 +51,7 @@ def test_a_wall_in_its_place_is_left_there(tmp_path):
 
 def test_a_disk_that_smears_reaches_no_farther(tmp_path):
     """The farthest of many smeared frames is their noise; rolling there is no row of impacts."""
-    series, _ = series_of("motion_blur", 1.2, tmp_path, runs=4)
+    series, _ = series_of("motion_blur", 1.2, tmp_path, runs=2)
     datas = [run.data for run in series.runs]
     smeared = []
     for data in datas:

@@ -227,7 +227,7 @@ def test_the_command(tmp_path, run, browse, ovines):
         ("flights", spans),
     ):
         write_table(table, name, results / f"{name}.parquet", provenance("test", {}, {}))
-    command = "compare", folder, "--runs", 10
+    command = "compare", folder, "--runs", 4
     done = ovines(*command, "--figures", timeout_s=300)
     assert done.returncode == 0, done.stderr
     assert "one flight" in done.stdout

@@ -50,17 +50,17 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("law", "seed", "parameter"),
+    ("law", "seed", "parameter", "count"),
     [
         # Impacts taken one by one, each with an error of its own, made it 4 sd too large.
-        ("wall_pull", 801, "mu_c"),
+        ("wall_pull", 801, "mu_c", 2),
         # The unknown force taken as noise, which many flights average out: 6.3 and 4.3 sd.
-        ("wall_pull", 903, "mu_s"),
-        ("spin_decay", 902, "mu_s"),
+        ("wall_pull", 903, "mu_s", 3),
+        ("spin_decay", 902, "mu_s", 3),
     ],
 )
-def test_what_all_impacts_or_flights_share_is_one_error(law, seed, parameter, tmp_path):
-    made = make_series(Spec(law), np.random.default_rng([2026, sorted(LAWS).index(law), seed]), 3)
+def test_what_all_impacts_or_flights_share_is_one_error(law, seed, parameter, count, tmp_path):
+    made = make_series(Spec(law), np.random.default_rng([2026, sorted(LAWS).index(law), seed]), count)
     series = read_series(write_series(made, tmp_path / "series"))
     joint, runs = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
     off_sds = [parameter_scores(joint, made)[f"{parameter}_z"]]
@@ -79,7 +79,7 @@ def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):
     of it.
     """
     errors, sds = [], []
-    for seed in (0, 1, 5, 7, 11, 12):
+    for seed in (0, 1, 5):
         spec = Spec("tilt", "white", 0.04, 20.0, 2.5e-5, periods=5.0, most_frames=400, at_origin=True)
         made = make_series(spec, np.random.default_rng([31, seed]), 2)
         series = read_series(write_series(made, tmp_path / f"series-{seed}"))
@@ -92,7 +92,7 @@ def test_a_tilt_is_as_sure_as_what_shakes_the_floor_unseen_lets_it_be(tmp_path):
         errors.append((floor.estimate - true) / np.sqrt(np.diag(floor.covariance)))
         sds.append(np.sqrt(np.diag(floor.covariance)))
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert np.all(rms < 1.6)  # of six errors of sd 1 the RMS is above in 2 % of draws
+    assert np.all(rms < 1.6)  # of three errors of sd 1 the RMS is above in 5 % of draws; from micrometres it is 5
     assert np.median(sds, axis=0)[1] < 9.81e-4  # still known to a ten thousandth of gravity
 
 

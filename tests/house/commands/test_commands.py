@@ -1,10 +1,7 @@
 """Commands as real processes: the end of a good run, and of every wrong input."""
 
 import json
-import os
 import re
-import signal
-from pathlib import Path
 
 import pandas as pd
 import pyarrow as pa
@@ -17,6 +14,7 @@ from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.system_library import missing_library
 from ovines.tables import read_table
 from tests.conftest import bouncing_motion, refused, write_small_recording
+from tests.processes import dies_once
 
 
 def change_toml(folder, old, new):
@@ -146,21 +144,15 @@ def test_one_bad_recording_costs_only_itself(jobs, small_series, tmp_path, ovine
     assert done == {"run-01", "run-03"}
 
 
-def test_a_killed_worker_costs_nothing(small_series, tmp_path, monkeypatch):
+def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
-    monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", _dies_once)
+    for number in (1, 2):
+        write_small_recording(tmp_path / "series" / f"run-{number:02d}", frames=50, seed=number)
+    monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", dies_once)
     monkeypatch.setenv("OVINES_TEST_MARK", str(tmp_path / "died"))
-    outcomes = run_series(small_series, tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
+    outcomes = run_series(tmp_path / "series", tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
     assert (tmp_path / "died").exists()
-    assert [one.status for one in outcomes] == ["done"] * 3
-
-
-def _dies_once(folder, *arguments):
-    mark = Path(os.environ["OVINES_TEST_MARK"])
-    if folder.name == "run-02" and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return run_one(folder, *arguments)
+    assert [one.status for one in outcomes] == ["done"] * 2
 
 
 def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch):
@@ -208,18 +200,21 @@ def test_an_entry_at_motion_without_bodies_is_refused(tmp_path, ovines):
     refused(ovines("run", tmp_path / "puck", "--out", tmp_path / "out"), "no [bodies.host]")
 
 
-def test_report_of_a_results_folder(small_recording, tmp_path, ovines):
+@pytest.mark.usefixtures("unpainted")
+def test_report_of_a_results_folder(small_recording, tmp_path, capsys):
     """From the results alone; a name of the recording is text in the page, never markup."""
     change_toml(small_recording.folder, 'name = "run-01"', 'name = "<script>alert(1)<x> & ä"')
     out = tmp_path / "out"
-    assert ovines("analyse", small_recording.folder, "--out", out).returncode == 0
-    result = ovines("report", out)
-    assert result.returncode == 0, result.stderr
+    assert main(["analyse", str(small_recording.folder), "--out", str(out)]) == 0
+    assert main(["report", str(out)]) == 0, capsys.readouterr().err
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page.split("<!-- ovines")[0] and "&lt;script&gt;alert(1)" in page
-    assert "up to date" in ovines("report", out).stdout
+    capsys.readouterr()
+    assert main(["report", str(out)]) == 0 and "up to date" in capsys.readouterr().out
     (out / "source.json").write_text("{}")
-    refused(ovines("report", out), "source.json")
+    assert main(["report", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "source.json" in said and all(line in said for line in ("found:", "expected:", "do:"))
 
 
 def test_track_names_are_kept_or_refused(small_recording, tmp_path, ovines):

@@ -93,6 +93,7 @@ def test_a_path_that_is_no_utf8(tmp_path, ovines):
     assert not os.path.exists(folder + "/results")
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_html_in_names_is_text_in_every_page(tmp_path, capsys):
     """Title of the recording and marker names are a user's; the pages show them and nothing more."""
     for name in ("a", "b"):
@@ -140,7 +141,7 @@ def test_results_through_a_link_stay_where_they_belong(tmp_path):
     assert not (tmp_path / "out" / "points.parquet").is_symlink()
 
 
-@pytest.mark.parametrize("count", [31, pytest.param(3000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [12, pytest.param(3000, marks=pytest.mark.long)])
 def test_many_recordings(count, tmp_path, capsys):
     """A series of many tiny runs, every tenth of them broken: each has its line, the rest its table."""
     folder = tmp_path / "series" / "r0000"
