@@ -50,7 +50,7 @@ def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
 
 def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
     """Up to its length, with its force."""
-    series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 32, runs=2)
+    series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 36, runs=2)
     rng = np.random.default_rng(0)
     steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
     law, _ = find_flight_law(series.runs, steps, series.frame, rng)
