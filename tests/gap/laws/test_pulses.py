@@ -66,9 +66,9 @@ def test_a_train_of_pulses_and_a_single_burst_are_found(shape, width, period, fi
 
 
 def test_noise_alone_pulses_no_more_often_than_it_says():
-    """Series without a force: looking for period and instant is paid for.  Without the price two of the eight pulsed,
-    for a third of it one."""
-    for seed in range(8):
+    """Series without a force: looking for period and instant is paid for.  Of eight these two pulsed without the
+    price, the second also for a third of it."""
+    for seed in (1, 7):
         flights = Flights(np.random.default_rng(seed), (), 0.5)
         rng = np.random.default_rng(seed)
         assert find_law(flights.problem, flights.columns, pulse_candidates(flights, RUN_S, rng), rng)[0] is None
