@@ -61,7 +61,7 @@ def test_a_frame_that_one_camera_dropped_is_no_late_clock(tmp_path):
 @pytest.mark.parametrize(("drive", "size", "noise", "seed"), [("sine", 1.0, "white", 5), ("start_up", 0.66, "ar1", 1)])
 def test_a_late_clock_is_still_one(tmp_path, drive, size, noise, seed):
     """Under a drive that starts, too, whose rise and fall no line follows: its path passed for another delay there."""
-    late = make_series("camera_clock_offset", size, np.random.default_rng(seed), 2, noise, place=Place(drive=drive))
+    late = make_series("camera_clock_offset", size, np.random.default_rng(seed), 4, noise, place=Place(drive=drive))
     write_series(late, tmp_path / "late")
     series, _ = load_series(read_series(tmp_path / "late"), tmp_path / "results")
     tests = measurement_tests(series)
