@@ -40,7 +40,7 @@ SHOWN_BY_FEWER = {
     ("motion_blur+wall_lobes+host_recoil", 13): 3,
     ("restitution_drift", 34): 4,
     ("nes_rocking", 21): 3,
-    ("none", 21): 2,
+    ("none", 21): 3,
 }
 # Of a size: what four sds of it may be at most where fewer runs tell it; wide intervals would hold everything.
 MOST_UNSURE = 0.5
