@@ -15,14 +15,13 @@ from analysis.gap.prediction.probabilities import against, probabilities, probab
 from analysis.gap.selection.centres import centre_negligible_m
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
-from tests.gap.test_diagnose import practice_series
 
 pytestmark = pytest.mark.usefixtures("without_next_test")
 
 
 def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
     """A third of the usual rig: 0.1 mm, below which the usual rig's is placement, is three times as much here."""
-    small = make_series("wall_centre_offset", 0.6, np.random.default_rng(3), 3, "white", place=Place(scale=0.3))
+    small = make_series("wall_centre_offset", 0.6, np.random.default_rng(3), 2, "white", place=Place(scale=0.3))
     write_series(small, tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     assert centre_negligible_m(series) == pytest.approx(2.5e-3 * series.contact_radius_m)
@@ -34,9 +33,10 @@ def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
         assert summary["parameters"]["wall_centre_offset"][name]["value"] == pytest.approx(value, abs=1.5e-5)
 
 
-def test_an_inertia_is_judged_by_flights_that_hold_the_drag(tmp_path):
+def test_an_inertia_is_judged_by_flights_that_hold_the_drag(shared, tmp_path):
     """Practice 25: flights without their air drag make its impulses turn the disk by 4 % too little."""
-    ladder = run_ladder(practice_series(25, tmp_path), np.random.default_rng(0))
+    runs = read_series(shared / "practice" / "practice-25")[:4]
+    ladder = run_ladder(load_series(runs, tmp_path / "results")[0], np.random.default_rng(0))
     assert (verdict_of(ladder), [cause.effect for cause in ladder.causes]) == ("effect", ["air_drag"])
     told = probabilities(ladder, ladder.causes, detectable_sizes(ladder), seen=1.0)
     assert told["inertia_error"] < 0.05 and told["viscous_drag"] < 0.05

@@ -19,6 +19,7 @@ from analysis.blind.recording.place import HOME, Place, draw_place, on_the_films
 from analysis.blind.recording.views import draw_views
 from analysis.blind.series import NOISE_KINDS, draw_start, make_series, outline_series, run_outline
 from ovines.camera import read_calibration, triangulate_points
+from tests.gap.blind.plant.rig import short_runs
 
 MEASUREMENT = {name for name, cause in CAUSES.items() if cause.stage == "measurement"} | {"centre_marker_offset"}
 # In every series, or moving the Host.
@@ -74,7 +75,8 @@ def test_a_cause_changes_the_series_and_the_truth(name):
     the disk are simulated below; of the others a run is made here.
     """
     make = outline_series if name in MOVING else make_series
-    truth = make(name, 1.0, np.random.default_rng(11), runs=1, noise="white").truth
+    with short_runs():
+        truth = make(name, 1.0, np.random.default_rng(11), runs=1, noise="white").truth
     cause = CAUSES[name]
     assert truth["stages"] == [cause.stage]
     assert truth["effects"] == ([name] if cause.listed else [])

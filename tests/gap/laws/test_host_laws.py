@@ -26,7 +26,7 @@ from tests.gap.laws.test_memory_laws import EFFECTS, made_series, quantities
 
 def test_a_floor_that_pitches_presses_by_place_and_acceleration(tmp_path):
     """Of every series' causes the one with a product of three: friction, place, the Host's acceleration."""
-    series, true = made_series(tmp_path, "unknown_pitching_floor", 1.0, 41)
+    series, true = made_series(tmp_path, "unknown_pitching_floor", 1.0, 42, runs=2)
     rng = np.random.default_rng(0)
     steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
     law, _ = find_flight_law(series.runs, steps, series.frame, rng)
@@ -40,7 +40,7 @@ def test_a_floor_that_pitches_presses_by_place_and_acceleration(tmp_path):
 
 def test_a_wall_that_rings_from_the_blow_before(tmp_path):
     """A wave of the time since, which dies out."""
-    series, true = made_series(tmp_path, "unknown_ringing_wall", 1.0, 42, runs=6)
+    series, true = made_series(tmp_path, "unknown_ringing_wall", 1.0, 42, runs=3)
     flights = first_flights(series, EFFECTS)
     law = find_impact_law(fit_impacts(flights.fits), flights.fits, (), series.frame, np.random.default_rng(0))
     assert law is not None
@@ -52,7 +52,7 @@ def test_a_wall_that_rings_from_the_blow_before(tmp_path):
 
 def test_a_ring_clamped_at_one_side_is_squashed_as_the_host_starts(tmp_path):
     """Twice around the wall, times the Host's acceleration."""
-    series, _ = made_series(tmp_path, "unknown_squashed_ring", 1.0, 43)
+    series, _ = made_series(tmp_path, "unknown_squashed_ring", 1.0, 43, runs=2)
     fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
     assert law is not None

@@ -23,14 +23,14 @@ from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.law_file import law_text
 
-SURE_90 = 1.645
+SURE_90, RUNS = 1.645, 2
 
 
 @pytest.mark.parametrize(("size", "seed", "noise"), [(1.0, 4, "white"), (0.4, 7, "warp")])
 def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed, noise):
     """Its name, what it goes with, how far a unit of that moves it; read back, nothing moves on the Host any more.
     Before, a lens field took all of it."""
-    true, series = loaded("unknown_bent_tab", size, seed, noise)
+    true, series = loaded("unknown_bent_tab", size, seed, noise, RUNS)
     name = f"H{int(true['marker']) + 1}"
     (found,) = rigid_structure(series)
     assert found.goes_with == f"marker {name}, which moves on its body with the Host's acceleration"
@@ -46,7 +46,7 @@ def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed
     assert law.closed > 0.8 and law.halves.agree
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "tab"))
-    assert not rigid_structure(loaded("unknown_bent_tab", size, seed, noise, laws=(path,))[1])
+    assert not rigid_structure(loaded("unknown_bent_tab", size, seed, noise, RUNS, (path,))[1])
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Asked:
 
 def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
     """What was told stays told.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
-    _, series = loaded("unknown_bent_tab", 1.0, 4)
+    _, series = loaded("unknown_bent_tab", 1.0, 4, "white", RUNS)
     assert measurement_tests(series).findings["trigger_jitter"].found
     monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((), series))
     monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (None, series))
@@ -85,7 +85,7 @@ def test_a_marker_that_slips_is_a_step_on_its_body(loaded):
 
 def test_a_marker_that_a_spin_throws_outwards_has_a_law(loaded):
     """Of the disk, in its own frame: points and tracks moved by a law, which is found again."""
-    _, still = loaded("none", 1.0, 4)
+    _, still = loaded("none", 1.0, 4, "white", RUNS)
     thrown = law_of(Term("nes_marker", -4e-9, (Factor("spin", "power", 2.0),), 1.0, 0.4))
     series = without_frame_laws(still, [thrown])
     (found,) = rigid_structure(series)
@@ -158,7 +158,7 @@ def test_what_stays_back_is_negative_along_its_line():
 
 
 def test_a_law_of_a_marker_that_is_not_there_is_refused(loaded):
-    _, series = loaded("none", 1.0, 4)
+    _, series = loaded("none", 1.0, 4, "white", RUNS)
     strange = law_of(Term("nes_marker", 1e-6, (Factor("spin"),), 7.0))
     with pytest.raises(InputError, match="marker 8 of the nes"):
         without_frame_laws(series, [strange])

@@ -39,7 +39,7 @@ def quantities(law):
 def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
     """And no law of the impacts, as that the restitution follows the speed: they are asked between the flights that
     hold the law."""
-    series, true = made_series(tmp_path, "unknown_air_cushion", 1.0, 31)
+    series, true = made_series(tmp_path, "unknown_air_cushion", 1.0, 32, runs=2)
     (law,), ladder = laws_and_ladder(series)
     assert quantities(law) == [("outwards", ["gap", "radial_speed"])], as_text(law.law)
     (term,) = law.law.terms
@@ -50,7 +50,7 @@ def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
 
 def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
     """Up to its length, with its force."""
-    series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 32)
+    series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 36, runs=2)
     rng = np.random.default_rng(0)
     steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
     law, _ = find_flight_law(series.runs, steps, series.frame, rng)
@@ -63,7 +63,7 @@ def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
 
 def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
     """Its radius follows how far the disk has turned around since."""
-    series, _ = made_series(tmp_path, "unknown_loose_ring", 1.0, 33)
+    series, _ = made_series(tmp_path, "unknown_loose_ring", 1.0, 33, runs=2)
     fits, least_m = first_flights(series, EFFECTS).fits, DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(fit_impacts(fits), fits, series.frame, least_m, np.random.default_rng(0))
     assert law is not None
@@ -75,7 +75,7 @@ def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
 
 def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
     """One formula instead of the names that make up its series."""
-    series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=6)
+    series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=3)
     rng = np.random.default_rng(0)
     flights = first_flights(series, EFFECTS)
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
@@ -93,7 +93,7 @@ def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
 
 def test_an_ellipse_is_no_law(tmp_path):
     """What a name says as well stays with its name."""
-    made = make_series("wall_ellipticity", 1.0, np.random.default_rng(35), runs=4, noise="white")
+    made = make_series("wall_ellipticity", 1.0, np.random.default_rng(35), runs=2, noise="white")
     write_series(made, tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     rng = np.random.default_rng(0)
@@ -106,7 +106,7 @@ def test_an_ellipse_is_no_law(tmp_path):
 
 def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
     """The law says what they take; the disk's inertia stays as stated."""
-    series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=6)
+    series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=3)
     rng = np.random.default_rng(0)
     flights = first_flights(series, EFFECTS)
     assert not inertia_step(wall_between(flights), flights, series.runs[0].data.inertia_factor, 1.0).found
@@ -127,7 +127,7 @@ def impact_fit(series):
 
 def test_a_band_that_shifts_as_it_is_struck(tmp_path):
     """Restitution by the place on the rim against the one struck before."""
-    series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=6)
+    series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=3)
     impacts, fits = impact_fit(series)
     law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
     assert law is not None
@@ -139,7 +139,7 @@ def test_a_band_that_shifts_as_it_is_struck(tmp_path):
 
 def test_a_liner_that_each_blow_presses(tmp_path):
     """Its radius goes with the blows before, as the air comes back."""
-    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 52, runs=6)
+    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 52, runs=3)
     impacts, fits = impact_fit(series)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(impacts, fits, series.frame, least_m, np.random.default_rng(0))

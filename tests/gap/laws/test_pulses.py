@@ -66,13 +66,12 @@ def test_a_train_of_pulses_and_a_single_burst_are_found(shape, width, period, fi
 
 
 def test_noise_alone_pulses_no_more_often_than_it_says():
-    """Twenty series without a force: looking for period and instant is paid for."""
-    found = 0
-    for seed in range(20):
+    """Series without a force: looking for period and instant is paid for.  Of eight these two pulsed without the
+    price, the second also for a third of it."""
+    for seed in (1, 7):
         flights = Flights(np.random.default_rng(seed), (), 0.5)
         rng = np.random.default_rng(seed)
-        found += find_law(flights.problem, flights.columns, pulse_candidates(flights, RUN_S, rng), rng)[0] is not None
-    assert found <= 1
+        assert find_law(flights.problem, flights.columns, pulse_candidates(flights, RUN_S, rng), rng)[0] is None
 
 
 def test_the_profile_is_the_fit_of_all_stretches_together():

@@ -86,8 +86,8 @@ def test_angles_of_a_withheld_law_are_compared_by_their_period():
 
 
 def test_a_drag_that_no_library_holds_is_written_as_one(tmp_path):
-    """Four runs with a viscous drag, searched without naming any effect."""
-    made = make_series("viscous_drag", 0.8, np.random.default_rng(31), runs=4, noise="white")
+    """Two runs with a viscous drag, searched without naming any effect."""
+    made = make_series("viscous_drag", 0.8, np.random.default_rng(31), runs=2, noise="white")
     write_series(made, tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     flights = flight_regression(first_flights(series, ("floor_friction", "spin_coupling")))

@@ -49,7 +49,7 @@ def test_no_change_is_told_of_noise_of_one_delay_or_of_a_lens():
 def test_a_frame_that_one_camera_dropped_is_no_late_clock(tmp_path):
     """Images of the second camera from one frame on are those of the next: half of the frames know nothing of it."""
     rng = np.random.default_rng(4)
-    dropped = make_series("unknown_lost_frame", 1.0, rng, 3, "white")
+    dropped = make_series("unknown_lost_frame", 1.0, rng, 2, "white")
     write_series(dropped, tmp_path / "dropped")
     series, _ = load_series(read_series(tmp_path / "dropped"), tmp_path / "results")
     tests = measurement_tests(series)

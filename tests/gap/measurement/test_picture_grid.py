@@ -9,24 +9,25 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.gap.diagnose import diagnose
+from analysis.gap.diagnose import verdict_of
 from analysis.gap.measurement.picture_grid import PERIODS_PX, _waves, picture_grid
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
 
 
-def loaded(folder, kind, severity, noise, seed, runs=3):
+def loaded(folder, kind, severity, noise, seed, runs=2):
     made = make_series(kind, severity, np.random.default_rng(seed), runs, noise)
     write_series(made, folder / "series")
     return load_series(read_series(folder / "series"), folder / "results")[0]
 
 
-def test_blocks_of_a_compressed_film_are_unknown(tmp_path, without_next_test):
+def test_blocks_of_a_compressed_film_are_unknown(tmp_path):
     """Every eight pixels of both views: no name, and nothing of the disk or the wall."""
     series = loaded(tmp_path, "unknown_coded_blocks", 0.8, "white", 7)
-    summary = diagnose(series, np.random.default_rng(0)).summary
-    assert (summary["verdict"], summary["stage"], summary["effects"]) == ("unknown", "measurement", [])
-    assert "the place in the picture, once in 8 pixels" in {left["goes_with"] for left in summary["left"]}
+    _, ladder = laws_and_ladder(series)
+    assert (verdict_of(ladder), ladder.structure[0].stage, ladder.causes) == ("unknown", "measurement", ())
+    assert "the place in the picture, once in 8 pixels" in {left.goes_with for left in ladder.structure}
 
 
 @pytest.mark.parametrize("noise", ["ar1", "warp"])

@@ -5,6 +5,7 @@ of every group of causes ask of each."""
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -114,6 +115,7 @@ def first_contacts(p, host=STILL, angle=0.7, duration_s=0.02):
     return impacts[:, 0] + 2e-3, impacts[:, 1], impacts[:, 2]
 
 
+@cache
 def physics(name, size):
     """Of a run with the cause `name` at `size` ("none": without one)."""
     return physics_of_run(draft_series(name, size, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
@@ -158,21 +160,37 @@ def on_its_way(drop=None):
     return flying[::200], striking
 
 
-def done_on_its_way(name, size, drop=None):
-    """What the plant does on the way of plain runs, with the cause `name` at `size`: rates in flight, states after
-    blows, each of its own chance, gaps and normals at the wall."""
-    p, table, (flying, striking) = physics(name, size), disk_friction_table(), on_its_way(drop)
+def rates_on_its_way(name, size, drop=None):
+    """Rates of the states in flight that plain runs have on their way, with the cause `name` at `size`."""
+    p, table = physics(name, size), disk_friction_table()
+    return np.array([derivative(time, state, p, HOST, table) for time, state in on_its_way(drop)[0]])
+
+
+def blows_on_its_way(name, size, drop=None):
+    """States after the blows of plain runs, each of its own chance."""
+    p, striking = physics(name, size), on_its_way(drop)[1]
     chances = np.random.default_rng(2).normal(size=len(striking))
-    return (
-        np.array([derivative(time, state, p, HOST, table) for time, state in flying]),
-        np.array(
-            [
-                impact(time, state, p, HOST, np.array([0.0, chance]), 1.0)[0]
-                for (time, state), chance in zip(striking, chances, strict=True)
-            ]
-        ),
-        np.array([wall_gap(time, state, p, HOST) for time, state in striking]),
+    return np.array(
+        [
+            impact(time, state, p, HOST, np.array([0.0, chance]), 1.0)[0]
+            for (time, state), chance in zip(striking, chances, strict=True)
+        ]
     )
+
+
+def gaps_on_its_way(name, size, drop=None):
+    """Gaps and normals at the wall, at the blows of plain runs."""
+    p = physics(name, size)
+    return np.array([wall_gap(time, state, p, HOST) for time, state in on_its_way(drop)[1]])
+
+
+ON_ITS_WAY = {"flight": rates_on_its_way, "impact": blows_on_its_way, "geometry": gaps_on_its_way}
+
+
+@cache
+def plainly_done(stage, drop=None):
+    """What the plant does on the way of plain runs without a cause."""
+    return ON_ITS_WAY[stage]("none", 1.0, drop)
 
 
 def rms(off):
@@ -183,9 +201,9 @@ def rms(off):
 def amount(name, size, drop=None, of_the_rim=False):
     """How much a cause of the plant does on the way of plain runs, RMS: m/s^2 in flight, m/s at impacts (of the rim,
     where only the spin changes), m at the wall."""
-    which = ("flight", "impact", "geometry").index(CAUSES[name].stage)
-    off = done_on_its_way(name, size, drop)[which] - done_on_its_way("none", size, drop)[which]
-    if which == 2:
+    stage = CAUSES[name].stage
+    off = ON_ITS_WAY[stage](name, size, drop) - plainly_done(stage, drop)
+    if stage == "geometry":
         return rms(off[:, 0])
     rim = 0.01 * rms(off[:, 5])
     return rim if of_the_rim else rms(np.hypot(off[:, 2], off[:, 3])) or rim
@@ -208,11 +226,23 @@ def moved_px(name, size):
     return np.hypot(off["u_px"], off["v_px"])
 
 
+@contextmanager
+def short_runs():
+    """Runs of 0.4 s: some ten blows, where nothing grows with the length."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.blind.series.LONGEST_S", 0.4)
+        patched.setattr("analysis.blind.series.SHORTEST_S", 0.2)
+        yield
+
+
+@cache
 def run_of(name, size):
-    """Path (n, 7) of a run of the same chances with the cause `name` at `size`."""
+    """Path (n, 7) and impacts of a short run of the same chances with the cause `name` at `size`."""
     plain = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
     drafted = outline_series(name, size, np.random.default_rng(4), 1, "white").draft
-    return run_outline(replace(plain, draft=drafted), np.random.default_rng(5), 8.0).states["imp01"]
+    with short_runs():
+        states = run_outline(replace(plain, draft=drafted), np.random.default_rng(5), 8.0).states
+    return states["state01"], states["imp01"]
 
 
 def pictured(name, size, acts):
@@ -237,17 +267,23 @@ def changes_nothing_at_zero(name):
     if CAUSES[name].stage == "measurement":
         assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
         return
-    for with_it, without in zip(done_on_its_way(name, 0.0), done_on_its_way("none", 1.0), strict=True):
+    for stage, done in ON_ITS_WAY.items():
+        assert np.array_equal(done(name, 0.0), plainly_done(stage))
+    for with_it, without in zip(run_of(name, 0.0), run_of("none", 0.0), strict=True):
         assert np.array_equal(with_it, without)
-    assert np.array_equal(run_of(name, 0.0), run_of("none", 0.0))
+
+
+@cache
+def end_of(name):
+    """Where the disk is after 0.4 s from a start that is always the same, under the same shaker."""
+    start = np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0])
+    motion = run_plant(physics(name, 1.0), HOST, start, 0.4, np.random.default_rng(0))
+    return state_at(motion, np.array([0.39]))[0]
 
 
 def goes_another_way(name):
     """From the same start the same shaker leads the disk elsewhere: not to where the plain one is after 0.4 s."""
-    p, plain = physics(name, 1.0), physics("none", 1.0)
-    start = np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0])
-    ends = [state_at(run_plant(q, HOST, start, 0.4, np.random.default_rng(0)), np.array([0.39]))[0] for q in (p, plain)]
-    assert np.hypot(*(ends[0] - ends[1])[:2]) > 5e-4
+    assert np.hypot(*(end_of(name) - end_of("none"))[:2]) > 5e-4
 
 
 def of_group(group):
@@ -271,7 +307,8 @@ def command_takes_group(group, causes, folder, capsys):
     names = [cause.name for cause in causes]
     assert {case.kind for case in draw_cases(16, np.random.default_rng(3), (group,))} == set(names)
     asked = ["blind", "make", str(folder / "trial"), "--cases", "18", "--seed", "3", "--runs", "1", "--kinds"]
-    assert main([*asked, ",".join([*names, group, "none"])]) == 0
+    with short_runs():
+        assert main([*asked, ",".join([*names, group, "none"])]) == 0
     truths = [json.loads(path.read_text()) for path in sorted((folder / "trial" / "sealed").rglob("*.json"))]
     effects = [truth["effect"] for truth in truths]
     assert set(effects) == {*names, "none"} and len(effects) == 18
