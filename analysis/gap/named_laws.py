@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder, with_held_law
 from analysis.gap.laws.found_law import LawFound
-from ovines.core.laws.terms import WrittenLaw
+from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 
 #: effects that are found by the search of laws
 NAMED_BY_LAW = ("nes_rocking",)
@@ -16,27 +18,28 @@ NAMED_BY_LAW = ("nes_rocking",)
 MOST_OF_FRICTION = -1.0
 
 
-def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]]] | None:
-    """The effect of the library that a law of the flights is, with its parameters and their sds; None where it is none.
+def named_effect(law: LawFound) -> tuple[str, dict[str, tuple[float, float]], Term] | None:
+    """The effect of the library that a law of the flights is, or holds among its terms, with its parameters, their sds,
+    and the term; None where it is none.
 
     Friction that is less by a share which dies out exponentially after each impact is ``nes_rocking``."""
-    if not _is_rocking(law.rig_law):
+    terms = law.rig_law.terms
+    at = [i for i, term in enumerate(terms) if _is_rocking(term)]
+    if len(at) != 1:
         return None
+    tail = f"_{at[0] + 1}" if len(terms) > 1 else ""
     (relative, relative_sd, _), (decay_s, decay_sd_s, _) = (
-        law.numbers[name] for name in ("coefficient", "since_scale_s")
+        law.numbers[name + tail] for name in ("coefficient", "since_scale_s")
     )
-    return NAMED_BY_LAW[0], {"relative": (relative, relative_sd), "decay_s": (decay_s, decay_sd_s)}
+    told = {"relative": (relative, relative_sd), "decay_s": (decay_s, decay_sd_s)}
+    return NAMED_BY_LAW[0], told, terms[at[0]]
 
 
-def _is_rocking(law: WrittenLaw) -> bool:
-    if len(law.terms) != 1 or law.terms[0].target != "floor_friction" or len(law.terms[0].factors) != 1:
+def _is_rocking(term: Term) -> bool:
+    if term.target != "floor_friction" or len(term.factors) != 1:
         return False
-    factor = law.terms[0].factors[0]
-    return (
-        factor.quantity == "since"
-        and factor.function == "exponential"
-        and MOST_OF_FRICTION <= law.terms[0].coefficient < 0.0
-    )
+    form = term.factors[0].quantity, term.factors[0].function
+    return form == ("since", "exponential") and MOST_OF_FRICTION <= term.coefficient < 0.0
 
 
 def effect_of_restitution(law: WrittenLaw) -> str | None:
@@ -55,20 +58,19 @@ def effect_of_restitution(law: WrittenLaw) -> str | None:
     )
 
 
-def holds_named(law: LawFound) -> bool:
-    """Whether one of several terms of a law is an effect of the library."""
-    return len(law.rig_law.terms) > 1 and any(_is_rocking(WrittenLaw((term,))) for term in law.rig_law.terms)
-
-
 def with_named_law(
     ladder: Ladder, law: LawFound, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
 ) -> Ladder | None:
-    """The ladder in whose flights a named law acts, and in which all that they tell is asked beside it; None where the
-    law has no name."""
+    """The ladder in whose flights the named part of a law acts, and in which all that they tell is asked beside it, the
+    law's other parts, too; None where no part has a name."""
     named = named_effect(law)
-    if named is None or law.fitted is None:
+    if named is None:
         return None
-    effect, parameters = named
+    effect, parameters, term = named
     told = max((s for s in ladder.structure if s.stage == "flight"), key=lambda s: s.strength)
     cause = Cause(effect, "flight", parameters, told.strength, told.gain, told.coordinate, told.phase)
-    return with_held_law(ladder, law.fitted[0], cause, rng, withheld)
+    rows = rows_of((term,))
+    runs = [
+        replace(run, data=replace(run.data, law=np.concatenate([run.data.law, rows]))) for run in ladder.series.runs
+    ]
+    return with_held_law(ladder, runs, cause, rng, withheld)

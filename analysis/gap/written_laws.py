@@ -24,8 +24,8 @@ from analysis.gap.laws.impact_law import (
     wall_law_instead,
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
-from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, holds_named, with_named_law
-from analysis.gap.selection.flight_steps import first_flights, sized_beside
+from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
+from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
@@ -103,20 +103,27 @@ def _flight_law(
             return None, ladder
         structure = (*ladder.structure, _law_structure(law, "flight", "x", law.size, least))
         ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
+    ladder = _sized_beside(ladder, law, steps)
+    if withheld & set(NAMED_BY_LAW):
+        return law, ladder
+    named = with_named_law(ladder, law, rng, withheld)
+    if named is None:
+        return law, ladder
+    left = {one.stage for one in named.structure}
+    if len(law.rig_law.terms) == 1 and "flight" not in left:
+        return None, named
+    # What is left beside the part that has a name is asked once more: another law, or nothing that is not named now.
+    return _flight_law(named, left, rng, withheld.union(NAMED_BY_LAW))
+
+
+def _sized_beside(ladder: Ladder, law: LawFound, steps: FlightSteps) -> Ladder:
+    """The ladder with the names and sizes that the flights have beside a law (``steps``)."""
     gone = {c.effect for c in ladder.flights.causes} - {c.effect for c in steps.causes}
     if law.fitted is not None:
         steps = sized_beside(law.fitted[1], steps, ladder.series)
     sized = {c.effect: c for c in steps.causes}
     causes = tuple(sized.get(c.effect, c) for c in ladder.causes if c.effect not in gone)
-    ladder = replace(ladder, flights=steps, causes=causes)
-    if withheld & set(NAMED_BY_LAW):
-        return law, ladder
-    one = law
-    if holds_named(law):  # the rest may be what the disk or a name is off without it
-        alone, _ = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least, most_parts=1)
-        one = law if alone is None else alone
-    named = with_named_law(ladder, one, rng, withheld)
-    return (law, ladder) if named is None else (None, named)
+    return replace(ladder, flights=steps, causes=causes)
 
 
 def _contact_laws(

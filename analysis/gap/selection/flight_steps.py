@@ -27,6 +27,8 @@ from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNI
 Array = NDArray[np.float64]
 # A probe is taken in place of a name where it explains this many times more.
 PROBE_SHARE = 1.15
+#: effects that are friction itself, not a term beside it
+FRICTION = ("floor_friction", "spin_coupling")
 # Terms added at the most; each is a refit of all flights.
 MOST_TERMS = 8
 
@@ -201,11 +203,11 @@ def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> Fli
     causes = []
     for cause in steps.causes:
         term = next((t for t in EFFECT_TERMS if t.name == cause.effect), None)
-        own = (
-            friction_cause(cause.effect, with_law, cause.gain, steps.units)
-            if term is None
-            else term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
-        )
+        own = cause  # an effect that is held as a law has the size of that
+        if term is not None:
+            own = term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
+        elif cause.effect in FRICTION:
+            own = friction_cause(cause.effect, with_law, cause.gain, steps.units)
         causes.append(replace(cause, parameters=own.parameters))
     return replace(steps, causes=tuple(causes))
 

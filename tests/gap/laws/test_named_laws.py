@@ -68,3 +68,17 @@ def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
         assert abs(value - true[name]) < 3 * sd
     assert told["inertia_error"]["ratio"][1] < 0.01
     assert ladder.flights.nominal.fits[0].run.law.shape[0] == 0 < ladder.flights.fitted.fits[0].run.law.shape[0]
+
+
+def test_what_acts_beside_a_rocking_has_its_formula(loaded):
+    """Both stood in one formula of two parts, and the rocking had no name; held alone it leaves the other's."""
+    _, series = loaded("nes_rocking+unknown_compass_needle", 0.8, 4, runs=3)
+    true = {"relative": -0.53925, "decay_s": 0.022425}
+    (law,), ladder = laws_and_ladder(series)
+    (cause,) = ladder.causes
+    for name, (value, sd) in cause.parameters.items():
+        assert abs(value - true[name]) < 3 * sd < 0.1 * abs(value), name
+    (term,) = law.law.terms
+    assert (term.target, term.factors[0].quantity) == ("spin", "angle") and law.closed > 0.99
+    assert abs(term.coefficient / 252.66 - 1) < 0.01
+    assert [one.stage for one in ladder.structure] == ["flight"]
