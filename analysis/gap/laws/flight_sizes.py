@@ -133,6 +133,8 @@ def _numbers_step(
     seen = design.T @ design
     information = seen + np.diag(weight)
     size = np.sqrt(np.diag(information))
+    if not np.all(size > 0):  # a number of which nothing tells
+        return np.full(inside.shape[1], np.nan), np.full((len(law) + inside.shape[1],) * 2, np.nan)
     covariance = np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)
     # What is no number inside has come to rest: its score is nil, the prior's pull included.
     score = np.concatenate([np.zeros(len(columns)), inside.T @ rows.problem.residual])
