@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder, with_held_law
+from analysis.gap.laws.flight_sizes import holding
 from analysis.gap.laws.found_law import LawFound
-from ovines.core.laws.terms import Term, WrittenLaw, rows_of
+from ovines.core.laws.terms import Term, WrittenLaw
 
 #: effects that are found by the search of laws
 NAMED_BY_LAW = ("nes_rocking",)
@@ -69,8 +68,4 @@ def with_named_law(
     effect, parameters, term = named
     told = max((s for s in ladder.structure if s.stage == "flight"), key=lambda s: s.strength)
     cause = Cause(effect, "flight", parameters, told.strength, told.gain, told.coordinate, told.phase)
-    rows = rows_of((term,))
-    runs = [
-        replace(run, data=replace(run.data, law=np.concatenate([run.data.law, rows]))) for run in ladder.series.runs
-    ]
-    return with_held_law(ladder, runs, cause, rng, withheld)
+    return with_held_law(ladder, holding(ladder.series.runs, [term]), cause, rng, withheld)

@@ -24,7 +24,7 @@ from analysis.identification.floor.fit import FloorFit, fit_floor
 from analysis.identification.floor.priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.statistics.student import student_over_normal
-from ovines.core.laws.terms import rows_of
+from ovines.core.laws.terms import Term, rows_of
 
 Array = NDArray[np.float64]
 # Rounds of coefficients by the equation of motion and numbers inside by its residuals; a step of these is kept to so
@@ -53,7 +53,12 @@ class SizedLaw:
 def with_law(runs: Sequence[Run], parts: Sequence[Candidate], coefficients: Array) -> tuple[Run, ...]:
     """The runs that hold a law besides what they hold."""
     terms = [term for part in parts for term in part.terms]
-    rows = rows_of([replace(t, coefficient=float(c)) for t, c in zip(terms, coefficients, strict=True)])
+    return holding(runs, [replace(t, coefficient=float(c)) for t, c in zip(terms, coefficients, strict=True)])
+
+
+def holding(runs: Sequence[Run], terms: Sequence[Term]) -> tuple[Run, ...]:
+    """The runs that hold ``terms`` besides what they hold."""
+    rows = rows_of(terms)
     return tuple(replace(run, data=replace(run.data, law=np.vstack([run.data.law, rows]))) for run in runs)
 
 

@@ -137,22 +137,17 @@ def fit_floor(
     fewer of them, from which to go on; ``look``: the first part, where it is known."""
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
     look = look or first_look(runs, names, held, start)
-    stands, rows = look.stands, look.rows
-    noise, lens_sd = PLAIN, LENS_SD_M
-    for stage in range(1 + MOST_STAGES):
-        if stage > 0:
-            stands, rows = _at_rest(stands, names, columns, noise, lens_sd, ROUNDS)
-        if stage == 0:
-            stands, noise, lens_sd = _first_errors(stands, rows, columns)
-        elif noise.forced and stage < MOST_STAGES:
-            # Noise is estimated on fits without a force, which would follow it.
-            before, (noise, lens_sd) = noise, errors_of(stands.fits, rows, noise.without_force())
-            if _force_rests(before, noise):
-                break
-        else:
-            break
+    stands, noise, lens_sd = _first_errors(look.stands, look.rows, columns)
+    for stage in range(1, 1 + MOST_STAGES):
         if lens_sd == HELD_M:
             stands = replace(stands, shared=np.concatenate([stands.shared[:2], np.zeros(len(LENS_TERMS))]))
+        stands, rows = _at_rest(stands, names, columns, noise, lens_sd, ROUNDS)
+        if not noise.forced or stage == MOST_STAGES:
+            break
+        # Noise is estimated on fits without a force, which would follow it.
+        before, (noise, lens_sd) = noise, errors_of(stands.fits, rows, noise.without_force())
+        if _force_rests(before, noise):
+            break
     if stands.fits[0].parameters is not stands.parameters:
         stands = stands.fitted(noise)
     return _estimated(stands, names, columns, noise, lens_sd)
