@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions
 from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
-from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before
+from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before, number_of_blows
 from analysis.flights.fit import FlightFits
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
@@ -66,10 +66,11 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)]
     before = [impact_before(*one) for one in flights]
     last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP]
-    known[:, last] = np.reshape([contact_before(*one) for one in flights], (-1, len(last)))
-    blows = np.reshape([blows_before(*one) for one in flights], (-1, 2, W.MOST_BLOWS))
+    known[:, last] = np.reshape([contact_before(*one)[: len(last)] for one in flights], (-1, len(last)))
+    blows = np.reshape([blows_before(*one) for one in flights], (-1, 3, W.MOST_BLOWS))
     known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.run, None]
-    known[:, W.BLOW_SPEEDS : W.BLOW_SPEEDS + W.MOST_BLOWS] = blows[:, 1]
+    known[:, W.BLOW_SPEEDS : W.BLOW_WAYS], known[:, W.BLOW_WAYS : W.BLOWS] = blows[:, 1], blows[:, 2]
+    known[:, W.BLOWS] = [number_of_blows(own, k) for _, own, k in flights]
     for r, fit in enumerate(fits):
         own = data.run == r
         known[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = fit.run.host.at(time_s[own], 2)[:, :2]
@@ -80,6 +81,8 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)
+    # The wall's outward normal points away from the Host's centre, a cylinder's towards it.
+    known[:, W.AT_CYLINDER] = np.sum(known[:, [W.HX, W.HY]] * normal, 1) < 0.0
     known[:, W.PASSING] = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]
     return known
 

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before
+from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before, number_of_blows
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, NO_ANGLE_SD_RAD, RunData
 from analysis.flights.equation.model import STATES
 from analysis.flights.equation.parameters import (
     BLOW_TIMES,
+    BLOWS,
     CONTACT_BEFORE,
     DRIFT,
     FRICTION,
@@ -97,8 +98,9 @@ def with_impact_before(parameters: Array, run: RunData, flights: Sequence[Flight
 def with_contacts_before(parameters: Array, run: RunData, flights: Sequence[Flight], k: int) -> Array:
     """``parameters`` of flight ``k``, which know the contact before it, and the blows before that."""
     own = parameters.copy()
-    own[CONTACT_BEFORE] = contact_before(run, flights, k)
-    own[BLOW_TIMES : BLOW_TIMES + 2 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
+    own[CONTACT_BEFORE] = contact_before(run, flights, k)[: len(CONTACT_BEFORE)]
+    own[BLOW_TIMES : BLOW_TIMES + 3 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
+    own[BLOWS] = number_of_blows(flights, k)
     return own
 
 

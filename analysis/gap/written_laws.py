@@ -17,6 +17,7 @@ from analysis.gap.laws.frames.corrected import given, without_frame_laws
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.impact_law import (
+    ACTS_ON,
     find_impact_law,
     find_wall_law,
     impact_law_sizes,
@@ -40,13 +41,7 @@ from ovines.core.laws.words import QUANTITIES
 # nick in the rim 0.95 to 1.0 (four series in view).
 UNPROMPTED_CLOSED = 0.5
 #: coordinate of an impact that a law's target is one of
-COORDINATES = {
-    "restitution": "normal",
-    "wall_friction": "tangential",
-    "tangential_restitution": "tangential",
-    "spin_kept": "spin",
-    "spin_added": "spin",
-}
+COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
 
@@ -202,7 +197,8 @@ def _asked_impact_law(
     impacts = ladder.impacts.fitted
     assert impacts is not None, "no impacts: there is nothing to ask"
     level = LEVEL_WHERE_LEFT if asked else LEVEL
-    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level)
+    told = [one for one in ladder.structure if one.stage == "impact"]
+    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, told)
     if law is None or asked:
         return law, ()
     sizes = impact_law_sizes(law, impacts, fits, ladder.impacts.restitution_terms)

@@ -196,7 +196,9 @@ def _with_own_line(
         return fit
     seen = np.isfinite(line.residual[:, axis])
     gain = np.count_nonzero(seen) * np.log(now / max(after, 1e-300)) / slow_mean(line.residual[seen, axis]) ** 2
-    if not (excess(time_s, fit.residual)[axis].there or gain > BETTER_LINE):
+    # Beside the drive's own line, what is left there may be anything else: two lines that close would draw it together.
+    asks = not near.any() and excess(time_s, fit.residual)[axis].there
+    if not (asks or gain > BETTER_LINE):
         return fit
     return fit_lines(
         time_s,

@@ -92,6 +92,7 @@ def law_page() -> str:
         "line": "offset (m), direction (rad)",
         "turning": "zero (rad), rate (rad/s)",
         "fading": "fading time (s) in `y`",
+        "swinging": "rate (rad/s) in `x`, fading time (s) in `y`",
         "camera": "number of the camera, from 0",
     }
     own |= {"marker": "number of the marker on its body, from 0; angle (rad)"}

@@ -77,7 +77,9 @@ def physics_of_run(draft: Draft, run: int, drive_rad_per_s: float, duration_s: f
     if draft.run_friction is not None:
         numbers["floor_friction"] *= draft.run_friction[run]
     if draft.run_restitution is not None:
-        numbers["restitution"] *= draft.run_restitution[run]
+        for name in ("restitution", "restitution_floor"):  # as a whole, where it falls with the speed
+            if name in numbers:
+                numbers[name] *= draft.run_restitution[run]
     numbers |= {name: values[run] for name, values in draft.run_numbers.items()}
     return PlantParameters(**{key: float(value) for key, value in numbers.items()})
 

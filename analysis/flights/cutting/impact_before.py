@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -54,15 +55,21 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
 
 
 def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
-    """Times (s) and normal speeds (m/s) of the impacts before flight ``k`` (2, MOST_BLOWS), the latest first, as far
-    back as flights meet; zeros further back."""
-    out, k = np.zeros((2, MOST_BLOWS)), first_piece(flights, k)
+    """Times (s), normal speeds (m/s) and directions (rad) of the impacts before flight ``k`` (3, MOST_BLOWS), the
+    latest first, as far back as flights meet; zeros further back."""
+    out, k = np.zeros((3, MOST_BLOWS)), first_piece(flights, k)
     for i in range(MOST_BLOWS):
         if k == 0 or not flights[k - 1].joined:
             break
-        out[:, i] = impact_before(run, flights, k), contact_before(run, flights, k).approach_m_per_s
+        contact = contact_before(run, flights, k)
+        out[:, i] = impact_before(run, flights, k), contact.approach_m_per_s, contact.push_rad
         k = first_piece(flights, k - 1)
     return out
+
+
+def number_of_blows(flights: Sequence[Flight], k: int) -> int:
+    """How many impacts the run had before flight ``k``, of those with a flight on either side."""
+    return sum(one.joined and not one.goes_on for one in flights[: first_piece(flights, k)])
 
 
 def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float) -> Contact:
@@ -77,7 +84,9 @@ def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float)
     normal = -jump / size if size > 0 else np.zeros(2)
     angle, spin = _turning(run, sides, time_s)
     slip = float(velocity[1] * normal[0] - velocity[0] * normal[1]) + run.radius_m * spin
-    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip)
+    # The wall is pushed outwards, a cylinder in the middle towards the Host's centre: to the right digit by the place.
+    push_rad = math.atan2(place[1], place[0]) + (0.0 if place @ normal >= 0.0 else math.pi)
+    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip, push_rad)
 
 
 def _turning(run: RunData, sides: Sequence[NDArray[np.int64]], time_s: float) -> tuple[float, float]:

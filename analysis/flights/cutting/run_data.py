@@ -30,16 +30,18 @@ LENS_TERMS = [f"lens_{axis}_{i}{j}" for axis in "xy" for i, j in LENS_POWERS]
 
 class Contact(NamedTuple):
     """Where the disk touched the wall, from the Host's centre (m), its normal speed before that (m/s), its angle then
-    (rad), and the tangential speed of the contact point before (m/s)."""
+    (rad), the tangential speed of the contact point before (m/s), and the direction in which it pushed the Host (rad).
+    """
 
     x_m: float
     y_m: float
     approach_m_per_s: float
     angle_rad: float
     slip_m_per_s: float
+    push_rad: float
 
 
-NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0)
+NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,8 @@ GIVEN: dict[str, tuple[str, str]] = {
     "slip_before": ("m/s", "tangential speed of the contact point before that contact"),
     **{f"blow_{i + 1}_s": ("s", "time of an impact before, the latest first") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}": ("m/s", "normal speed before that impact") for i in range(words.MOST_BLOWS)},
+    **{f"blow_{i + 1}_rad": ("rad", "direction in which it pushed the Host") for i in range(words.MOST_BLOWS)},
+    "blows": ("1", "number of impacts of the run before"),
 }
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
 PARAMETERS: dict[str, tuple[str, str]] = {
@@ -116,4 +118,5 @@ CONTACT_BEFORE_X, CONTACT_BEFORE_Y = INDEX["contact_before_x"], INDEX["contact_b
 APPROACH_BEFORE = INDEX["approach_before"]
 ANGLE_BEFORE_RAD, SLIP_BEFORE = INDEX["angle_before_rad"], INDEX["slip_before"]
 CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEFORE_RAD, SLIP_BEFORE]
-BLOW_TIMES, BLOW_SPEEDS = INDEX["blow_1_s"], INDEX["blow_1"]
+BLOW_TIMES, BLOW_SPEEDS, BLOW_WAYS = INDEX["blow_1_s"], INDEX["blow_1"], INDEX["blow_1_rad"]
+BLOWS = INDEX["blows"]

@@ -10,7 +10,8 @@ import numpy as np
 from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
-from analysis.gap.laws.dictionary.candidate import law_at, waves
+from analysis.gap.cause import Structure
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at, waves
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.dictionary.walls import wall_candidates
@@ -21,6 +22,7 @@ from analysis.gap.laws.regression import forms_of, held_out_gains
 from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.covariates import QUANTITIES as PROBED
 from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE
 from analysis.gap.selection.impacts.restitution import kept_gain
@@ -30,6 +32,12 @@ from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Term
 
 FEWEST_IMPACTS = 20
+#: what acts on each coordinate of an impact
+ACTS_ON = {
+    "normal": ("restitution",),
+    "tangential": ("wall_friction", "tangential_restitution"),
+    "spin": ("spin_kept", "spin_added"),
+}
 #: named shapes of the wall that one formula may replace
 SHAPES = ("wall_ellipticity", "wall_lobes")
 # A formula of fewer unknowns replaces them where it explains this share of what they do: a ring of two halves 0.995.
@@ -43,18 +51,36 @@ def find_impact_law(
     frame: RigFrame,
     rng: np.random.Generator,
     level: float = LEVEL,
+    left: Sequence[Structure] = (),
 ) -> LawFound | None:
     """The formula that restitution, wall friction, tangential restitution or spin follow; None where chance would find
-    as much as often as ``level``."""
+    as much as often as ``level``.
+
+    Where that would be so of the whole dictionary, what probes have ``left`` of the impacts says where to look: of few
+    impacts a thousand formulas explain as much by chance as the right one, the dozen that follow what the probe does,
+    not."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    found, p = find_law(problem.problem, problem.columns, law_candidates(problem.known), rng, level, of_impacts())
+    candidates = law_candidates(problem.known)
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts())
+    for one in left:
+        near = [candidate for candidate in candidates if _as_probed(candidate, one)]
+        if found is None and near:
+            found, p = find_law(problem.problem, problem.columns, near, rng, level, of_impacts(), 1)
     if found is None:
         return None
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
     sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
     return told_law(sharp, found, p, frame)
+
+
+def _as_probed(candidate: Candidate, left: Structure) -> bool:
+    """Whether a candidate acts where a probe has found something, and follows what that goes with."""
+    quantity, targets = PROBED.get(left.goes_with), ACTS_ON.get(left.coordinate, ())
+    return all(
+        term.target in targets and quantity in [factor.quantity for factor in term.factors] for term in candidate.terms
+    )
 
 
 def find_wall_law(

@@ -30,7 +30,7 @@ CLIP_SD = 5.0
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
 LEAST_SHARE = 0.01
 # What says where along the wall a contact is.
-ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn")
+ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn", "swing", "ovalling")
 TANGENTIAL = ("wall_friction", "tangential_restitution")
 
 

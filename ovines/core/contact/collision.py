@@ -85,6 +85,7 @@ def resolve(
     if system.law.shape[0] > 0:
         wall_speed, passing = wall_and_centre(face, at)
         known = contact_known(t, y, at, scratch, (azimuth, normal, tangential, wall_speed, passing), p, k)
+        known[W.AT_CYLINDER] = 1.0 if wall == P.OBSTACLE else 0.0
         restitution = min(max(restitution + law_of(RESTITUTION, system.law, known), 0.0), 1.0)
         friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)

@@ -92,7 +92,8 @@ def _place(one: Term | Factor) -> str:
     return f"{1e3 * one.x:.4g} mm, {1e3 * one.y:.4g} mm"
 
 
-def _text_factor(one: Factor, term: Term) -> str:
+def _text_quantity(one: Factor, term: Term) -> str:
+    """A factor's quantity with what it has of its own."""
     unit = QUANTITIES[one.quantity].unit
     own, name = QUANTITIES[one.quantity].own, one.quantity
     if own in ("room", "host"):
@@ -104,10 +105,17 @@ def _text_factor(one: Factor, term: Term) -> str:
         name = f"{name}({one.x:.3g} rad)"
     elif own == "fading":
         name = f"{name}(within {one.y:.4g} s)"
+    elif own == "swinging":
+        name = f"{name}(at {one.x:.4g} rad/s, within {one.y:.4g} s)"
     elif own == "turning":
         name = f"(azimuth {_counted(one.x)} rad {_counted(one.y)} rad/s * time)"
     elif one.x:
         name = f"({name} {_counted(one.x)} {unit})"
+    return name
+
+
+def _text_factor(one: Factor, term: Term) -> str:
+    unit, name = QUANTITIES[one.quantity].unit, _text_quantity(one, term)
     if one.function == "power":
         return name if one.order == 1 else f"{name}^{one.order:g}"
     if one.function == "absolute_power":
@@ -247,6 +255,8 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f" of {one.y:.3g} rad"
             elif quantity.own == "fading":
                 own = f", within {one.y:.3g} s"
+            elif quantity.own == "swinging":
+                own = f", at {one.x:.3g} rad/s and within {one.y:.3g} s"
             elif quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
                 for part in ("azimuth", "time"):

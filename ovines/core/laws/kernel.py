@@ -19,7 +19,8 @@ from ovines.core.laws import words as W
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
-) = range(43)  # fmt: skip
+    Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER,
+) = range(49)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -53,6 +54,8 @@ def before_impact(code: int, known: Floats) -> float:
         return known[W.WALL_SPEED]
     if code == Q_PASSING:
         return known[W.PASSING]
+    if code == Q_AT_CYLINDER:
+        return known[W.AT_CYLINDER]
     return math.atan2(abs(known[W.SLIP]), known[W.APPROACH])
 
 
@@ -128,9 +131,35 @@ def recent_blows(fades_s: float, known: Floats) -> float:
 
 
 @compiled
+def swing(code: int, rate: float, fades_s: float, known: Floats) -> float:
+    """What the last impacts set swinging at ``rate`` (rad/s), as it fades within ``fades_s``: by their normal speeds
+    (m/s), and as far as it goes out to where the disk is."""
+    out, total = math.atan2(known[W.HY], known[W.HX]), 0.0
+    lobes = 2.0 if code == Q_OVALLING else 1.0
+    for i in range(W.MOST_BLOWS):
+        speed = known[W.BLOW_SPEEDS + i]
+        if speed > 0.0:
+            since = known[W.TIME] - known[W.BLOW_TIMES + i]
+            turned = rate * since
+            wave = math.cos(turned) if code == Q_SWING_RATE else math.sin(turned)
+            total += speed * math.exp(-since / fades_s) * wave * math.cos(lobes * (out - known[W.BLOW_WAYS + i]))
+    return total
+
+
+@compiled
+def of_blows(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity that goes with the blows before."""
+    if code == Q_BLOWS:
+        return recent_blows(y, known) - x
+    if code == Q_NUMBER_OF_BLOWS:
+        return known[W.BLOWS] - x
+    return swing(code, x, y, known)
+
+
+@compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle,
-    of what turns its rate, of what fades its time in ``y``."""
+    of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it fades."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -159,15 +188,13 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
     if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:
         return along(code, x, known)
-    if code == Q_SHARE:
-        return known[W.SHARE] - x
-    if code == Q_ANGLE:
-        return known[W.ANGLE] - x
-    if code == Q_CLOCK:
-        return known[W.CLOCK] - x
-    if code == Q_BLOWS:
-        return recent_blows(y, known) - x
-    if code >= Q_RADIAL:
+    if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
+        return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
+    if Q_BLOWS <= code <= Q_OVALLING:
+        return of_blows(code, x, y, known)
+    if code == Q_PLACE_ALONG_SLIDING:
+        return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]
+    if code >= Q_RADIAL and code != Q_AT_CYLINDER:
         return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x
 

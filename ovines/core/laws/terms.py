@@ -35,7 +35,8 @@ class Factor:
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad), for
-    ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which one fades in ``y`` (s)."""
+    ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which one fades in ``y`` (s), for
+    ``swing``, ``swing_rate`` and ``ovalling`` the rate in ``x`` (rad/s) and the time in which it fades in ``y`` (s)."""
 
     quantity: str
     function: str = "power"
@@ -55,7 +56,8 @@ class Factor:
         if self.function == "sawtooth":  # as often around a whole turn as its order says
             whole = self.order >= 1.0 and float(self.order).is_integer()
             fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
-        fine = fine and (QUANTITIES[self.quantity].own != "fading" or self.y > 0)
+        fine = fine and (QUANTITIES[self.quantity].own not in ("fading", "swinging") or self.y > 0)
+        fine = fine and (QUANTITIES[self.quantity].own != "swinging" or self.x > 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -240,6 +242,8 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x / units["m"], y / units["m"]
         if own == "turning":
             return x, y * units["s"]
+        if own == "swinging":
+            return x * units["s"], y / units["s"]
         return x / size(powers_of(unit)), y / units["s"] if own == "fading" else y
 
     factors = []

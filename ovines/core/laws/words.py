@@ -27,7 +27,8 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: normal speed before that (m/s), acceleration of the Host (m/s^2), spin that an impact's impulse leaves (rad/s; of
 #: impacts only), angle of the disk (rad) and tangential speed of the contact point (m/s) at the contact before; from
 #: BLOW_TIMES on the times from the run's start (s) of the last impacts, the latest first, from BLOW_SPEEDS on their
-#: normal speeds (m/s; 0 where there was none)
+#: normal speeds (m/s; 0 where there was none), from BLOW_WAYS on the directions (rad) in which they pushed the Host,
+#: how many impacts the run has had, and whether an impact is at a cylinder in the middle (1) or at the wall (0)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
@@ -36,7 +37,10 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: so many impacts are remembered: what fades forgets earlier ones
 MOST_BLOWS = 6
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
-KNOWN_SIZE = BLOW_SPEEDS + MOST_BLOWS
+BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
+BLOWS = BLOW_WAYS + MOST_BLOWS
+AT_CYLINDER = BLOWS + 1
+KNOWN_SIZE = AT_CYLINDER + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -271,6 +275,43 @@ QUANTITIES: dict[str, Quantity] = {
                 "fading",
                 f"squared normal speeds of the last {MOST_BLOWS} impacts, added up as they fade with the time since",
             ),
+            ("blows", "1", "N", False, "", "number of impacts that the run has had"),
+            (
+                "swing",
+                "m/s",
+                "S",
+                False,
+                "swinging",
+                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how far it has gone, from "
+                "rest, out to where the disk is",
+            ),
+            (
+                "swing_rate",
+                "m/s",
+                "S'",
+                False,
+                "swinging",
+                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how fast it goes out to "
+                "where the disk is",
+            ),
+            (
+                "ovalling",
+                "m/s",
+                "O",
+                False,
+                "swinging",
+                f"what the last {MOST_BLOWS} impacts make oval, by their normal speeds, as it swings back and fades: "
+                "how far it has gone out to where the disk is",
+            ),
+            (
+                "place_along_sliding",
+                "m^2/s",
+                r"\vec d_H\cdot\vec u",
+                False,
+                "host",
+                "way from a place of the Host times the velocity against the floor along it",
+            ),
+            ("at_cylinder", "1", "C", False, "", "1 at a cylinder in the middle, 0 at the wall"),
         )
     )
 }
@@ -303,7 +344,7 @@ BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sl
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip")
 #: what adds up the impacts before: without one, nothing
-OF_BLOWS = ("recent_blows",)
+OF_BLOWS = ("recent_blows", "blows", "swing", "swing_rate", "ovalling")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
 #: what one of a marker may follow beside: what its body is known to do

@@ -64,6 +64,20 @@ DRIVES = {  # x, y (m) over time (s); the lines beside the main one (Hz), whethe
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("askew_rad", [0.0, 0.3, -1.85])
+def test_a_slow_sway_is_no_second_line_beside_the_drives_however_the_world_is_turned(askew_rad):
+    """In a run of less than a period: two lines a fiftieth of a line's width apart would draw any slow way together."""
+    t = np.arange(580) / 800
+    along, sway = 0.0164 * np.sin(TURN * 11 * t), 1.26e-4 * np.sin(TURN * 1.28 * t + 0.5)
+    c, s = np.cos(askew_rad), np.sin(askew_rad)
+    x, y = along * c + sway * np.cos(1.07), along * s + sway * np.sin(1.07)
+    noise = 8e-6 * np.random.default_rng(7).standard_normal((len(t), 4))
+    host = fit_host_motion(t, np.column_stack([x, y, 0 * t, 0 * t]) + noise, np.full((len(t), 4), 8e-6), 11.0)
+    assert len(host.lines_rad_per_s) == 0
+    assert host.omega_rad_per_s == pytest.approx(TURN * 11, rel=1e-3)
+    assert np.abs(host.harmonics).max() < 0.02
+
+
 def test_a_height_of_one_line_is_known_as_one_whatever_happens_in_the_plane():
     """Its second derivative is a load of the floor; a path that only follows its frames would be a tenth off."""
     t = np.arange(480) / 800

@@ -12,6 +12,7 @@ from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import FUNCTIONS, QUANTITIES, TARGETS
+from ovines.core.system import parameters as P
 from ovines.errors import InputError
 from ovines.law_file import law_text, read_law
 
@@ -27,7 +28,8 @@ QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
-    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS"
+    "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
+    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -118,6 +120,7 @@ RING_LAWS = (
             Term("floor_torque", -0.5),
             Term("outwards", 0.3, (Factor("turning_azimuth", "cosine", 2.0, x=0.3, y=20.0),)),
             Term("floor_friction", -0.4, (Factor("since_by_blow", "exponential", 1.0, 0.03),)),
+            Term("across_sliding", 9.0, (Factor("place_along_sliding", x=0.02, y=0.01),)),
         )
     ),
     WrittenLaw(
@@ -129,6 +132,7 @@ RING_LAWS = (
             Term("restitution", 0.1, (Factor("rim_turn", "cosine"),)),
             Term("tangential_restitution", 0.2, (Factor("last_slip", "sign"),)),
             Term("restitution", -0.02, (Factor("recent_blows", y=0.05),)),
+            Term("restitution", 0.05, (Factor("swing_rate", x=150.0, y=0.05),)),
         )
     ),
 )
@@ -248,6 +252,39 @@ def test_recent_blows_are_added_up_as_they_fade():
         assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=1e-6)
     with pytest.raises(ScenarioError):
         Factor("recent_blows")
+
+
+@pytest.mark.parametrize("quantity", ["swing", "swing_rate", "ovalling", "blows", "at_cylinder"])
+def test_what_blows_set_swinging_and_how_many_there_were(quantity):
+    """Over a run with a cylinder, which the disk pushes the other way, held against the table of impacts."""
+    rate, fades_s, size = 150.0, 0.05, 0.02
+    swings = quantity in ("swing", "swing_rate", "ovalling")
+    own = {"x": rate, "y": fades_s} if swings else {}
+    law = WrittenLaw((Term("restitution", size / (10 if quantity == "blows" else 1), (Factor(quantity, **own),)),))
+    rig = replace(RIG, laws=(law,), duration_s=1.5, host=replace(RIG.host, obstacle_radius_m=0.012))
+    impacts = simulate(rig).impacts
+    time_s, approach = impacts["time_s"], impacts["normal_speed_before_m_per_s"]
+    inwards = impacts["wall"] == P.OBSTACLE
+    assert len(impacts) > W.MOST_BLOWS + 2 and 0 < np.count_nonzero(inwards) < len(impacts)
+    place = impacts["azimuth_rad"]
+    way = place + np.where(inwards, math.pi, 0.0)
+    for k in range(len(impacts)):
+        last = slice(max(k - W.MOST_BLOWS, 0), k)
+        since, across = time_s[k] - time_s[last], place[k] - way[last]
+        faded = approach[last] * np.exp(-since / fades_s)
+        value = {
+            "swing": np.sum(faded * np.sin(rate * since) * np.cos(across)),
+            "swing_rate": np.sum(faded * np.cos(rate * since) * np.cos(across)),
+            "ovalling": np.sum(faded * np.sin(rate * since) * np.cos(2 * across)),
+            "blows": k / 10,
+            "at_cylinder": float(inwards[k]),
+        }[quantity]
+        expected = rig.impact.restitution + size * value
+        assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=1e-6)
+    if swings:
+        for wrong in ({"x": rate}, {"y": fades_s}):
+            with pytest.raises(ScenarioError):
+                Factor(quantity, **wrong)
 
 
 def test_a_sawtooth_is_a_step_of_mean_zero():

@@ -309,3 +309,15 @@ def test_a_ringing_host_swings_along_the_struck_sides_normal():
     assert len(between) > 5 and np.abs(off @ [-normal[1], normal[0]]).max() < 1e-12
     assert off @ normal == pytest.approx(most * rings, abs=0.02 * most)
     assert np.all((host - middle)[:after] == pytest.approx(0.0, abs=1e-15))
+
+
+def test_a_drift_of_a_restitution_that_falls_with_the_speed_is_one_of_the_whole():
+    """Fast impacts and slow ones alike: what the truth says is what the series holds."""
+    kind = "restitution_drift+speed_dependent_restitution"
+    drafts = [draft_series(kind, 1.0, np.random.default_rng(seed), 4) for seed in range(6)]
+    draft = next(one for one in drafts if one.run_restitution is not None)
+    first, last = (physics_of_run(draft, run, 69.0, 1.2) for run in (0, 3))
+    share = 1.0 + 3 * draft.parameters["restitution_drift"]["relative_per_run"]
+    assert last.restitution == pytest.approx(share * first.restitution, rel=1e-12)
+    assert last.restitution_floor == pytest.approx(share * first.restitution_floor, rel=1e-12)
+    assert abs(share - 1.0) > 0.1

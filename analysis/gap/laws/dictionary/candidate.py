@@ -23,6 +23,7 @@ UNITS = {
     "s": "_s",
     "s^2/m": "_s2_per_m",
     "m/s^2": "_m_per_s2",
+    "m^2/s": "_m2_per_s",
     "1": "",
 }
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
@@ -194,6 +195,8 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
             out["line_rad"] = (one.x, "rad")
     elif entry.own == "turning":
         out["azimuth_zero_rad"], out["turning_rad_per_s"] = (one.x, "rad"), (one.y, "rad/s")
+    elif entry.own == "swinging":
+        out["swinging_rad_per_s"], out["fading_s"] = (one.x, "rad/s"), (one.y, "s")
     elif entry.own == "fading":
         out["fading_s"] = (one.y, "s")
     elif one.x != 0.0:

@@ -56,6 +56,7 @@ SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5),
 # Places around the disk, and widths (rad) of a nick or a flat.
 SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
 ORDERS = (1.0, 2.0, 3.0, 4.0)
+INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 # A rim that is filed by hand has corners.
 SIDE_ORDERS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 # Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
@@ -67,6 +68,9 @@ CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
 FADES = (1.0, 3.0)
 # Rates at which a wall may ring: steps (rad) over the usual time between impacts, and how many.
 RING_STEP, RINGS = 1.5, 16
+# Times over the usual one between impacts in which what swings after a blow fades; numbers of blows after which what
+# each of them does comes to an end.
+SWING_FADES, WEARS = (0.5, 1.5), (4.0, 12.0)
 
 
 def law_candidates(known: Array) -> list[Candidate]:
@@ -92,6 +96,7 @@ def law_candidates(known: Array) -> list[Candidate]:
             out += creeping(WORDS[target], target, known)
         out += _scaled(target, known)
     out += _ringing(known)
+    out += swinging("restitution of a wall that swings", "restitution", "swing_rate", known, INVERSE_APPROACH)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
     for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
@@ -116,6 +121,25 @@ def _ringing(known: Array) -> list[Candidate]:
         Candidate(f"{name}{word}", partial(rings, factors), (n * step, usual_s), (0.3 / n, 0.3), (True, True))
         for word, factors in (("", ()), (" from the blow before", (Factor("last_approach"),)))
         for n in range(1, RINGS + 1)
+    ]
+
+
+def swinging(name: str, target: str, quantity: str, known: Array, factors: tuple[Factor, ...] = ()) -> list[Candidate]:
+    """What the blows before have set swinging on springs of its own, as it fades: ``quantity`` of it."""
+    since = known[:, W.SINCE]
+    since = since[since < 0.5 * W.LONG_AGO_S]
+    if not len(since):
+        return []
+    usual_s = float(np.median(since))
+
+    def swings(rate: float, fades_s: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (*factors, Factor(quantity, x=rate, y=fades_s))),)
+
+    step = RING_STEP / usual_s
+    return [
+        Candidate(name, swings, (n * step, fades * usual_s), (0.3 / n, 0.3), (True, True))
+        for n in range(1, RINGS + 1)
+        for fades in SWING_FADES
     ]
 
 
@@ -154,6 +178,8 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the approach speed of the contact before", Factor("last_approach")),
         ("the slip of the contact before", Factor("last_slip", "absolute_power")),
         ("the signed slip of the contact before", Factor("last_slip")),
+        ("the number of blows before", Factor("blows")),
+        ("the surface", Factor("at_cylinder")),
     ]
 
 
@@ -226,6 +252,7 @@ def worn(name: str, target: str, known: Array) -> list[Candidate]:
 def _scaled(target: str, known: Array) -> list[Candidate]:
     """What fades, bends or saturates at a scale of its own."""
     word, out = WORDS[target], worn(WORDS[target], target, known)
+    out += scaled(f"{word} that the blows wear off", target, ("blows", "exponential", 1.0), WEARS)
     for name, column, shape, at in (
         ("the time since the impact before", W.SINCE, ("since", "exponential", 1.0), SCALES),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0), SCALES),

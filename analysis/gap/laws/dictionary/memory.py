@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.forces import TIMES
+from analysis.gap.laws.dictionary.impacts import WEARS
 from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
@@ -31,6 +32,8 @@ def memory_candidates(scales: RigScales) -> list[Candidate]:
     out += scaled("pull to the last contact, for a time", target, after, times)
     out += scaled("pull to the last contact, until a time", target, ("since", "below", 1.0), times)
     friction, hard = "floor_friction", (Factor("last_approach"),)
+    out.append(plain("friction with the number of blows before", Term(friction, 1.0, (Factor("blows"),))))
+    out += scaled("friction that the blows wear off", friction, ("blows", "exponential", 1.0), WEARS)
     out.append(plain("friction with the last blow", Term(friction, 1.0, hard)))
     out += [
         Candidate("friction with the recent blows", _worn, (float(time),), (SCALE_STEP,), (True,)) for time in times

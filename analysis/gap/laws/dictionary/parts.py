@@ -83,12 +83,13 @@ def scaled(
 
 def spots(scales: RigScales) -> list[tuple[float, float]]:
     """Places (m) about the Host's centre."""
-    out = []
-    for share, count in RINGS:
-        for i in range(count):
-            angle = 2 * math.pi * i / count
-            out.append((share * scales.radius_m * math.cos(angle), share * scales.radius_m * math.sin(angle)))
-    return out
+    return rings(RINGS, scales.radius_m)
+
+
+def rings(shares: Sequence[tuple[float, int]], radius_m: float) -> list[tuple[float, float]]:
+    """Places (m) on rings about the Host's centre: (radius over ``radius_m``, number of places) of each."""
+    turns = [(share * radius_m, 2 * math.pi * i / count) for share, count in shares for i in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for radius, angle in turns]
 
 
 def lines(

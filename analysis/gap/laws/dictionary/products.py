@@ -63,6 +63,8 @@ def of_impacts() -> list[Multiplier]:
         _one("the approach speed of the contact before", Factor("last_approach")),
         _one("time", Factor("time")),
         _one("the run", Factor("run")),
+        _one("the wall alone", Factor("at_cylinder", "below", 1.0, 0.5)),
+        _one("the cylinder alone", Factor("at_cylinder")),
         *(_along(quantity) for quantity in ("host_acceleration_along", "host_velocity_along")),
         *(_wave(quantity) for quantity in ("azimuth", "body_angle", "phase")),
     ]

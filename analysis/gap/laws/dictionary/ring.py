@@ -3,14 +3,18 @@ Host towards and around its wall, forces and friction that go with the Host's ve
 
 from __future__ import annotations
 
+from functools import partial
+
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.forces import RANGES
-from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, pair, plain, rings, scaled
 from ovines.core.laws.terms import Factor, Term
 
 OUTWARDS = Factor("host_acceleration_outwards")
 # Sliding speed over the usual one below which a floor of its own motion turns friction no further.
 SLOW = 0.1
+# Places about which a floor may turn: rings (radius over the contact radius, how many), and a search's first step.
+PIVOTS, PIVOT_STEP = ((0.6, 6), (1.5, 12)), 0.2
 
 
 def ring_candidates(scales: RigScales) -> list[Candidate]:
@@ -19,12 +23,32 @@ def ring_candidates(scales: RigScales) -> list[Candidate]:
 
 
 def _with_the_floor(scales: RigScales) -> list[Candidate]:
-    """A floor that turns about the Host's centre, or creeps along: friction follows the motion against it, and is
-    turned aside by what of the floor's own goes across the sliding."""
+    """A floor that turns about the Host's centre or another place, always or with the Host's velocity (a plate on one
+    screw), or creeps along: friction follows the motion against it, and is turned aside by what of the floor's own goes
+    across the sliding."""
     slow = Factor("sliding_speed", "rational", 2.0, SLOW * scales.speed_m_per_s)
     turning = Term("across_sliding", 1.0, (Factor("radius"), Factor("radial_speed"), slow))
     creeping = [Term("across_sliding", 1.0, (way, slow)) for way in ways("sliding_along")]
-    return [plain("floor that turns", turning), plain("floor that creeps", *creeping)]
+
+    def about(factors: tuple[Factor, ...], x: float, y: float, speed: float) -> tuple[Term, ...]:
+        turned = (Factor("place_along_sliding", x=x, y=y), Factor("sliding_speed", "rational", 2.0, speed))
+        return tuple(Term("across_sliding", 1.0, (*turned, *one)) for one in ([[way] for way in factors] or [[]]))
+
+    step, swung = PIVOT_STEP * scales.radius_m, "floor that swings about a place with the Host's velocity"
+    numbers, steps, positive = (slow.scale,), (step, step, SCALE_STEP), (False, False, True)
+    return [
+        plain("floor that turns", turning),
+        plain("floor that creeps", *creeping),
+        *(
+            Candidate(name, partial(about, factors), (*place, *numbers), steps, positive)
+            for name, factors in (
+                ("floor that turns about a place", ()),
+                (f"{swung} along the drive", (Factor("host_velocity_along"),)),
+                (swung, ways("host_velocity_along")),
+            )
+            for place in rings(PIVOTS, scales.radius_m)
+        ),
+    ]
 
 
 def _against_the_wall(scales: RigScales) -> list[Candidate]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, worn
+from analysis.gap.laws.dictionary.impacts import SCALES, WEARS, around, creeping, swinging, worn
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -76,6 +76,10 @@ def wall_candidates(known: Array) -> list[Candidate]:
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
     out += creeping(WORD, TARGET, known)
     out += worn(WORD, TARGET, known)
+    out += swinging(f"{WORD} of a ring that swings after blows", TARGET, "swing", known)
+    out += swinging(f"{WORD} of a ring that blows make oval", TARGET, "ovalling", known)
+    out.append(plain(f"{WORD} with the number of blows before", Term(TARGET, 1.0, (Factor("blows"),))))
+    out += scaled(f"{WORD} that the blows wear off", TARGET, ("blows", "exponential", 1.0), WEARS)
     out += _squashed()
     out += [
         Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))

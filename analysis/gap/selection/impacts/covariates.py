@@ -27,6 +27,20 @@ PROBES = {
     "twice the azimuth": ("cos 2 azimuth", "sin 2 azimuth"),
     "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
 }
+#: what laws call the quantity that a probe follows
+QUANTITIES = {
+    "the time since the impact before": "since",
+    "the slip speed": "slip",
+    "the direction of slip": "slip",
+    "the spin": "spin",
+    "the sense of spin": "spin",
+    "the time in the run": "time",
+    "the run": "run",
+    "the drive's phase": "phase",
+    "the recording's time at the drive's frequency": "clock",
+    "twice the azimuth": "azimuth",
+    "three times the azimuth": "azimuth",
+}
 # A value of each run's own is asked for where so many runs have so many impacts each.
 FEWEST_RUNS, FEWEST_IN_RUN = 3, 4
 # What chance gains as seldom by the columns of all runs as by those of a pair, it may: this seldom.
