@@ -17,7 +17,7 @@ from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws import flight_law
-from analysis.gap.laws.dictionary.candidate import Candidate, with_coefficients, with_sds
+from analysis.gap.laws.dictionary.candidate import Candidate, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -271,6 +271,9 @@ def test_pairs_of_columns_become_one_term_with_an_angle():
     waves = tuple(Term("restitution", 1.0, (Factor("phase", f),)) for f in ("cosine", "sine"))
     (one,) = with_coefficients(waves, np.array([0.0, 0.1]), np.eye(2))
     assert (one.factors[0].function, one.factors[0].x) == ("cosine", pytest.approx(0.5 * np.pi))
+    places = tuple(Term("floor_friction", 1.0, (way,)) for way in ways("along_host"))
+    (one,) = with_coefficients(places, np.array([3.0, -4.0]), 0.01 * np.eye(2))
+    assert (one.coefficient, one.factors[0].y, one.sd) == pytest.approx((5.0, np.arctan2(-4, 3), 0.1))
 
 
 @pytest.mark.parametrize("range_m", [6.6e-5, 1e-5])

@@ -127,6 +127,13 @@ def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
         # a q(x) + b q(x + pi / 2) = size q(x + arctan(b / a))
         quarter = abs(wrapped(g.x - f.x - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, x=wrapped(f.x + math.atan2(b, a), 2 * math.pi)) if quarter else None
+    if (
+        QUANTITIES[f.quantity].own == "line"
+        and replace(g, y=f.y) == f
+        and (f.function, f.order, f.x) == ("power", 1, 0)
+    ):
+        quarter = abs(wrapped(g.y - f.y - QUARTER, 2 * math.pi)) < 1e-9
+        return replace(f, y=wrapped(f.y + math.atan2(b, a), 2 * math.pi)) if quarter else None
     if (f.function, g.function) != ("cosine", "sine") or replace(g, function="cosine") != f:
         return None
     # a cos(n q / s) + b sin(n q / s) = size cos(n (q - x) / s)
@@ -187,7 +194,8 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
         if (one.x, one.y) != (term.x, term.y):
             out["place_x_m"], out["place_y_m"] = (one.x, "m"), (one.y, "m")
     elif entry.own == "line":
-        out["offset_m"] = (one.x, "m")
+        if one.x != 0.0:
+            out["offset_m"] = (one.x, "m")
         if one.y != term.x:
             out["line_rad"] = (one.y, "rad")
     elif one.quantity in ALONG:
