@@ -245,8 +245,15 @@ def worn(name: str, target: str, known: Array) -> list[Candidate]:
     def after(fades_s: float) -> tuple[Term, ...]:
         return (Term(target, 1.0, (Factor("recent_blows", y=fades_s),)),)
 
-    usual_s = float(np.median(since))
-    return [Candidate(f"{name} with the recent blows", after, (times * usual_s,), (0.25,), (True,)) for times in FADES]
+    def full(fades_s: float, enough: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor("recent_blows", "rational", 1.0, enough, y=fades_s),)),)
+
+    usual_s, hard = float(np.median(since)), float(np.median(known[:, W.APPROACH] ** 2))
+    plainly = [
+        Candidate(f"{name} with the recent blows", after, (times * usual_s,), (0.25,), (True,)) for times in FADES
+    ]
+    word = f"{name} with the recent blows, up to enough of them"
+    return plainly + [Candidate(word, full, (times * usual_s, hard), (0.25, 0.25), (True, True)) for times in FADES]
 
 
 def _scaled(target: str, known: Array) -> list[Candidate]:
