@@ -16,7 +16,17 @@ from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.files import Series, calibration_of, recording_text
 from analysis.blind.recording.light import shadowed
-from analysis.blind.recording.markers import Marks, Poses, bent_m, blurred, carded, draw_marks, flung, world_points
+from analysis.blind.recording.markers import (
+    Marks,
+    Poses,
+    bent_m,
+    blurred,
+    carded,
+    draw_marks,
+    flung,
+    risen,
+    world_points,
+)
 from analysis.blind.recording.noise import Noise, draw_noise
 from analysis.blind.recording.observe import tracks_of
 from analysis.blind.recording.picture import shaking_of
@@ -172,6 +182,7 @@ def _points(
     blows, out = _blows(motion), []
     for pose, time_s in zip(poses, times, strict=True):
         card = carded(pose.nes, time_s, blows, errors)
+        card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
         out.append(shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors))
     return out

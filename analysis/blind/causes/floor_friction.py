@@ -82,6 +82,24 @@ def _swinging_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _drumming_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that a flight has several of its swings, each in several frames."""
+    out = {"drum": 0.65 * size * spread(rng), "drum_rad_per_s": 2.0 * np.pi * float(rng.uniform(30.0, 70.0))}
+    draft.plant.update(out)
+    return out
+
+
+def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A slow compressor, whose pulses also start the recordings."""
+    out = {
+        "pulsing": 0.27 * size * spread(rng),
+        "pulsing_rad_per_s": float(rng.uniform(20.0, 60.0)),
+        "pulsing_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 FLOOR_FRICTION = [
     # --- how much of the disk stands on the floor, with which load ---
     Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
@@ -147,6 +165,13 @@ FLOOR_FRICTION = [
     Cause("unknown_chattering_slide", "flight", _chattering_slide),
     # Friction of plastic: it holds what creeps and lets run what runs.
     Cause("unknown_stribeck_floor", "flight", changes({"stribeck": 0.8}), follows="the slip's speed"),
+    # Friction whose junctions are the stronger the faster they are sheared.
+    Cause(
+        "unknown_strengthening_floor",
+        "flight",
+        changes({"strengthening": 0.22}),
+        follows="the logarithm of the slip's speed",
+    ),
     # --- by the direction of sliding ---
     Cause("unknown_anisotropic_friction", "flight", changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",))),
     # A floor turned on a lathe, with a spiral of fine grooves.
@@ -212,6 +237,28 @@ FLOOR_FRICTION = [
         "flight",
         changes({"clinging": 0.6}),
         follows="how fast the disk has slid over the last tenth of a second",
+    ),
+    # Contacts that grow stronger as they rest, and are made anew as the disk slides.
+    Cause(
+        "unknown_aged_contacts",
+        "flight",
+        changes({"aged": 1.0}),
+        follows="how slowly the disk has slid over the last twenty millimetres",
+    ),
+    # A floor plate that each blow makes drum.
+    Cause(
+        "unknown_drumming_floor",
+        "flight",
+        _drumming_floor,
+        follows="the time since the last blow, to and fro",
+        rivals=("nes_rocking",),
+    ),
+    # A compressor that pulsates below an air table.
+    Cause(
+        "unknown_pulsing_air",
+        "flight",
+        _pulsing_air,
+        follows="the time in the run, to and fro at a frequency that is not the drive's",
     ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.

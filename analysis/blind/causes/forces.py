@@ -123,6 +123,14 @@ FORCES = [
         follows="the slip over the Host's floor, and the spin over it",
         rivals=("viscous_drag",),
     ),
+    # A film of air below the disk, which a blow fills and which thins until the next.
+    Cause(
+        "unknown_thinning_film",
+        "flight",
+        changes({"thin_film_per_s": 0.5}),
+        follows="the slip over the Host's floor, the more the longer since the last blow",
+        rivals=("viscous_drag",),
+    ),
     # --- air ---
     Cause("unknown_magnus", "flight", changes({"magnus": 0.005}, signed=True)),
     Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
@@ -134,6 +142,13 @@ FORCES = [
     Cause("unknown_bellows", "flight", changes({"bellows_m_per_s2": 0.7}, signed=True)),
     # Below a lid the air goes with the ring, and carries the disk.
     Cause("unknown_enclosed_air", "flight", changes({"enclosed_per_m": 0.4})),
+    # An air table, whose jets push the disk from hole to hole.
+    Cause(
+        "unknown_air_jets",
+        "flight",
+        changes({"jets_m_per_s2": 0.5}, ("jets_x_rad", "jets_y_rad")),
+        follows="the place in the Host, once in eighteen millimetres along either axis",
+    ),
     # --- magnets, charge and threads ---
     Cause("unknown_magnetic_pull", "flight", _pull),
     Cause("unknown_wall_pull", "flight", changes({"wall_pull_m_per_s2": 2.5}, signed=True)),

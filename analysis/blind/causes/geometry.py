@@ -68,6 +68,14 @@ def _nodding_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _warping_host(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as long along its line at first as across it at last."""
+    most = 2.9e-4 * size * spread(rng)
+    draft.plant.update(warping_rad=float(rng.uniform(0.0, np.pi)))
+    draft.run_numbers.update(warping_m=most * np.linspace(-1.0, 1.0, runs))
+    return {"warping_m": most}
+
+
 GEOMETRY = [
     # --- the wall's shape ---
     Cause("unknown_dented_wall", "geometry", _dented_wall, round_only=True),
@@ -106,6 +114,14 @@ GEOMETRY = [
     ),
     # A felt liner that is packed down from run to run.
     Cause("unknown_packing_felt", "geometry", _packing_felt, follows="the number of the run", round_only=True),
+    # A Host of wood or plastic, which warps from run to run.
+    Cause(
+        "unknown_warping_host",
+        "geometry",
+        _warping_host,
+        follows="the number of the run, and the azimuth of the blow twice around",
+        round_only=True,
+    ),
     # --- the disk's shape ---
     Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
     Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
@@ -119,6 +135,15 @@ GEOMETRY = [
         changes({"lap_m": 8e-4}, ("lap_rad",), signed=True),
         follows="the place on the disk's rim that is struck, once around it and back at one place",
         round_only=True,
+    ),
+    # A disk that a blow tips, and that strikes with another edge until it lies flat.
+    Cause(
+        "unknown_tipped_disk",
+        "geometry",
+        changes({"tipped_m": 6.3e-4}),
+        follows="the time since the last blow, and its approach speed",
+        rivals=("nes_rocking",),
+        short_blows=True,
     ),
     # A slack rubber band around the washer, which the spin draws wide.
     Cause(

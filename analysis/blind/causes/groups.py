@@ -276,4 +276,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_flickering_lamps",
         "unknown_bumped_camera",
     ),
+    # what reports on such benches give as the reason, listed before the plant was read
+    "reported": (
+        "unknown_aged_contacts",
+        "unknown_thinning_film",
+        "unknown_air_jets",
+        "unknown_drumming_floor",
+        "unknown_pulsing_air",
+        "unknown_strengthening_floor",
+        "unknown_slipping_edge",
+        "unknown_wetted_wall",
+        "unknown_chatter_marks",
+        "unknown_run_in_wall",
+        "unknown_hertzian_wall",
+        "unknown_tipped_disk",
+        "unknown_warping_host",
+        "unknown_cold_camera",
+        "unknown_risen_markers",
+        "unknown_smoothed_tracks",
+    ),
 }

@@ -204,6 +204,14 @@ MEASUREMENT = [
         follows="the time since the last blows and their changes of spin",
         short_blows=True,
     ),
+    # A blow lifts the disk, and its markers with it: cameras that look askew see them elsewhere.
+    Cause(
+        "unknown_risen_markers",
+        "measurement",
+        seen("risen_s", 1.6e-4),
+        follows="the time since the last blow and its change of the disk's velocity, to either camera's own side",
+        short_blows=True,
+    ),
     # --- light ---
     # A lamp's reflection on a lid draws the markers' centres towards it.
     Cause("unknown_glare", "measurement", _glare),
@@ -261,6 +269,13 @@ MEASUREMENT = [
         _bumped_camera,
         follows="the place in one camera's picture, from one run on",
     ),
+    # A camera that was calibrated warm, and that is cold as the series begins.
+    Cause(
+        "unknown_cold_camera",
+        "measurement",
+        seen("cold_zoom", 3.3e-3),
+        follows="the place in one camera's picture, and the number of the run",
+    ),
     # --- the picture ---
     Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),
     # A camera that writes a full buffer's frame again where it misses one.
@@ -273,5 +288,12 @@ MEASUREMENT = [
         "measurement",
         seen("blocked_px", 0.75),
         follows="the place in the picture, once in eight pixels",
+    ),
+    # A tracker that smooths its tracks, over blows, too.
+    Cause(
+        "unknown_smoothed_tracks",
+        "measurement",
+        seen("smoothed", 0.28),
+        follows="the acceleration in the picture, and each blow within two frames of it",
     ),
 ]

@@ -72,6 +72,14 @@ RESTITUTION = [
     Cause("unknown_slip_restitution", "impact", changes({"slip_restitution_s_per_m": 0.15})),
     Cause("unknown_glancing_blows", "impact", changes({"glancing": 0.25})),
     Cause("unknown_adhesion", "impact", changes({"adhesion_m_per_s": 0.35})),
+    # A film of oil or water on the wall, which takes the same speed of every approach.
+    Cause(
+        "unknown_wetted_wall",
+        "impact",
+        changes({"wetted_m_per_s": 0.13}),
+        follows="one over the approach speed",
+        rivals=("speed_dependent_restitution",),
+    ),
     # A loose chip in the ring, which now and then lies between.
     Cause("unknown_loose_chip", "impact", changes({"loose_chip": 0.25})),
     # A liner wound with overlaps, like shingles.

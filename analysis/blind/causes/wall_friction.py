@@ -41,6 +41,17 @@ def _cornered_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _chatter_marks(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """As many as the tool happened to leave."""
+    out = {
+        "marks_rad": 0.03 * size * spread(rng),
+        "marks": float(rng.integers(8, 15)),
+        "marks_phase_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 WALL_FRICTION = [
     # --- friction of the wall ---
     Cause(
@@ -107,6 +118,15 @@ WALL_FRICTION = [
         changes({"worn_ends": 0.7}),
         follows="the azimuth of the blow from the drive's axis, twice around",
     ),
+    # A wall that is roughened before each run, and run in blow by blow.
+    Cause("unknown_run_in_wall", "impact", changes({"run_in": 0.8}), follows="the number of the blow in its run"),
+    # A round contact, whose friction grows less than its load.
+    Cause(
+        "unknown_hertzian_wall",
+        "impact",
+        changes({"hertz": 1.3}),
+        follows="the third root of the approach speed",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -122,6 +142,13 @@ WALL_FRICTION = [
         changes({"lay": 0.85}, signed=True),
         follows="the sense of the slip, where the disk sticks",
     ),
+    # A contact that slips at its edge already before it slips as a whole.
+    Cause(
+        "unknown_slipping_edge",
+        "impact",
+        changes({"incidence": 1.0}),
+        follows="the slip's size over the approach speed, where the disk sticks",
+    ),
     # --- the direction of the blow, and what gives or goes round in it ---
     Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),
     # A wall that was sanded by hand, each of whose places looks somewhere else.
@@ -130,6 +157,13 @@ WALL_FRICTION = [
         "impact",
         changes({"ragged_rad": 0.033}),
         follows="nothing: each blow's normal is its own",
+    ),
+    # A wall turned with a tool that chattered.
+    Cause(
+        "unknown_chatter_marks",
+        "impact",
+        _chatter_marks,
+        follows="the azimuth of the blow, many times around",
     ),
     # Teeth all leaning one way, as a turning tool leaves them: they strike beside the wall's normal.
     Cause("unknown_sawtooth_wall", "impact", changes({"saw_rad": 0.045}, signed=True)),

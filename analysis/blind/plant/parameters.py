@@ -60,6 +60,9 @@ class PlantParameters(NamedTuple):
     screws_rad: float = 0.0
     drifted: float = 0.0  # floor friction more by this share at the wall on one side, less on the other ...
     drifted_rad: float = 0.0  # ... more on this one
+    pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
+    pulsing_rad_per_s: float = 40.0  # ... at this rate ...
+    pulsing_rad: float = 0.0  # ... and of this phase as the run begins
     # ... by the speed
     weakening: float = 0.0  # floor friction more by this share at rest, gone beyond weakening_m_per_s
     weakening_m_per_s: float = 0.4
@@ -69,6 +72,7 @@ class PlantParameters(NamedTuple):
     film_rad_per_s: float = 60.0
     lift: float = 0.0  # floor friction less by this share at lift_m_per_s and more, with the square of the speed
     lift_m_per_s: float = 2.0
+    strengthening: float = 0.0  # floor friction more by this share where the speed is e times as much
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
     # ... by the direction, and what turns it aside
@@ -101,6 +105,9 @@ class PlantParameters(NamedTuple):
     drop_x_m: float = 0.0
     drop_y_m: float = 0.0
     clinging: float = 0.0  # floor friction more by this share under a disk that holds all the charge it can
+    aged: float = 0.0  # floor friction more by this share under contacts that have rested long
+    drum: float = 0.0  # share of the load that a floor which drums takes and gives just after a blow ...
+    drum_rad_per_s: float = 350.0  # ... at this rate
     # ... by the Host's motion
     loose_floor: float = 0.0  # share of the Host's velocity that its floor does not have
     floor_turn_rad_per_s: float = 0.0  # the floor turns about the Host's centre
@@ -142,6 +149,7 @@ class PlantParameters(NamedTuple):
     wobble_per_s: float = 0.0  # a wobbling disk is pushed by this times the last blow's approach at first ...
     wobble_rad_per_s: float = 0.0  # ... and round at this rate
     oil_film_per_s: float = 0.0  # drag of an oil film on the slip, and on the spin over the floor
+    thin_film_per_s: float = 0.0  # the same of a film of air that has thinned since the last blow
     # air
     viscous_per_s: float = 0.0
     air_per_m: float = 0.0
@@ -153,6 +161,9 @@ class PlantParameters(NamedTuple):
     stream_m_per_s: float = 0.8
     stream_width_m: float = 0.01
     stream_rad: float = 0.0
+    jets_m_per_s2: float = 0.0  # the jets of a floor's holes push the disk by at most this along x and along y
+    jets_x_rad: float = 0.0  # phase of the holes along x, and along y
+    jets_y_rad: float = 0.0
     enclosed_per_m: float = 0.0  # drag with the square of the speed against the Host
     bellows_m_per_s2: float = 0.0  # air that the Host's motion blows, with the square of its velocity, at 8 g of it
     cushion_per_s: float = 0.0  # drag of the air between disk and wall on what moves towards it or away, at the wall
@@ -222,6 +233,8 @@ class PlantParameters(NamedTuple):
     chucked_rad: float = 0.0
     seam_bead_m: float = 0.0  # the wall stands in by this at one place
     seam_bead_rad: float = 0.0
+    warping_m: float = 0.0  # of each run: the wall's radius is more by this along one line, less across it ...
+    warping_rad: float = 0.0  # ... this one
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
@@ -234,6 +247,7 @@ class PlantParameters(NamedTuple):
     tyre_rad: float = 0.0
     lap_m: float = 0.0  # tape around the rim, its end this much higher than its beginning, to either side of the mean
     lap_rad: float = 0.0
+    tipped_m: float = 0.0  # the disk's radius is less by at most this just after a hard blow
     swollen_m: float = 0.0  # the disk's radius is more by this at a fast spin, less by it at none
     # where the wall lies and how it moves
     wall_x_m: float = 0.0
@@ -292,6 +306,7 @@ class PlantParameters(NamedTuple):
     glancing: float = 0.0  # restitution lost with the square of the sine of the angle of incidence
     oblique: float = 0.0  # share of the restitution lost in blows that only slip
     shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
+    wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact
     loose_chip: float = 0.0  # restitution lost in one impact of six
     # ... by the blows before
@@ -319,6 +334,9 @@ class PlantParameters(NamedTuple):
     # the direction of a blow, and what gives in it
     rough_rad: float = 0.0  # the wall's normals scatter by this much from impact to impact
     ragged_rad: float = 0.0  # standard deviation of the wall's normals from blow to blow
+    marks_rad: float = 0.0  # the wall's normals lean by at most this to either side, once in each tool mark ...
+    marks: float = 12.0  # ... of so many around the wall ...
+    marks_phase_rad: float = 0.0  # ... of this phase
     saw_rad: float = 0.0  # blows of the wall are turned by this much from its normal
     cornered_m: float = 0.0  # a blow passes the disk's middle by at most this ...
     corners: float = 6.0  # ... to either side, so many times around its rim
@@ -344,10 +362,12 @@ class PlantParameters(NamedTuple):
     greased_m_per_s: float = 0.4
     rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
     squeezed: float = 0.0  # wall friction more by this share in hard blows
+    hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
     polish: float = 0.0  # share of the wall friction lost in the course of a run
     polish_s: float = 0.4
+    run_in: float = 0.0  # share of the wall friction lost after many blows of a run
     creeping: float = 0.0  # share of the wall friction lost long after the blow before
     wiped: float = 0.0  # of each run: wall friction more by this share
     cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
@@ -359,6 +379,7 @@ class PlantParameters(NamedTuple):
     skin: float = 0.0  # tangential restitution divided by one and this, at 0.3 m/s of slip
     taped: float = 0.0  # share of the tangential restitution lost along half of the disk's rim
     taped_rad: float = 0.0
+    incidence: float = 0.0  # share of the tangential restitution lost in blows that slip far for their approach
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor

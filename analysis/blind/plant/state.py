@@ -22,4 +22,5 @@ STRUCK = 24  # and where on the disk's rim it was (rad)
 CHARGE = 25  # what a disk holds of the charge that it can, 0 to 1
 NOD_X, NOD_Y = 26, 27  # of a wall as heavy as the disk after the last impact: how far it has swung (m) ...
 NOD_VX, NOD_VY = 28, 29  # ... and how fast it swings (m/s)
-STATES = 30
+AGED = 30  # what the contacts under the disk have of the strength that they can, 0 to 1
+STATES = 31

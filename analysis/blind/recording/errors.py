@@ -38,6 +38,7 @@ class ViewErrors:
     flung_marker: int = 1  # ... this one, the middle one being 0
     card_s: float = 0.0  # the disk's markers swing about its middle after a blow, by its change of spin times this ...
     card_hz: float = 40.0  # ... so many times a second
+    risen_s: float = 0.0  # the disk's markers stand higher by this after a blow that changes its velocity by 1 m/s
     blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time
     # light
     glare_px: float = 0.0  # markers near a lamp's reflection are drawn towards it, at most this far, ...
@@ -66,6 +67,7 @@ class ViewErrors:
     twisted_rad: float = 0.0  # the first camera is turned about its axis by this much at 8 g of the Host along x
     bumped_rad: float = 0.0  # the first camera is turned about its axis by this much ...
     bumped_from: int = 0  # ... from this run on
+    cold_zoom: float = 0.0  # the first camera's picture is too large by this share in the first run, less later
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
@@ -76,4 +78,5 @@ class ViewErrors:
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more
+    smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
     blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this

@@ -11,6 +11,7 @@ from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.views import DISK, GROUND_M, HOST_M, NES_M
 
 FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
+RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a flight
 CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
 
 
@@ -98,6 +99,23 @@ def carded(nes: Floats, time_s: Floats, blows: Floats, errors: ViewErrors) -> Fl
         since = np.maximum(time_s - instant, 0.0)
         swing = np.exp(-since / CARD_S) * np.sin(2.0 * np.pi * errors.card_hz * since)
         out[:, 3] -= errors.card_s * change * swing
+    return out
+
+
+def risen(nes: Floats, time_s: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of the disk's markers, at `time_s` (n,), where those of the disk on its floor are
+    `nes`: a blow lifts it, and two cameras that look askew see its markers shifted, each to its own side.
+
+    Higher by `risen_s` |kick| exp(-since / `RISEN_S`), of the last blow before: of those at `impact_s` (k,) with the
+    disk's changes of velocity `kicks` (k, 2).
+    """
+    if errors.risen_s == 0.0:
+        return nes
+    out, high = nes.copy(), np.zeros(len(time_s))
+    for instant, kick in zip(impact_s, np.hypot(*kicks.T), strict=True):
+        since = np.maximum(time_s - instant, 0.0)
+        high = np.where(time_s >= instant, kick * np.exp(-since / RISEN_S), high)
+    out[:, 2] += errors.risen_s * high
     return out
 
 

@@ -12,6 +12,7 @@ from analysis.blind.recording.picture import (
     by_the_first_camera,
     by_the_second_camera,
     read_out,
+    smoothed,
     stuttered,
 )
 from analysis.blind.recording.views import MARKERS, View
@@ -38,7 +39,7 @@ def tracks_of(
             pixels = by_the_first_camera(pixels, true_time_s[0], view, shaking, errors)
         if index == 1:
             pixels = by_the_second_camera(pixels, view, errors)
-        pixels = read_out(pixels, view, frame_rate_hz, errors)
+        pixels = smoothed(read_out(pixels, view, frame_rate_hz, errors), errors)
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         pixels[..., 0] += draw_outliers(pixels.shape[:2], noise, rng)
         if index == 0 and errors.stutter_share > 0.0:

@@ -11,16 +11,19 @@ from analysis.blind.recording.views import WINDOW_PX, View
 
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
+COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
+SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 
 
 @dataclass(frozen=True)
 class Shaking:
     """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
-    along u and v (None: not at all)."""
+    along u and v (None: not at all); its picture is too large by the share `zoom`."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
     tripod_px: np.ndarray | None = None
+    zoom: float = 0.0
 
 
 def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, run: int, errors: ViewErrors) -> Shaking:
@@ -30,7 +33,7 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
     if bump != 0.0:
         turned = bump + (np.zeros(len(time_s)) if turned is None else turned)
     swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
-    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed)
+    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed, cold_zoom(run, errors))
 
 
 def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors: ViewErrors) -> np.ndarray:
@@ -63,6 +66,12 @@ def bump_rad(run: int, errors: ViewErrors) -> float:
     return errors.bumped_rad if run >= errors.bumped_from else 0.0
 
 
+def cold_zoom(run: int, errors: ViewErrors) -> float:
+    """Share by which the first camera's picture is too large in `run` (from 0): it was calibrated warm, and comes to
+    that from run to run, by `cold_zoom` exp(-run / `COLD_RUNS`)."""
+    return float(errors.cold_zoom * np.exp(-run / COLD_RUNS))
+
+
 def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
     """How far the first camera is turned about its axis (n,) at `time_s` (n,).
 
@@ -93,7 +102,7 @@ def by_the_first_camera(
         pixels = pixels + shaking.tripod_px[:, None]
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
-    swing = errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
+    swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
     return pixels + (pixels - view.centre_px) * swing[:, None, None]
 
 
@@ -135,3 +144,14 @@ def blocked(pixels: Floats, errors: ViewErrors) -> Floats:
     if errors.blocked_px == 0.0:
         return pixels
     return pixels - errors.blocked_px * np.sin(2.0 * np.pi * pixels / BLOCK_PX)
+
+
+def smoothed(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) as a tracker finds them that smooths its tracks: a share `smoothed` of each is the
+    mean over the frame and `SMOOTHED_FRAMES` to either side, its first and last frames standing for those beyond."""
+    if errors.smoothed == 0.0:
+        return pixels
+    k = SMOOTHED_FRAMES
+    wide = np.pad(pixels, ((k, k), (0, 0), (0, 0)), mode="edge")
+    mean = sum(wide[i : i + len(pixels)] for i in range(2 * k + 1)) / (2 * k + 1)
+    return pixels + errors.smoothed * (mean - pixels)

@@ -1,4 +1,4 @@
-"""Forces of the air: drag in the room and in the Host, lift of the spin, streams, a cushion at the wall."""
+"""Forces of the air: drag in the room and in the Host, lift of the spin, streams, a cushion at the wall, jets."""
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from analysis.blind.plant.host import HOST_M_PER_S
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import SPIN, VX, VY
 
+JET_M = 0.018  # between two holes of an air table: somewhat less than the disk is wide
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
 
 
@@ -24,6 +25,7 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_stream(at, p, out)
     _add_host(at, p, out)
     _add_cushion(at, p, out)
+    _add_jets(at, p, out)
 
 
 @inlined
@@ -77,3 +79,12 @@ def _add_cushion(at: Instant, p: PlantParameters, out: Floats) -> None:
         radial = rate * (at.rate_x * at.x + at.rate_y * at.y) / radius
         out[VX] -= radial * at.x / radius
         out[VY] -= radial * at.y / radius
+
+
+@inlined
+def _add_jets(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Jets from a square grid of holes in the floor, `JET_M` apart, push the disk from each to the next: along x by
+    `jets_m_per_s2` sin(2 pi x / `JET_M` + `jets_x_rad`), and so along y."""
+    if p.jets_m_per_s2 != 0.0:
+        out[VX] += p.jets_m_per_s2 * np.sin(2.0 * np.pi * at.x / JET_M + p.jets_x_rad)
+        out[VY] += p.jets_m_per_s2 * np.sin(2.0 * np.pi * at.y / JET_M + p.jets_y_rad)

@@ -7,7 +7,7 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, CHARGE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
+from analysis.blind.plant.state import AGED, ANGLE, CHARGE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
 
 TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
@@ -22,6 +22,9 @@ SCREWS_AT_M = 0.022  # from the Host's centre to its floor's four screws
 SCREW_M = 0.008  # from a screw's middle to where the disk, which is wider, misses three fifths as much of the floor
 CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
 CLING_S = 0.08  # in which it leaks off: one or two flights
+AGE_S = 0.05  # in which contacts of a disk at rest would gain most of their strength: a flight
+AGE_M = 0.02  # way on which they are broken and made anew
+STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
 
 
 @inlined
@@ -103,6 +106,8 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by at a speed: lift with its square, a film below a fast spin, chatter in a band.
 
     Stribeck: what creeps is held more than what runs, 1 + `stribeck` exp(-speed / `stribeck_m_per_s`).
+    Junctions that are sheared fast are stronger: 1 + `strengthening` log((speed + `CREEP_M_PER_S`) /
+    `STRONGER_M_PER_S`).
     """
     share = 1.0
     if p.lift != 0.0:
@@ -114,6 +119,9 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 - p.chatter * np.exp(-0.5 * off**2)
     if p.stribeck != 0.0:
         share *= 1.0 + p.stribeck * np.exp(-np.sqrt(at.slip_x**2 + at.slip_y**2) / p.stribeck_m_per_s)
+    if p.strengthening != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
+        share *= max(1.0 + p.strengthening * np.log(speed / STRONGER_M_PER_S), 0.0)
     return share
 
 
@@ -158,6 +166,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
 
     A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
     A disk that is charged as it slides clings to the floor: 1 + `clinging` times the charge (`add_charge`).
+    Contacts that rest grow stronger: 1 + `aged` times what they have of their strength (`add_age`).
+    The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
+    the run.
     """
     state = at.state
     share = friction_of_flight(state[COUNT], p) * max(1.0 - p.drop * state[OILED], 0.0)
@@ -165,7 +176,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 - p.warming * (1.0 - np.exp(-state[WAY] / p.warming_m))
     if p.lifted != 0.0 and at.time >= state[IMPACT_S] >= 0.0:
         share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
-    return share * (1.0 + p.clinging * state[CHARGE])
+    if p.pulsing != 0.0:
+        share *= 1.0 + p.pulsing * np.sin(p.pulsing_rad_per_s * at.time + p.pulsing_rad)
+    return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
 
 
 @inlined
@@ -211,3 +224,12 @@ def add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.clinging != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
         out[CHARGE] = speed * (1.0 - at.state[CHARGE]) / CLING_M - at.state[CHARGE] / CLING_S
+
+
+@inlined
+def add_age(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """What the contacts under a disk have of their strength (0 to 1): they gain what they lack within `AGE_S`, and lose
+    it along the way slid, over `AGE_M`."""
+    if p.aged != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
+        out[AGED] = (1.0 - at.state[AGED]) / AGE_S - speed * at.state[AGED] / AGE_M

@@ -1,9 +1,13 @@
 """The floor's load per unit mass (m/s^2): of a Host that moves up and down, under a disk that a blow has lifted."""
 
+import numpy as np
+
 from analysis.blind.plant.compiled import inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, IMPACT_S
+from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
+
+DRUM_S = 0.03  # in which a floor plate's drumming dies out: half of a flight
 
 
 @inlined
@@ -14,6 +18,8 @@ def floor_load(at: Instant, p: PlantParameters) -> float:
     A blow tosses the disk up at the share `toss` of its approach: no load in its flight, as long again twice as much
     where it lands.
     A disk that hops has none for `hop_s` after an impact.
+    A blow makes the floor plate drum: a time t after it the load is times 1 + `drum` exp(-t / `DRUM_S`)
+    sin(`drum_rad_per_s` t).
     """
     load = p.load_m_per_s2 + at.host_acceleration[3]
     if p.arc_per_m != 0.0:
@@ -26,4 +32,6 @@ def floor_load(at: Instant, p: PlantParameters) -> float:
             load *= 0.0 if late < up_s else 2.0
     if p.hop_s > 0.0 and 0.0 <= late < p.hop_s:
         load = 0.0
+    if p.drum != 0.0 and at.state[COUNT] > 0.5 and late >= 0.0:
+        load *= max(1.0 + p.drum * np.exp(-late / DRUM_S) * np.sin(p.drum_rad_per_s * late), 0.0)
     return load

@@ -1,4 +1,4 @@
-"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble, an oil film."""
+"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble, films of oil and air."""
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from analysis.blind.plant.state import (
 MAT_S = 0.04  # in which a soft floor forgets where the disk stood: most of a flight
 BOW_M = 0.02  # way on which most of the dust that a disk can push has gathered before it
 WOBBLE_S = 0.04  # in which a wobble dies out: most of a flight
+THIN_S = 0.04  # in which a film of air has thinned after a blow by two thirds: most of a flight
 
 
 @inlined
@@ -62,12 +63,26 @@ def add_wobble(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 
 @inlined
-def add_oil_film(at: Instant, p: PlantParameters, out: Floats) -> None:
+def add_films(at: Instant, p: PlantParameters, out: Floats) -> None:
     """A thin film of oil between disk and floor is sheared: it holds back by `oil_film_per_s` times the slip, and turns
-    back in proportion to the spin over the floor, as a film of the same thickness everywhere does."""
+    back in proportion to the spin over the floor, as a film of the same thickness everywhere does.
+
+    So does a film of air, which a blow fills as it lifts the disk and whose air is then pressed out: by
+    `thin_film_per_s` (1 - exp(-the time since the last blow / `THIN_S`)); before any blow by all of it.
+    """
     if p.oil_film_per_s != 0.0:
-        push_x, push_y = -p.oil_film_per_s * at.slip_x, -p.oil_film_per_s * at.slip_y
-        out[VX] += push_x
-        out[VY] += push_y
-        turn = at.arm_x * push_y - at.arm_y * push_x - 0.5 * p.oil_film_per_s * p.disk_radius_m**2 * at.turning
-        out[SPIN] += turn / (p.inertia_factor * p.disk_radius_m**2)
+        _shear(p.oil_film_per_s, at, p, out)
+    if p.thin_film_per_s != 0.0:
+        late = max(at.time - at.state[IMPACT_S], 0.0)
+        left = np.exp(-late / THIN_S) if at.state[COUNT] > 0.5 else 0.0
+        _shear(p.thin_film_per_s * (1.0 - left), at, p, out)
+
+
+@inlined
+def _shear(rate_per_s: float, at: Instant, p: PlantParameters, out: Floats) -> None:
+    """The drag of a film on the slip and on the spin over the floor."""
+    push_x, push_y = -rate_per_s * at.slip_x, -rate_per_s * at.slip_y
+    out[VX] += push_x
+    out[VY] += push_y
+    turn = at.arm_x * push_y - at.arm_y * push_x - 0.5 * rate_per_s * p.disk_radius_m**2 * at.turning
+    out[SPIN] += turn / (p.inertia_factor * p.disk_radius_m**2)

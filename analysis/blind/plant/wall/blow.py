@@ -86,8 +86,14 @@ def blow_of(
 @inlined
 def leaning(nx: float, ny: float, chance: float, bounce: float, p: PlantParameters) -> tuple[float, float]:
     """The wall's normal where a rough or ragged wall, by `chance`, or one with teeth that lean turns the blow; what is
-    held (`bounce` 0) lies against the teeth's tips."""
+    held (`bounce` 0) lies against the teeth's tips.
+
+    A turning tool that chattered has left the wall wavy: `marks_rad` sin(`marks` (the normal's direction) +
+    `marks_phase_rad`).
+    """
     leans = (p.rough_rad + p.ragged_rad) * chance + p.saw_rad * bounce
+    if p.marks_rad != 0.0:
+        leans += p.marks_rad * bounce * np.sin(p.marks * np.arctan2(ny, nx) + p.marks_phase_rad)
     if leans == 0.0:
         return nx, ny
     c, s = np.cos(leans), np.sin(leans)

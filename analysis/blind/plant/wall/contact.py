@@ -5,12 +5,12 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled
 from analysis.blind.plant.host import host_jerk, host_pose
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
+from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, VX, VY, X, Y
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
 from analysis.blind.plant.wall.blow import blow_of, leaning
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
-from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_reach, swollen
+from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_reach, swollen, tipped, widening
 
 
 @compiled
@@ -37,7 +37,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
     gap += leaked(time, state, p)
-    wider = swollen(state[SPIN], p)
+    wider = swollen(state[SPIN], p) - tipped(time, state, p)
     gap -= wider
     if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:
         return radius - p.obstacle_m - wider, -x / radius, -y / radius
@@ -71,7 +71,7 @@ def contact_velocity(
         ux, uy = ux - moves * nx, uy - moves * ny
     moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y
-    return ux * nx + uy * ny, -ux * ny + uy * nx, arm_x, arm_y
+    return ux * nx + uy * ny + widening(time, state, p), -ux * ny + uy * nx, arm_x, arm_y
 
 
 @compiled
@@ -101,7 +101,9 @@ def impact(
     new[VY] += push_n * ny + push_t * nx
     new[SPIN] = spin_after(state[SPIN], blow, push_n, push_t, bounce, p)
     press_down(new, blow, push_n * bounce, p)
-    if p.swollen_m != 0.0:  # where it may be at its new spin
+    if p.tipped_m != 0.0 and bounce > 0.0:
+        new[IMPACT_S] = time
+    if p.swollen_m != 0.0 or p.tipped_m != 0.0:  # where it may be at its new spin, as it now lies
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return new, blow.approach, blow.slip_host

@@ -13,6 +13,10 @@ PILE_M_PER_S = 0.3  # slip from which on a pile is laid over the whole way
 SQUEEZED_M_PER_S = 0.8  # approach from which on most of the grease is squeezed out
 FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
+HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
+HERTZ_MOST = 2.0  # third root of how much lighter a blow may be and still change it
+RUN_IN_BLOWS = 6.0  # after which a wall is run in by two thirds
+GLANCE = 0.25  # slip over approach at which half of the return is lost
 LEAST_FRICTION = 0.02  # share of the wall's friction that is always left
 SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
 GROUND_RAD = 1.1  # of the disk's rim, from where it was ground the most to where three fifths as much
@@ -65,11 +69,16 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
     slip / `PILE_M_PER_S`), less along the pile and more against it.
     A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
+    Of a round contact the area grows less than the load: 1 + `hertz` ((`HERTZ_M_PER_S` / approach)^(1/3) - 1), the
+    root `HERTZ_MOST` at most.
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
     share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
     share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
+    if p.hertz != 0.0:
+        root = min((HERTZ_M_PER_S / (blow.approach + 1e-300)) ** (1.0 / 3.0), HERTZ_MOST)
+        share *= max(1.0 + p.hertz * (root - 1.0), LEAST_FRICTION)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -87,11 +96,15 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     `creeping` (1 - exp(-since / `WIPED_S`)); none before: oil all over.
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
+    A wall that was roughened before each run is run in blow by blow: 1 - `run_in` (1 - exp(-n / `RUN_IN_BLOWS`)), n the
+    blows before.
     """
     share = 1.0 - p.polish * (1.0 - np.exp(-max(blow.time, 0.0) / p.polish_s))
     if p.creeping != 0.0:
         oiled = 1.0 if state[COUNT] < 0.5 else 1.0 - np.exp(-max(blow.since_s, 0.0) / WIPED_S)
         share *= max(1.0 - p.creeping * oiled, LEAST_FRICTION)
+    if p.run_in != 0.0:
+        share *= max(1.0 - p.run_in * (1.0 - np.exp(-state[COUNT] / RUN_IN_BLOWS)), LEAST_FRICTION)
     if p.wiped != 0.0:
         share *= max(1.0 + p.wiped, LEAST_FRICTION)
     return share
@@ -102,6 +115,8 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     """How much of the slip comes back where it sticks: less in hard blows, which plough, of a soft skin the less the
     farther it is sheared, and where the rim is taped.
 
+    A contact that slips far for its approach slips at its edge already, and turns less of it back: 1 - `incidence` r^2
+    / (r^2 + `GLANCE`^2), r the slip's size over the approach.
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
     `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
     """
@@ -109,6 +124,9 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     elastic = 1.0 / (1.0 + p.skin * abs(blow.slip) / SKIN_M_PER_S)
     half = 0.5 * (1.0 + np.tanh(np.cos(blow.rim_rad - p.taped_rad) / TAPE_EDGE))
     value = p.tangential_restitution * grip * elastic * max(1.0 - p.taped * half, 0.0)
+    if p.incidence != 0.0:
+        square = blow.slip**2
+        value *= max(1.0 - p.incidence * square / (square + (GLANCE * blow.approach) ** 2 + 1e-300), 0.0)
     if p.lay == 0.0:
         return value
     return max(min(value * (1.0 + p.lay * np.tanh(blow.slip / LAY_M_PER_S)), max(value, MOST_RETURN)), 0.0)

@@ -31,6 +31,8 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     value = _by_the_blows_before(value, blow, state, p)
     value = _by_the_host(value, blow, p)
     value = _times(value, 1.0 - p.warmed)  # the wall's plastic warms from run to run, and softens
+    if p.wetted_m_per_s != 0.0:  # a film on the wall takes this much of the approach
+        value *= max(1.0 - p.wetted_m_per_s / blow.approach, 0.0)
     if p.adhesion_m_per_s != 0.0:  # the wall keeps the energy of this speed
         value = np.sqrt(max(value**2 - (p.adhesion_m_per_s / blow.approach) ** 2, 0.0))
     return max(value - (p.damage if state[HARDEST] > p.damage_m_per_s else 0.0), LEAST)

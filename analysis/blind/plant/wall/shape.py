@@ -3,8 +3,9 @@ rad)."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import inlined
+from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -12,6 +13,8 @@ BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fi
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
+TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
+TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
@@ -82,6 +85,8 @@ def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
     """How much farther the disk's middle gets in a ring as it was made.
 
     Turned in a chuck of three jaws it springs into three lobes: `chucked_m` cos 3(azimuth - `chucked_rad`).
+    A Host that is not of metal warps from run to run, and its ring goes oval: `warping_m`, the run's own, cos 2(azimuth
+    - `warping_rad`).
     A bead of glue at its seam stands in: -`seam_bead_m` exp(-(azimuth - `seam_bead_rad`)^2 / (2 `BEAD_RAD`^2)).
     """
     more, steeper = 0.0, 0.0
@@ -89,6 +94,10 @@ def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
         lobe = 3.0 * (azimuth - p.chucked_rad)
         more += p.chucked_m * np.cos(lobe)
         steeper -= 3.0 * p.chucked_m * np.sin(lobe)
+    if p.warping_m != 0.0:
+        twice = 2.0 * (azimuth - p.warping_rad)
+        more += p.warping_m * np.cos(twice)
+        steeper -= 2.0 * p.warping_m * np.sin(twice)
     if p.seam_bead_m != 0.0:
         away = np.arctan2(np.sin(azimuth - p.seam_bead_rad), np.cos(azimuth - p.seam_bead_rad)) / BEAD_RAD
         bead = p.seam_bead_m * np.exp(-0.5 * away**2)
@@ -151,3 +160,20 @@ def swollen(spin: float, p: PlantParameters) -> float:
     if p.swollen_m == 0.0:
         return 0.0
     return p.swollen_m * (spin**2 - SWOLLEN_RAD_PER_S**2) / (spin**2 + SWOLLEN_RAD_PER_S**2)
+
+
+@inlined
+def tipped(time: float, state: Floats, p: PlantParameters) -> float:
+    """How much less the disk's radius is (m) where a blow has tipped it, so that its edges do not stand above each
+    other: `tipped_m` v^2 / (v^2 + `TIPPED_M_PER_S`^2) exp(-since / `TIPPED_S`), v the last blow's approach."""
+    if p.tipped_m == 0.0 or state[COUNT] < 0.5:
+        return 0.0
+    square = state[APPROACH] ** 2
+    since = max(time - state[IMPACT_S], 0.0)
+    return p.tipped_m * square / (square + TIPPED_M_PER_S**2) * np.exp(-since / TIPPED_S)
+
+
+@inlined
+def widening(time: float, state: Floats, p: PlantParameters) -> float:
+    """How fast the radius of a disk that a blow has tipped grows again (m/s)."""
+    return tipped(time, state, p) / TIPPED_S

@@ -33,7 +33,7 @@ STILL = np.zeros((1, 7))
 PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
-    *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy"),
+    *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -96,7 +96,8 @@ def random_states(at_wall=False):
     out[:, 22], out[:, 23] = last.random(60), last.normal(0.0, 0.8, 60)
     newest = np.random.default_rng(10)
     out[:, 25], out[:, 26:28] = newest.random(60), newest.normal(0.0, 0.015, (60, 2))
-    out[:, 28:] = newest.normal(0.0, 2.0, (60, 2))
+    out[:, 28:30] = newest.normal(0.0, 2.0, (60, 2))
+    out[:, 30] = np.random.default_rng(11).random(60)
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -130,13 +131,14 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
-        known |= {"charge": 0.0}
+        known |= {"charge": 0.0, "aged": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
             slid = passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
             known["way"] += slid
             known["core"] += passed * (node[6] - known["core"]) / 0.03
             known["charge"] += (slid * (1.0 - known["charge"]) - passed * known["charge"]) / 0.08
+            known["aged"] += passed * (1.0 - known["aged"]) / 0.05 - slid * known["aged"] / 0.02
             if drop is not None:
                 far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01

@@ -22,16 +22,16 @@ from tests.gap.blind.plant.rig import (
     say_what_they_follow,
 )
 
-GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked")
+GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported")
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, not how much it does in one
-BY_THE_RIM = ("unknown_fibrous_lay",)  # how much of the slip comes back is seen in the spin
+BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge")  # how much of the slip comes back is seen in the spin
 STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
-# limit later; of friction that is divided by the slip half is more than half.
-BENT = {"unknown_swinging_ring": 0.25, "unknown_slip_weakened_wall": 0.35}
+# limit later; of friction that is divided by the slip half is more than half; light blows soon stick.
+BENT = {"unknown_swinging_ring": 0.25, "unknown_slip_weakened_wall": 0.35, "unknown_hertzian_wall": 0.2}
 
 
 def _moved(group):
@@ -58,6 +58,9 @@ def _acts(name):
             "unknown_marker_shadow": of_the_disk,
             "unknown_flickering_lamps": camera != "",
             "unknown_bumped_camera": camera == "VW1",
+            "unknown_cold_camera": camera == "VW1",
+            "unknown_risen_markers": of_the_disk,
+            "unknown_smoothed_tracks": camera != "",
         }[name]
 
     return chosen
