@@ -12,6 +12,8 @@ from ovines.core.compiled import compiler, stamp_above
 CONSTANTS = ("flights/equation/parameters.py", "flights/cutting/flight_rig.py", "flights/noise.py", "contact/law.py")
 
 STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
-compiled = compiler(STAMP)
+# As the core's: what makes no array counts no references, which took more than half of a flight's time.
+compiled = compiler(STAMP, counting=False)
+making_arrays = compiler(STAMP)
 # For parts of a kernel that stand alone to be read: machine code of their callers holds them, never a call.
-inlined = compiler(STAMP, inline=True)
+inlined = compiler(STAMP, counting=False, inline=True)

@@ -26,7 +26,7 @@ from analysis.bounces.contact import (
     strike,
     touch,
 )
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 from analysis.flights.equation.model import (
     LONGEST_STEP_S,
     STATES,
@@ -186,7 +186,7 @@ def _arrival(
     return middle, later
 
 
-@compiled
+@making_arrays
 def simulate_bounces(
     start: Array,
     t0: float,
@@ -273,7 +273,7 @@ def simulate_bounces(
 SHIFT, COMMON_RESTITUTION, COMMON_FRICTION, COMMON_TANGENTIAL, COMMON = range(STATES, STATES + 5)
 
 
-@compiled
+@making_arrays
 def _with_law(rig: BounceRig, theta: Array) -> BounceRig:
     """``rig`` with the wall friction and tangential restitution of ``theta``."""
     return BounceRig(
@@ -303,7 +303,7 @@ def _residual(states: Array, first: int, frames: BounceFrames, r: Array) -> None
         r[o, 2] = (frames.observed[o, 2] - states[i, 2]) / frames.sd[o, 1]
 
 
-@compiled
+@making_arrays
 def bounce_residual(
     theta: Array, steps: Array, frames: BounceFrames, rig: BounceRig, jacobian: Array, records: Array, r: Array
 ) -> tuple[int, float]:

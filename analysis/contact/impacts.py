@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,11 +148,10 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
     """Kept, for the drive, the disk and the impacts ask for the same flights'."""
     rows = []
     for number, fit in enumerate(fits):
-        for k, flight in enumerate(fit.flights[:-1]):
-            if flight.joined:
-                row = _intersect(fit, k)
-                if row is not None:
-                    rows.append((*row, number, k))
+        met = [(k, _intersect(fit, k)) for k, flight in enumerate(fit.flights[:-1]) if flight.joined]
+        known = [(k, one) for k, one in met if one is not None]
+        beside = _beside_host(fit.run, [one for _, one in known])
+        rows += [(*row, number, k) for (k, _), row in zip(known, beside, strict=True)]
     radius = fits[0].run.radius_m if fits else float("nan")
     if not rows:
         none = np.zeros(0)
@@ -176,7 +175,20 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
     return Junctions(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, radius)
 
 
-def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
+class _Meeting(NamedTuple):
+    """Two flights where they meet, in the room: ``state`` (12,) before and after at ``t`` (s), its ``covariance``
+    (13, 13) with the shift of t, where the disk was (``place``, 2), what is left of the statements of continuity
+    (``mismatch``), and of it across the velocity step (``sideways``, m)."""
+
+    state: Array
+    t: float
+    covariance: Array
+    place: Array
+    mismatch: float
+    sideways: float
+
+
+def _intersect(fits: FlightFits, k: int) -> _Meeting | None:
     run = fits.run
     before_edge, after_edge = run.time_s[fits.flights[k].last], run.time_s[fits.flights[k + 1].first]
     period = run.period_s
@@ -213,42 +225,49 @@ def _intersect(fits: FlightFits, k: int) -> tuple[Any, ...] | None:
     # With the time free, the remaining misfit lies across the velocity step and in the angle.
     mismatch = float(innovation @ np.linalg.solve(spread, innovation))
     across = np.array([-step[1], step[0]]) / np.sqrt(speed2)
-    t += float(state[12])
-    moment = np.array([t])
-    # Speeds count against the Host, which is accelerated: a later instant is a smaller approach, on both sides alike.
-    late = np.eye(13)
-    late[3:5, 12] = late[9:11, 12] = -run.host.at(moment, 2)[0, :2]
-    posterior = late @ posterior @ late.T + _host_covariance(run, moment, 0.5 * (a[:2] + b[:2]))
-    return (
-        state[:12],
-        t,
-        posterior,
-        run.host.at(moment)[0],
-        run.host.at(moment, 1)[0],
-        mismatch,
-        float(innovation[:2] @ across),
-        run.host.omega_rad_per_s * t + run.host.phase_rad,
-        run.host.phase_rad,
+    return _Meeting(
+        state[:12], t + float(state[12]), posterior, 0.5 * (a[:2] + b[:2]), mismatch, float(innovation[:2] @ across)
     )
 
 
-def _host_covariance(run: RunData, moment: Array, place: Array) -> Array:
-    """What the Host's path leaves open of an impact's state (13, 13): places and velocities count against the wall,
-    which is taken to lie at the disk's ``place``, and both sides share its errors.  Those of harmonics alone are small
-    and common to all impacts of a run: no scatter of theirs."""
+def _beside_host(run: RunData, meetings: Sequence[_Meeting]) -> list[tuple[Any, ...]]:
+    """The rows of :class:`Junctions`, all but the last two, of a run's ``meetings``: against the Host."""
+    if not meetings:
+        return []
+    moments, host = np.array([one.t for one in meetings]), run.host
+    pose, rate, second_rate = (host.at(moments, order) for order in range(3))
+    opens = _host_covariance(run, moments, pose, np.array([one.place for one in meetings]))
+    rows = []
+    for n, one in enumerate(meetings):
+        # Speeds count against the Host, which is accelerated: a later instant is a smaller approach, on both sides
+        # alike.
+        late = np.eye(13)
+        late[3:5, 12] = late[9:11, 12] = -second_rate[n, :2]
+        covariance = late @ one.covariance @ late.T + opens[n]
+        drive = host.omega_rad_per_s * one.t + host.phase_rad
+        rows.append((one.state, one.t, covariance, pose[n], rate[n], one.mismatch, one.sideways, drive, host.phase_rad))
+    return rows
+
+
+def _host_covariance(run: RunData, moments: Array, pose: Array, places: Array) -> Array:
+    """What the Host's path leaves open of the states at ``moments`` (N,), (N, 13, 13): places and velocities count
+    against the wall, which is taken to lie at the disk's ``places`` (N, 2), and both sides share its errors; ``pose``
+    (N, 4) of the Host.  Those of harmonics alone are small and common to all impacts of a run: no scatter of theirs."""
     if run.host.harmonic:
-        return np.zeros((13, 13))
-    pose = run.host.covariance(moment)[0]
-    arm = place - run.host.at(moment)[0, :2]
-    turned = np.array([-arm[1], arm[0]])
-    rows = np.zeros((13, 6))  # by errors of x, y, angle and of their rates
-    for first, rate in ((0, 0), (3, 3), (6, 0), (9, 3)):
-        rows[first : first + 2, rate : rate + 2] = np.eye(2)
-        rows[first : first + 2, rate + 2] = turned
-    joint = np.zeros((6, 6))
-    for column, axis in enumerate((0, 1, 3)):
-        joint[np.ix_([column, column + 3], [column, column + 3])] = pose[axis, :2, :2]
-    return rows @ joint @ rows.T
+        return np.zeros((len(moments), 13, 13))
+    found = run.host.covariance(moments)
+    out = np.empty((len(moments), 13, 13))
+    for n, arm in enumerate(places - pose[:, :2]):
+        turned = np.array([-arm[1], arm[0]])
+        rows = np.zeros((13, 6))  # by errors of x, y, angle and of their rates
+        for first, rate in ((0, 0), (3, 3), (6, 0), (9, 3)):
+            rows[first : first + 2, rate : rate + 2] = np.eye(2)
+            rows[first : first + 2, rate + 2] = turned
+        joint = np.zeros((6, 6))
+        for column, axis in enumerate((0, 1, 3)):
+            joint[np.ix_([column, column + 3], [column, column + 3])] = found[n, axis, :2, :2]
+        out[n] = rows @ joint @ rows.T
+    return out
 
 
 def measure(junctions: Junctions, wall: Wall) -> Impacts:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 
 Array = NDArray[np.float64]
 # Nelder and Mead's simplex: how far beyond the worst corner's mirror image, how far towards it, and the shrinkage.
@@ -100,7 +100,7 @@ def _tried(simplex: Array, value: Array, beyond: float, impulses: Impulses, room
     return misfit(room, impulses)
 
 
-@compiled
+@making_arrays
 def _moved(simplex: Array, value: Array, impulses: Impulses, room: Array) -> None:
     """One move of Nelder and Mead's: the worst corner of the ordered simplex replaced, or all drawn to the best; room
     (2, P + 2).
@@ -127,7 +127,7 @@ def _moved(simplex: Array, value: Array, impulses: Impulses, room: Array) -> Non
         value[i] = misfit(simplex[i], impulses)
 
 
-@compiled
+@making_arrays
 def likeliest(starts: Array, steps: Array, followed: int, impulses: Impulses, best: Array) -> float:
     """Least :func:`misfit` that Nelder and Mead's search finds from the ``followed`` likeliest of the ``starts`` (S, P
     + 2), its unknowns in ``best`` (P + 2,); ``steps`` (P + 2,): the first simplex' from each start.

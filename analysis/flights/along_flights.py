@@ -10,14 +10,14 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.cutting.impact_before import impact_before
 from analysis.flights.cutting.pieces import seen_frames
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD
 from analysis.flights.equation import parameters as P
 from analysis.flights.equation.law_slopes import law_work
-from analysis.flights.equation.model import ANGLE, STATES, acceleration, known_of
+from analysis.flights.equation.model import ANGLE, STATES, accelerated, known_of, workspace
 from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.fit import FlightFits, with_contacts_before, with_impact_before
@@ -55,13 +55,14 @@ def _missed(fits: FlightFits, k: int, times: Array) -> Array:
     return out
 
 
-@compiled
+@making_arrays
 def _fill(times: Array, states: Array, p: Array, without: Array, rig: FlightRig, known: Array, damping: Array) -> None:
     work, slopes, none = law_work(), np.empty((3, STATES)), np.empty((0, len(p)))
+    room = workspace()
     for i in range(len(times)):
         known_of(times[i], states[i], p, rig, known[i])
         rubbed = acceleration_slopes(times[i], states[i], p, rig, work, slopes, none)
-        free = acceleration(times[i], states[i], without, rig)
+        free = accelerated(times[i], states[i], without, rig, room)
         known[i, W.FX], known[i, W.FY], known[i, W.FT] = rubbed.x - free.x, rubbed.y - free.y, rubbed.spin - free.spin
         damping[i] = slopes[:, 3:]
 
@@ -98,7 +99,7 @@ def unit_accelerations(fits: Sequence[FlightFits]) -> tuple[dict[str, float], fl
     return {name: float(root[i]) for name, i in INDEX.items()}, float(np.sqrt(speed / max(count, 1)))
 
 
-@compiled
+@making_arrays
 def _add(times: Array, states: Array, p: Array, rig: FlightRig, total: Array) -> float:
     """Adds to ``total`` (P,) the squares at each of ``times`` (N,) and ``states`` (N, 6); returns those of the speed
     against the Host."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 from analysis.flights.cutting.pieces import seen_frames
 from analysis.flights.equation.model import ANGLE, STATES
 from analysis.flights.equation.parameters import PARAMETERS
@@ -258,7 +258,7 @@ def _fill(
             rows[i, 0, known + j], rows[i, 1, known + j], rows[i, 2, known + j] = x, y, 0.0
 
 
-@compiled
+@making_arrays
 def _weigh(
     index: NDArray[np.int64],
     rows: Array,
@@ -284,7 +284,7 @@ def _weigh(
     _without_states(own_rows, own, total, score, sums)
 
 
-@compiled
+@making_arrays
 def _without_states(rows: Array, residual: Array, total: Array, score: Array, sums: Array) -> None:
     """Add to ``total`` (P, P), ``score`` (P,) and ``sums`` (4,) what whitened ``rows`` (N, 3, STATES + P) say of the
     shared unknowns once the flight's own state is solved for.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.equation.law_slopes import LawWork, law_work
 from analysis.flights.equation.model import STATES, first_after, fly, in_turn, step_within, strongest_acceleration
@@ -114,7 +114,7 @@ def _advance(
         span = 0.0 if h == span else span - h
 
 
-@compiled
+@making_arrays
 def fly_with_derivatives(
     start: Array,
     t0: float,
@@ -170,7 +170,7 @@ class WhiteFrames(NamedTuple):
     angle: Array
 
 
-@compiled
+@making_arrays
 def start_state(time: Array, x: Array, y: Array, angle: Array, first: int, last: int, t0: float, out: Array) -> None:
     """Parabola through a flight's positions and straight line through its angles: where the fit starts."""
     for quantity in range(3):
@@ -194,7 +194,7 @@ def start_state(time: Array, x: Array, y: Array, angle: Array, first: int, last:
         out[3 + quantity] = solution[1] * PER_S
 
 
-@compiled
+@making_arrays
 def whiten(rows: Array, residual: Array, place: Array, angle: Array) -> None:
     """``residual`` (N, 3: x, y, angle) and its derivatives ``rows`` (N, 3, P) to those of independent errors, in place.
 
@@ -205,7 +205,7 @@ def whiten(rows: Array, residual: Array, place: Array, angle: Array) -> None:
         rows[:, m, :] = triangle @ np.ascontiguousarray(rows[:, m, :])
 
 
-@compiled
+@making_arrays
 def _rows(out: Array, derivative: Array, frames: WhiteFrames, origin: Array, rows: Array, residual: Array) -> None:
     """Whitened ``residual`` (N, 3) of the ``frames`` against states ``out`` and its derivatives ``rows`` (N, 3, 6)."""
     for i in range(len(out)):
@@ -241,7 +241,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
     return misfit
 
 
-@compiled
+@making_arrays
 def fit_single(
     start: Array, t0: float, frames: WhiteFrames, p: Array, origin: Array, rig: FlightRig, covariance: Array
 ) -> float:

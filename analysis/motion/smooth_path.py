@@ -7,6 +7,7 @@ noise (Wahba, J. R. Stat. Soc. B 40, 364 (1978)), whose strength is that of the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ FORGOTTEN_FRAMES = 3
 GROSS_SD = 5.0
 # Fewer places leave a spline nothing to be told by.
 FEWEST = 12
+# Times of which a covariance is asked together: a row for each holds as many numbers as the path has frames.
+AT_ONCE = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +71,14 @@ class SmoothPath:
     def covariance(self, time_s: Array) -> Array:
         """Covariance (N, 3, 3) of value, rate and second rate at ``time_s`` (N,)."""
         inside = np.clip(time_s, self.first_s, self.last_s)
-        rows = np.stack([_design(self.spline.t, inside, order).toarray() for order in range(3)], 1)
-        n, _, p = rows.shape
-        solved = cho_solve_banded((self.factor, True), rows.reshape(-1, p).T).T.reshape(n, 3, p)
-        return np.asarray(np.einsum("nap,nbp->nab", rows, solved), float)
+        found = np.empty((len(inside), 3, 3))
+        for first in range(0, len(inside), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            rows = np.stack([_design(self.spline.t, inside[some], order).toarray() for order in range(3)], 1)
+            n, _, p = rows.shape
+            solved = cho_solve_banded((self.factor, True), rows.reshape(-1, p).T).T.reshape(n, 3, p)
+            found[some] = np.einsum("nap,nbp->nab", rows, solved)
+        return found
 
     def times(self, factor: float) -> SmoothPath:
         """The path of what moves ``factor`` times as far."""
@@ -123,6 +130,7 @@ def _design(knots: Array, time_s: Array, derivative: int = 0) -> csr_matrix:
     return csr_matrix(rows @ _differences(size, derivative)) / (knots[1] - knots[0]) ** derivative
 
 
+@lru_cache(maxsize=64)
 def _differences(size: int, order: int) -> csr_matrix:
     matrix = csr_matrix(diags_array([1.0], offsets=[0], shape=(size, size)))
     for k in range(order):

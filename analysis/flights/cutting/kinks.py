@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import making_arrays
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ ROUNDING_FRAMES = 0.1
 SIGNIFICANCE = 6.0
 
 
-@compiled
+@making_arrays
 def hinge(
     time: Array, x: Array, y: Array, sd: Array, left: int, right: int, gap: int, reach: int
 ) -> tuple[float, float, float]:
@@ -82,7 +82,7 @@ def hinge(
     return _step_at(sums, later, scale)
 
 
-@compiled
+@making_arrays
 def _step_at(sums: Array, later: Array, scale: float) -> tuple[float, float, float]:
     """:func:`hinge` from sums (3, HIGHEST + 1) over the frames and over those after the gap, whose times span ``scale``
     seconds: by the root of the normal equations (Cholesky), of which the step is the last unknown."""
@@ -119,7 +119,7 @@ def frames_in(duration_s: float, time_s: Array) -> int:
     return int(np.ceil(duration_s / float(np.median(np.diff(time_s))) - ROUNDING_FRAMES))
 
 
-@compiled
+@making_arrays
 def find_kinks(
     time: Array, x: Array, y: Array, sd: Array, left: int, right: int, significance: float, reach: int
 ) -> Array:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.equation import parameters as P
 from analysis.flights.equation.model import ANGLE, STATES, Acceleration, Moment, known_of
@@ -47,7 +47,7 @@ class LawWork(NamedTuple):
     friction: Array
 
 
-@compiled
+@making_arrays
 def law_work() -> LawWork:
     """Arrays for :func:`analysis.flights.equation.slopes.acceleration_slopes`."""
     return LawWork(np.empty(W.KNOWN_SIZE), np.empty(3), np.empty(3), np.empty((3, 3)))

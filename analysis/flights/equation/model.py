@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled, inlined
+from analysis.compiled import compiled, inlined, making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.equation import parameters as P
 from analysis.motion.host_table import HostState, host_acceleration_at, host_at
@@ -57,10 +57,13 @@ class Acceleration(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that the integration works in: ``slopes`` (4, 6) of the Runge-Kutta stages, ``trial`` (6,) state."""
+    """Arrays that the integration works in: ``slopes`` (4, 6) of the Runge-Kutta stages, ``trial`` (6,) state; what a
+    written law may know (``known``) and what it has ``given`` (3,)."""
 
     slopes: Array
     trial: Array
+    known: Array
+    given: Array
 
 
 @inlined
@@ -149,10 +152,15 @@ def follows_drive(p: Array) -> bool:
     )
 
 
-# Whole: in parts that are handed a :class:`Moment` a flight takes half again as long.
-@compiled
+@making_arrays
 def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     """Acceleration of a disk in state ``y`` (6,) at t under the parameters ``p``."""
+    return accelerated(t, y, p, rig, workspace())
+
+
+@compiled
+def accelerated(t: float, y: Array, p: Array, rig: FlightRig, work: Workspace) -> Acceleration:
+    """:func:`acceleration` without new arrays."""
     host = host_at(t, rig.host)
     rx, ry = y[0] - host.x, y[1] - host.y
     spin = y[5] - host.spin
@@ -222,7 +230,8 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
     ay += turn * vx - p[P.HOST_DRAG] * (vy - host.vy) + p[P.FORCE_COS_Y] * cosine + p[P.FORCE_SIN_Y] * sine
     torque -= p[P.SPIN_DECAY] * y[5]
     if rig.law.shape[0] > 0:
-        known, given = np.empty(W.KNOWN_SIZE), np.zeros(3)
+        known, given = work.known, work.given
+        given[0] = given[1] = given[2] = 0.0
         known_of(t, y, p, rig, known)
         known[W.FX], known[W.FY], known[W.FT] = friction_x, friction_y, friction_spin
         for j in range(rig.law.shape[0]):
@@ -237,10 +246,10 @@ def strongest_acceleration(p: Array, rig: FlightRig) -> float:
     return 2 * abs(p[P.FRICTION]) * GRAVITY_M_PER_S2 + 1e-3 + rig.host.strongest_m_per_s2
 
 
-@compiled
+@making_arrays
 def workspace() -> Workspace:
     """Arrays for :func:`advance`."""
-    return Workspace(np.empty((4, STATES)), np.empty(STATES))
+    return Workspace(np.empty((4, STATES)), np.empty(STATES), np.empty(W.KNOWN_SIZE), np.zeros(3))
 
 
 @compiled
@@ -271,7 +280,7 @@ def advance(
             c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
             for j in range(STATES):
                 trial[j] = out[j] if stage == 0 else out[j] + c * h * k[stage - 1, j]
-            a = acceleration(t + c * h, trial, p, rig)
+            a = accelerated(t + c * h, trial, p, rig, work)
             k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
             k[stage, 3], k[stage, 4], k[stage, 5] = a.x, a.y, a.spin
             if stage == 0:
@@ -298,7 +307,7 @@ def in_turn(number: int, before: int, count: int) -> int:
     return before + number if number < count - before else count - 1 - number
 
 
-@compiled
+@making_arrays
 def fly(start: Array, t0: float, times: Array, p: Array, rig: FlightRig, out: Array) -> None:
     """States (len(times), 6) at sorted ``times`` on either side of t0, by classical Runge-Kutta of fourth order."""
     work, y = workspace(), np.empty(STATES)

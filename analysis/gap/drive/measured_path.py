@@ -63,18 +63,25 @@ class MeasuredPath:
         """The path whose drive holds one more line of its own."""
         turn = 2 * np.pi * frequency_hz * self.time_s
         drive = np.column_stack([self.plain, *_line_columns(self.time_s, turn)])
-        held, _ = np.linalg.qr(_whitened(drive, self.correlation))
+        held, _ = np.linalg.qr(whitened(drive, self.correlation))
         return replace(self, held=held, plain=np.linalg.qr(drive)[0])
 
     def white(self, columns: Array) -> Array:
         """``columns`` (N, 2, ...) as independent rows of unit variance without what the drive explains (M, 2, ...)."""
-        rows = _whitened(columns, self.correlation) / self.sd.reshape(1, 2, *[1] * (columns.ndim - 2))
+        rows = whitened(columns, self.correlation)
+        rows /= self.sd.reshape(1, 2, *[1] * (columns.ndim - 2))
         flat = rows.reshape(len(rows), -1)
-        return np.asarray((flat - self.held @ (self.held.T @ flat)).reshape(rows.shape))
+        flat -= self.held @ (self.held.T @ flat)
+        return rows
 
 
-def _whitened(columns: Array, correlation: float) -> Array:
-    return np.asarray((columns[1:] - correlation * columns[:-1]) / np.sqrt(1 - correlation**2))
+def whitened(columns: Array, correlation: float) -> Array:
+    """Rows (N - 1, ...) of one size and independent where the errors of ``columns`` (N, ...) have this ``correlation``
+    from frame to frame."""
+    rows = correlation * columns[:-1]
+    np.subtract(columns[1:], rows, out=rows)
+    rows /= np.sqrt(1 - correlation**2)
+    return rows
 
 
 def measured_path(run: Run, number: int) -> MeasuredPath | None:
@@ -105,7 +112,7 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
     if not sd.all():
         return None
     correlation = noise_correlation(residual)
-    held, _ = np.linalg.qr(_whitened(drive, correlation))
+    held, _ = np.linalg.qr(whitened(drive, correlation))
     return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes, drive_hz)
 
 
@@ -155,7 +162,7 @@ def with_noise_of(paths: Sequence[MeasuredPath], left: Sequence[Array]) -> list[
     correlation = float(np.average([frame_correlation(one) for one in beside], weights=[len(one) for one in beside]))
     out = []
     for path, one in zip(paths, left, strict=True):
-        held, _ = np.linalg.qr(_whitened(path.plain, correlation))
+        held, _ = np.linalg.qr(whitened(path.plain, correlation))
         path = replace(path, correlation=correlation, held=held)
         free = path.white(one)
         out.append(replace(path, sd=path.sd * np.array([residual_sd(column) for column in free.T])))

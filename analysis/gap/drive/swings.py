@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.gap.drive.measured_path import MeasuredPath
+from analysis.gap.drive.measured_path import MeasuredPath, whitened
 from analysis.gap.drive.pushes import Pushes, RunPushes, answers
 
 Array = NDArray[np.float64]
@@ -27,6 +28,8 @@ LINE_SPACING, LINES_TO = 0.25, 0.25
 LEAST_SEEN = 0.01
 #: cells tried; neighbours are alike, so that the best gains less by chance than so many independent ones
 CELLS = FREQUENCIES * len(DAMPINGS)
+# Lines weighed together: as many as a processor's cache holds.
+AT_ONCE = 32
 # Steps of the differences: shares of frequency and damping.
 STEP = 1e-3
 
@@ -108,10 +111,14 @@ class _Swinging:
         began = fading(path.time_s - path.time_s[0], hz, damping)
         return cls(columns, path.white(began * path.sd.reshape(1, 2, 1)), left)
 
+    @cached_property
+    def inverse(self) -> Array:
+        """Inverse (2, 2, G) of the products of what began before."""
+        return _of_pair(self.began)[0]
+
     def without_start(self, rows: Array) -> tuple[Array, Array]:
         """``rows`` (M, 2, G) of both axes without what the start explains, and its amplitudes (2, 2, G)."""
-        inverse, _ = _of_pair(self.began)
-        sizes = np.einsum("ijg,jag->iag", inverse, np.einsum("mjg,mag->jag", self.began, rows))
+        sizes = np.einsum("ijg,jag->iag", self.inverse, np.einsum("mjg,mag->jag", self.began, rows))
         return rows - np.einsum("mig,iag->mag", self.began, sizes), sizes
 
     def sums(self) -> tuple[Array, Array, Array]:
@@ -225,7 +232,7 @@ def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: fl
     white = [path.white(one) for path, one in zip(paths, left, strict=True)]
 
     def gain(hz: Array) -> Array:
-        return np.sum([_pairs(path, one, hz)[0] for path, one in zip(paths, white, strict=True)], 0)
+        return np.sum([_gains(path, one, hz) for path, one in zip(paths, white, strict=True)], 0)
 
     grid = np.arange(width, below_hz, width)
     start = float(grid[int(np.argmax(gain(grid)))])
@@ -241,6 +248,29 @@ def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: fl
     gains, amplitudes, sds = (np.array([one[k][..., 0] for one in told]) for k in range(3))
     sd = float(np.sqrt(2 / curvature)) if curvature > 0 else width
     return Line(start, sd, amplitudes, sds, float(gains.sum()), gains)
+
+
+def _gains(path: MeasuredPath, white: Array, hz: Array) -> Array:
+    """Gains (G,) of lines at ``hz`` (G,) as :func:`_pairs` has them, from products with the drive alone: their own rows
+    beside it are asked of one line only."""
+    some = [_gains_of_some(path, white, hz[first : first + AT_ONCE]) for first in range(0, len(hz), AT_ONCE)]
+    return np.concatenate(some)
+
+
+def _gains_of_some(path: MeasuredPath, white: Array, hz: Array) -> Array:
+    turn = 2 * np.pi * path.time_s[:, None] * hz
+    rows = whitened(np.hstack([np.cos(turn), np.sin(turn)]), path.correlation)
+    by_drive = path.held.T @ rows
+    normal = _products(rows.reshape(-1, 2, len(hz))) - _products(by_drive.reshape(-1, 2, len(hz)))
+    seen = normal[0] + normal[1] > LEAST_SEEN * len(rows)
+    on = np.where(seen, (rows.T @ white).reshape(2, len(hz), 2).swapaxes(1, 2), 0.0)
+    # ``white`` is without the drive, so that what the drive holds of the rows is none of their products with it.
+    return np.einsum("jag,jag->g", np.einsum("ijg,jag->iag", _inverse(*normal), on), on)
+
+
+def _products(rows: Array) -> Array:
+    """Of pairs of columns (M, 2, G): squares of both and the product (3, G)."""
+    return np.array([np.einsum("mg,mg->g", rows[:, i], rows[:, j]) for i, j in ((0, 0), (1, 1), (0, 1))])
 
 
 def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, Array]:
@@ -262,5 +292,10 @@ def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, A
 def _of_pair(rows: Array) -> tuple[Array, Array]:
     """Of pairs of columns (M, 2, G): the inverse (2, 2, G) of their products, and their power (G,)."""
     cc, ss, cs = (np.sum(rows[:, i] * rows[:, j], 0) for i, j in ((0, 0), (1, 1), (0, 1)))
+    return _inverse(cc, ss, cs), cc + ss
+
+
+def _inverse(cc: Array, ss: Array, cs: Array) -> Array:
+    """Inverse (2, 2, G) of pairs' products."""
     determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
-    return np.array([[ss, -cs], [-cs, cc]]) / determinant, cc + ss
+    return np.array([[ss, -cs], [-cs, cc]]) / determinant

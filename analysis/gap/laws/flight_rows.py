@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.compiled import compiled
+from analysis.compiled import making_arrays
 from analysis.flights.along_flights import known_states
 from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import columns_of, flight_rows, usable_flights
@@ -159,7 +159,7 @@ def _steps(times: Array, damping: Array) -> tuple[Array, Array]:
     return np.ascontiguousarray(inverse @ (np.eye(3) + half * damping[:-1])), np.ascontiguousarray(half * inverse)
 
 
-@compiled
+@making_arrays
 def _respond(times: Array, turn: Array, pushed: Array, given: Array, moved: Array) -> None:
     """``moved`` (S, 3, T): displacements under accelerations ``given`` (S, 3, T), from rest, by the steps of
     :func:`_steps`."""

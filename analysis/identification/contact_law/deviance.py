@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.compiled import compiled
+from analysis.compiled import compiled, making_arrays
 from analysis.contact.law import (
     FEWEST_FOR_OUTLIERS,
     FRICTIONS,
@@ -58,7 +58,7 @@ def scatter_deviance(scatter: float, residual: Array, variance: Array, size: Arr
     return total - 2 * len(residual) * np.log(share) if share > 0.0 else total
 
 
-@compiled
+@making_arrays
 def best_scatter(residual: Array, variance: Array, size: Array, share: float) -> float:
     """Least -2 log L over the scatter: a coarse scan of its logarithm, then golden section."""
 
@@ -88,7 +88,7 @@ def best_scatter(residual: Array, variance: Array, size: Array, share: float) ->
     return min(best, fa, fb)
 
 
-@compiled
+@making_arrays
 def _tangential(
     slip: Array,
     normal_impulse: Array,
