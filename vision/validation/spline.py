@@ -69,4 +69,8 @@ def _likeliest_prior(
 
     found = likeliest(told, right, prior_of, (len(ALL_AMPLITUDES_PX), len(LENGTH_SHARES)), FIRST_GUESS)
     precision = np.linalg.inv(prior_of(found.best))
-    return found.best, found.tried[found.best][0], SplinePrior(np.zeros(spline.size), 0.5 * (precision + precision.T))
+    return (
+        found.best,
+        found.tried[found.best].evidence,
+        SplinePrior(np.zeros(spline.size), 0.5 * (precision + precision.T)),
+    )
