@@ -123,9 +123,7 @@ def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> lis
         for k, (_, coupling, posed, _) in zip(sought, rows.poses(), strict=True):
             couplings[k], inverses[k] = coupling, posed
         solved = couplings @ np.linalg.pinv(inverses, hermitian=True)
-        by_poses = (
-            np.moveaxis(solved, 1, 0).reshape(len(where), -1) @ np.moveaxis(couplings, 1, 0).reshape(len(where), -1).T
-        )
+        by_poses = np.tensordot(solved, couplings, axes=((0, 2), (0, 2)))
         whole[np.ix_(where, where)] += rows.gram()[0] - by_poses
         cameras.append((where, rows, couplings, solved))
     used = np.flatnonzero(np.diag(whole) > 0)

@@ -145,9 +145,15 @@ def _projected(sightings: Sequence[Sighting], state: State, setting: Setting, de
         basis = spline.basis(uv)
     chained = np.where(through[..., None], by_point @ state.camera_rotation[c], by_point)
     by_pose, by_camera = np.empty((len(uv), 2, N_POSE)), np.empty((len(uv), 2, N_POSE))
-    by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = np.cross(turned[:, None], chained), chained
-    by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = np.cross(rotated[:, None], by_point), by_point
+    by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = _crossed(turned, chained), chained
+    by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = _crossed(rotated, by_point), by_point
     return _Projected(uv, by_lens, by_camera * through[..., None], by_pose, basis)
+
+
+def _crossed(v: Array, rows: Array) -> Array:
+    """v (n, 3) times each of rows (n, 2, 3): what a turn about v's origin does where a step does ``rows``."""
+    (x, y, z), (a, b, c) = v.T[..., None], np.moveaxis(rows, -1, 0)
+    return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], -1)
 
 
 def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
