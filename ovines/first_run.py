@@ -35,14 +35,12 @@ def calls(stages: Sequence[str]) -> list[Called]:
 
 
 def _calibration_calls() -> list[Called]:
-    from vision.calibration.bundle.equations import add_rows
     from vision.pinhole import fill
 
     line, places, blocks = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2))
     return [
         *_marker_calls(),
         (fill, (places, line, places, blocks, blocks)),
-        (add_rows, (blocks, places, 1.0, np.zeros(2, np.int64), places, line)),
     ]
 
 

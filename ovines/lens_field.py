@@ -71,13 +71,19 @@ class LensField:
         """The field over the same nodes that ``values_px`` (size,) make."""
         return replace(self, shift_px=np.moveaxis(values_px.reshape(2, *self.shift_px.shape[:2]), 0, -1))
 
-    def slopes(self, uv_px: Array) -> Array:
-        """Derivatives (n, 2, size) of the field at pixels (n, 2) by ``values_px``."""
+    def basis(self, uv_px: Array) -> Array:
+        """Derivatives (n, size / 2) of either coordinate of the field at pixels (n, 2) by its own half of
+        ``values_px``: the same for both.
+        """
         along = [
             _cardinal(tuple(nodes.tolist()))(np.clip(at, nodes[0], nodes[-1]))
             for nodes, at in ((self.u_px, uv_px[:, 0]), (self.v_px, uv_px[:, 1]))
         ]
-        basis = (along[0][:, :, None] * along[1][:, None, :]).reshape(len(uv_px), -1)
+        return np.asarray((along[0][:, :, None] * along[1][:, None, :]).reshape(len(uv_px), -1))
+
+    def slopes(self, uv_px: Array) -> Array:
+        """Derivatives (n, 2, size) of the field at pixels (n, 2) by ``values_px``."""
+        basis = self.basis(uv_px)
         out = np.zeros((len(uv_px), 2, self.size))
         out[:, 0, : basis.shape[1]] = out[:, 1, basis.shape[1] :] = basis
         return out

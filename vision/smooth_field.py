@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dtrmm
 
 Array = NDArray[np.float64]
 
@@ -21,28 +22,47 @@ def smooth_covariance(places_px: Array, length_px: float) -> Array:
     return np.asarray(np.exp(-0.5 * apart**2) + ROUGH_SHARE**2 * np.eye(len(places_px)), float)
 
 
-def solve_with_prior(information: Array, right: Array, prior: Array) -> tuple[float, Array]:
-    """Log evidence over that of no field at all, and the posterior covariance (P, P).
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Data under a prior: log ``evidence`` over that of no field at all; ``root`` (P, P) the prior's lower factor, and
+    ``factor`` (P, P) that of the information in its units.
+    """
 
-    ``information`` (P, P) and ``right`` (P,): the data's normal equations; ``prior`` (P, P) the covariance beforehand.
+    evidence: float
+    root: Array
+    factor: Array
+
+    def covariance(self) -> Array:
+        """What is left to doubt, (P, P): it takes as long as the evidence does, and few ask for it."""
+        half = solve_triangular(self.factor, self.root.T, lower=True, check_finite=False)
+        return np.asarray(half.T @ half)
+
+    def mean(self, right: Array) -> Array:
+        """The likeliest field (P,) of the data whose ``right`` side that is."""
+        along = solve_triangular(self.factor, self.root.T @ right, lower=True, check_finite=False)
+        return np.asarray(self.root @ solve_triangular(self.factor, along, lower=True, trans=1, check_finite=False))
+
+
+def solve_with_prior(information: Array, right: Array, prior: Array) -> Solved:
+    """``information`` (P, P) and ``right`` (P,): the data's normal equations; ``prior`` (P, P) the covariance
+    beforehand.
     """
     root = np.linalg.cholesky(prior)
-    system = np.eye(len(prior)) + root.T @ information @ root
+    # BLAS reads columns first: of the transposed root it takes the lower half for an upper one.
+    system = dtrmm(1.0, root.T, dtrmm(1.0, root.T, information, lower=0), side=1, lower=0, trans_a=1)
+    system[np.diag_indices(len(system))] += 1.0
     factor = np.linalg.cholesky(system)
-    half = solve_triangular(factor, root.T, lower=True)
-    covariance = half.T @ half
-    along = half @ right
-    return float(0.5 * along @ along - np.log(np.diag(factor)).sum()), covariance
+    along = solve_triangular(factor, root.T @ right, lower=True, check_finite=False)
+    evidence = 0.5 * along @ along - np.log(np.diag(factor)).sum()
+    return Solved(float(evidence), np.asarray(root, float), np.asarray(factor, float))
 
 
 @dataclass(frozen=True, eq=False)
 class Likely:
-    """The likeliest amplitude and length by their numbers, ``best``; log evidence and posterior covariance of all
-    that were ``tried``, by numbers alike.
-    """
+    """The likeliest amplitude and length by their numbers, ``best``; all that were ``tried``, by numbers alike."""
 
     best: tuple[int, int]
-    tried: dict[tuple[int, int], tuple[float, Array]]
+    tried: dict[tuple[int, int], Solved]
 
 
 def likeliest(
@@ -56,14 +76,14 @@ def likeliest(
 
     ``prior``: covariance (P, P) of an amplitude and length, by their numbers.
     """
-    tried: dict[tuple[int, int], tuple[float, Array]] = {}
+    tried: dict[tuple[int, int], Solved] = {}
 
     def look(at: tuple[int, int]) -> float:
         if not (0 <= at[0] < counts[0] and 0 <= at[1] < counts[1]):
             return -np.inf
         if at not in tried:
             tried[at] = solve_with_prior(information, right, prior(at))
-        return tried[at][0]
+        return tried[at].evidence
 
     best = start  # uphill from there, to the likeliest amplitude and length and all beside it
     while True:

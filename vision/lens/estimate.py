@@ -254,8 +254,8 @@ def _posterior(data: tuple[Array, Array], lattices: Sequence[Lattice], calibrati
 
     found = likeliest(information, right, prior_of, (len(AMPLITUDES_PX), len(LENGTHS_PX)), FIRST_GUESS)
     best, tried = found.best, found.tried
-    weights = {at: np.exp(evidence - tried[best][0]) for at, (evidence, _) in tried.items()}
-    likely = [(w / sum(weights.values()), tried[at][1]) for at, w in weights.items() if w > _LEAST_WEIGHT]
+    weights = {at: np.exp(solved.evidence - tried[best].evidence) for at, solved in tried.items()}
+    likely = [(w / sum(weights.values()), tried[at].covariance()) for at, w in weights.items() if w > _LEAST_WEIGHT]
     means = [covariance @ right for _, covariance in likely]
     mean = np.sum([w * m for (w, _), m in zip(likely, means, strict=True)], 0)
     spread = [w * (c + np.outer(m - mean, m - mean)) for (w, c), m in zip(likely, means, strict=True)]
@@ -269,7 +269,7 @@ def _held_out(blocks: Sequence[tuple[Array, Array]], prior: Array) -> tuple[floa
     """
     along = square = 0.0
     for (information, right), other in ((blocks[0], blocks[1]), (blocks[1], blocks[0])):
-        learnt = solve_with_prior(*other, prior)[1] @ other[1]
+        learnt = solve_with_prior(*other, prior).mean(other[1])
         along += float(right @ learnt)
         square += float(learnt @ information @ learnt)
     return along / float(np.sqrt(max(square, 1e-12))), 2 * along - square

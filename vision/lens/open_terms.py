@@ -40,16 +40,16 @@ def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Seq
     seen = np.flatnonzero(np.isfinite(pixels).all((-1, -2)))
     seen = seen[:: max(1, len(seen) // _MOST_PLACES)]
     pixels, points = pixels[seen], points[seen]
-    moves = term_pixels(points, cameras).reshape(-1, len(OPEN_TERMS))
-    n_field = 2 * sum(lattice.size for lattice in lattices)
-    field = np.zeros((len(seen), 4, n_field))
-    at = 0
+    moves = term_pixels(points, cameras)
+    rows = moves.reshape(-1, len(OPEN_TERMS))
+    # A solver of least squares takes each spline for a right side of its own, most of it nothing: by the nine terms'
+    # inverse it is one product.  The smallest number that counts is such a solver's.
+    fitted = np.linalg.pinv(rows, rcond=np.finfo(float).eps * len(rows)).reshape(len(OPEN_TERMS), -1, 4)
+    held = []
     for c, lattice in enumerate(lattices):
         basis = lattice.basis(pixels[:, c])
-        for axis in range(2):
-            field[:, 2 * c + axis, at : at + lattice.size] = basis
-            at += lattice.size
-    return np.asarray(np.linalg.lstsq(moves, field.reshape(-1, n_field), rcond=None)[0], float)
+        held += [fitted[:, :, 2 * c + axis] @ basis for axis in range(2)]
+    return np.concatenate(held, 1)
 
 
 def term_pixels(points_m: Array, cameras: Sequence[Camera]) -> Array:

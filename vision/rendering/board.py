@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 FINE = 4  # sub-samples per pixel and axis, each a box average of the print
 _REACH_BLURS, _REACH_PX = 5, 3  # about the board that are drawn: blurs, and pixels
 DOT_SHARE, RING_SHARE = 0.3, 0.55  # radius of a dot in pitches, and of a ring's hole in radii
+_PIXEL_REACH = 5.0  # half sides of a pixel that hold it from its corner on, tilted or near too
 _BLUR_TRUNCATE = 5  # sds at which the blur ends
 _FAR_M = 1e3  # of a line of the print that is beyond every picture
 
@@ -142,8 +143,8 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     depth = (turn[2] @ point) / (turn[2, 0] * xn + turn[2, 1] * yn + turn[2, 2])
     half = 0.5 / FINE * float(np.median(depth)) / camera.matrix[0, 0]
     if board.of_dots:  # no lines
-        x, y = _places(rays, Sheet(turn, turn @ point, half, *(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 2))
-        return _dots(board, x, y, half, paper)
+        sheet = Sheet(turn, turn @ point, half, *(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 2)
+        return _dot_means(rays, sheet, _dots_of(board), _greys_of(board, paper))
     margin_m, background = paper.margin_m, paper.background_grey
     gx, gy, black = printed_rectangles(board)
     gx = np.concatenate([[-_FAR_M, gx[0] - margin_m], gx, [gx[-1] + margin_m, _FAR_M]])
@@ -168,17 +169,6 @@ def _place(rays: Rays, sheet: Sheet, i: int, j: int, a: int, b: int) -> tuple[fl
     depth = away[2] / (turn[2, 0] * u + turn[2, 1] * v + turn[2, 2])
     x = depth * (turn[0, 0] * u + turn[0, 1] * v + turn[0, 2]) - away[0]
     return x, depth * (turn[1, 0] * u + turn[1, 1] * v + turn[1, 2]) - away[1]
-
-
-@compiled
-def _places(rays: Rays, sheet: Sheet) -> tuple[Array, Array]:
-    """:func:`_place` of all sub-samples, each (rows, columns)."""
-    rows, columns = rays.xn.shape
-    x, y = np.empty((FINE * rows, FINE * columns)), np.empty((FINE * rows, FINE * columns))
-    for i in range(FINE * rows):
-        for j in range(FINE * columns):
-            x[i, j], y[i, j] = _place(rays, sheet, i // FINE, j // FINE, i % FINE, j % FINE)
-    return x, y
 
 
 @compiled
@@ -252,19 +242,87 @@ def _box_means(rays: Rays, sheet: Sheet) -> Array:
     return out
 
 
-def _dots(board: Board, x: Array, y: Array, half: float, paper: Paper) -> Array:
-    """Grey of a grid of circles at places (x, y) of the board; each edge as a ramp as wide as the sub-sample's box."""
-    radius, pitch = DOT_SHARE * board.square_size_m, board.square_size_m
-    columns, rows = board.squares
-    row = np.clip(np.rint(y / pitch), 0, rows - 1)
-    step, shift = (2, row % 2) if board.kind == "asymmetric circles" else (1, 0)
-    column = np.clip(np.rint((x / pitch - shift) / step), 0, columns - 1)
-    nearest = np.hypot(x - pitch * (step * column + shift), y - pitch * row)
-    dark = np.clip(0.5 + (radius - nearest) / (2 * half), 0.0, 1.0)
-    for at in board.rings:
-        away = np.hypot(x - pitch * at[0], y - pitch * at[1])
-        dark = dark * np.clip(0.5 + (away - RING_SHARE * radius) / (2 * half), 0.0, 1.0)
-    low, high = board.points_m()[:, :2].min(0) - pitch, board.points_m()[:, :2].max(0) + pitch
-    on_paper = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
+class Dots(NamedTuple):
+    """A grid of circles: its ``pitch`` and their ``radius`` [m]; ``columns``, ``rows``; whether every second row is
+    ``shifted`` by half a step; places (R, 2) of circles with a hole; ``low``, ``high`` (2,): the paper's ends [m].
+    """
+
+    pitch: float
+    radius: float
+    columns: int
+    rows: int
+    shifted: bool
+    rings: Array
+    low: Array
+    high: Array
+
+
+class DotGreys(NamedTuple):
+    """Greys of the circles, of the paper and of what lies behind."""
+
+    ink: float
+    paper: float
+    background: float
+
+
+def _dots_of(board: Board) -> Dots:
+    pitch, points = board.square_size_m, board.points_m()[:, :2]
+    rings = pitch * np.array(board.rings, float).reshape(-1, 2)
+    shifted = board.kind == "asymmetric circles"
+    return Dots(pitch, DOT_SHARE * pitch, *board.squares, shifted, rings, points.min(0) - pitch, points.max(0) + pitch)
+
+
+def _greys_of(board: Board, paper: Paper) -> DotGreys:
     ink, sheet = (paper.paper_grey, paper.ink_grey) if board.inverted else (paper.ink_grey, paper.paper_grey)
-    return np.asarray(np.where(on_paper, sheet + dark * (ink - sheet), paper.background_grey))
+    return DotGreys(ink, sheet, paper.background_grey)
+
+
+@compiled
+def _from_dot(dots: Dots, x: float, y: float) -> float:
+    """Distance [m] from the middle of the nearest circle."""
+    row = min(max(np.rint(y / dots.pitch), 0.0), dots.rows - 1.0)
+    step, shift = (2.0, row % 2) if dots.shifted else (1.0, 0.0)
+    column = min(max(np.rint((x / dots.pitch - shift) / step), 0.0), dots.columns - 1.0)
+    return np.hypot(x - dots.pitch * (step * column + shift), y - dots.pitch * row)
+
+
+@compiled
+def _on_paper(dots: Dots, x: float, y: float, reach: float) -> bool:
+    """Whether the paper goes on for so far about (x, y)."""
+    across = dots.low[0] + reach < x < dots.high[0] - reach
+    return across and dots.low[1] + reach < y < dots.high[1] - reach
+
+
+@compiled
+def _dot(dots: Dots, greys: DotGreys, half: float, x: float, y: float) -> float:
+    """Grey at (x, y) of the board; each edge as a ramp as wide as the sub-sample's box."""
+    if not _on_paper(dots, x, y, 0.0):
+        return greys.background
+    dark = min(max(0.5 + (dots.radius - _from_dot(dots, x, y)) / (2 * half), 0.0), 1.0)
+    if dark > 0.0:
+        for k in range(len(dots.rings)):
+            away = np.hypot(x - dots.rings[k, 0], y - dots.rings[k, 1])
+            dark *= min(max(0.5 + (away - RING_SHARE * dots.radius) / (2 * half), 0.0), 1.0)
+    return greys.paper + dark * (greys.ink - greys.paper)
+
+
+@compiled
+def _dot_means(rays: Rays, sheet: Sheet, dots: Dots, greys: DotGreys) -> Array:
+    """:func:`_dot` of all sub-samples, (rows, columns).  A pixel whose first one has bare paper about it, farther than
+    the pixel reaches, has nothing else.
+    """
+    rows, columns = rays.xn.shape
+    out, reach = np.empty((FINE * rows, FINE * columns)), _PIXEL_REACH * FINE * sheet.half
+    for i in range(rows):
+        for j in range(columns):
+            x, y = _place(rays, sheet, i, j, 0, 0)
+            bare = _on_paper(dots, x, y, reach) and _from_dot(dots, x, y) > dots.radius + reach
+            for a in range(FINE):
+                for b in range(FINE):
+                    if bare:
+                        grey = greys.paper
+                    else:
+                        x, y = _place(rays, sheet, i, j, a, b)
+                        grey = _dot(dots, greys, sheet.half, x, y)
+                    out[FINE * i + a, FINE * j + b] = grey
+    return out

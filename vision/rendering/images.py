@@ -151,16 +151,24 @@ def finish(image: Array, look: Look, rng: np.random.Generator | None) -> NDArray
     """Light, glare, noise and rounding to eight bits."""
     rows, columns = image.shape
     light, added = light_field(look, columns, rows)
-    image = image * light + added
+    image = image * light
+    image += added
     if rng is not None and look.noise_grey > 0:
-        image += look.noise_grey * rng.standard_normal(image.shape, dtype=np.float32)
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+        noise = rng.standard_normal(image.shape, dtype=np.float32)
+        noise *= look.noise_grey
+        image += noise
+    np.clip(np.rint(image, out=image), 0, 255, out=image)
+    return image.astype(np.uint8)
 
 
 def light_field(look: Look, columns: int, rows: int) -> tuple[Array, Array]:
     """What multiplies each pixel and what is added to it, broadcastable to (rows, columns)."""
     u, v = np.arange(columns)[None, :], np.arange(rows)[:, None]
-    light = look.gain * (1 + look.gradient[0] * (u / columns - 0.5) + look.gradient[1] * (v / rows - 0.5))
+    light = np.ones((1, 1))
+    for change, along in zip(look.gradient, (u / columns - 0.5, v / rows - 0.5), strict=True):
+        if change:  # even light stays one number
+            light = light + change * along
+    light = look.gain * light
     for band in look.bands:
         along = u * np.cos(band.angle_rad) + v * np.sin(band.angle_rad) - band.position_px
         beyond = (np.abs(along) - 0.5 * band.width_px) / band.softness_px

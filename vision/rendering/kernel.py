@@ -5,6 +5,10 @@ convolution of a half plane with a Gaussian is a normal distribution of the dist
 a disc's curvature adds s^2/(2 r) to that distance (mean radial shift of a point moved by an
 isotropic normal), and the pixel's own area is integrated by Gauss' two-point rule in one or more cells
 per axis (it has the pixel's own variance; equal steps would make every edge too sharp).
+
+The window is drawn in small tiles.  One ray through its middle tells which layers a tile lacks, which
+cover it and which have an edge there; only for the last is anything computed along more rays, layer by layer for all
+rays of the tile, in loops that a processor does several steps of at once.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.compiled import compiled
+from vision.compiled import compiled, compiled_fast
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,15 +31,31 @@ DISC, CYLINDER, POLYGON = 0, 1, 2
 KIND, BODY, X, Y, TOP, BOTTOM, RADIUS, GREY, CLIP, FIRST_VERTEX, VERTICES, ON = range(12)
 COLUMNS = 12
 FIRST_COLUMN, LAST_COLUMN, FIRST_ROW, LAST_ROW = range(4)  # of a layer's bounds
-FAR_PX = 1e9  # of an edge that is not there
-ABSENT, EDGE, WHOLE = 0, 1, 2  # a layer in a tile: nowhere, perhaps with its edge, everywhere
-TILE = 4  # side [px] of the squares in which nothing is drawn anew where no edge is near
-_SIGMAS = 6.0  # of the blur beyond which an edge is not seen: 1e-9 of the contrast
-_PIXEL_PX = 0.75  # half a pixel's diagonal and a little
-_TILE_REACH = 1.5  # sides of a tile between its middle and whatever may matter in it
+ABSENT, EDGE, WHOLE = 0, 1, 2  # a layer along the rays at hand: nowhere, perhaps with its edge, everywhere
+# Rows of the rays (xn, yn, 1): where each goes per metre of height in a body's frame, what a pixel's step right or down
+# adds to that; the grey outside the opening and in it, and how much of it the opening lets through.
+XN, YN, ACROSS, ALONG, ACROSS_RIGHT, ALONG_RIGHT, ACROSS_DOWN, ALONG_DOWN, OUTER, INNER, OPEN = range(11)
+RAYS = 11
+TILE = 4  # side [px]
+_SIGMAS = 5.0  # of the blur beyond which an edge is not seen: 3e-7 of the contrast
+_TILE_REACH = 1.15  # sides of a tile between its middle and whatever may matter in it
 _GAUSS = 0.28867513459481287  # Gauss' two points: 1 / sqrt(12) from a cell's middle
 _LEAST_RADIUS = 0.5  # radii from a disc's centre within which its curvature is held: it has no edge there
 _POINT_M = 1e-12  # distance that is none
+_NOTHING = 1e-300  # keeps a division from nothing by nothing
+_STEPS = 32  # per sd, of the table of the normal distribution
+
+
+def _normal_table() -> tuple[Array, Array]:
+    """The normal distribution's upper tail and density at every step from -_SIGMAS on; beyond both ends it is flat."""
+    x = np.arange(-_SIGMAS * _STEPS, _SIGMAS * _STEPS + 1) / _STEPS
+    tail = np.array([0.5 * math.erfc(each / math.sqrt(2.0)) for each in x])
+    density = np.exp(-0.5 * x**2) / math.sqrt(2.0 * math.pi)
+    tail[0], tail[-1], density[0], density[-1] = 1.0, 0.0, 0.0, 0.0
+    return tail, density
+
+
+_TAIL, _DENSITY = _normal_table()
 
 
 class Scene(NamedTuple):
@@ -75,13 +95,15 @@ class Optics(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Of each layer what it is in a tile (``used``) and in one of its pixels (``near``), (L,): ABSENT, EDGE or WHOLE;
-    the distance of its edge (L,) [px]; number of the layer that is the opening, -1 for none.
+    """What N rays need: ``rays`` (RAYS, N), ``edges`` (L, N) distance of each layer's edge [px], ``share`` (N,) that
+    the layer at hand covers, ``state`` (L,) of each layer: ABSENT, EDGE or WHOLE; number of the layer that is the
+    opening, -1 for none.
     """
 
-    used: Ints
-    near: Ints
+    rays: Array
     edges: Array
+    share: Array
+    state: Ints
     opening: int
 
 
@@ -108,86 +130,106 @@ def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -
     return sign * distance, sign * nx / distance, sign * ny / distance
 
 
-@compiled
-def _edge_px(scene: Scene, optics: Optics, k: int, xn: float, yn: float) -> float:
-    """Distance in pixels from a ray to layer k's edge, negative inside (scalar indexing: array views cost more than the
-    sums).
-    """
-    layers, turns, origins, blur_px = scene.layers, scene.turns, scene.origins, optics.blur_px
-    body = int(layers[k, BODY])
-    dx = turns[body, 0, 0] * xn + turns[body, 0, 1] * yn + turns[body, 0, 2]
-    dy = turns[body, 1, 0] * xn + turns[body, 1, 1] * yn + turns[body, 1, 2]
-    dz = turns[body, 2, 0] * xn + turns[body, 2, 1] * yn + turns[body, 2, 2]
-    t = (layers[k, TOP] - origins[body, 2]) / dz
-    px, py = origins[body, 0] + t * dx - layers[k, X], origins[body, 1] + t * dy - layers[k, Y]
-    curvature = 0.0
+@compiled_fast
+def _look(scene: Scene, optics: Optics, body: int, rays: Array, count: int) -> None:
+    """Write where the first ``count`` rays go in that body's frame."""
+    a, b, c = scene.turns[body, 0, 0], scene.turns[body, 0, 1], scene.turns[body, 0, 2]
+    d, e, f = scene.turns[body, 1, 0], scene.turns[body, 1, 1], scene.turns[body, 1, 2]
+    g, h, i = scene.turns[body, 2, 0], scene.turns[body, 2, 1], scene.turns[body, 2, 2]
+    pixel_x, pixel_y = optics.pixel_x, optics.pixel_y
+    for n in range(count):
+        x, y = rays[XN, n], rays[YN, n]
+        fall = 1.0 / (g * x + h * y + i)
+        across, along = (a * x + b * y + c) * fall, (d * x + e * y + f) * fall
+        rays[ACROSS, n], rays[ALONG, n] = across, along
+        right, down = fall * pixel_x, fall * pixel_y
+        rays[ACROSS_RIGHT, n], rays[ALONG_RIGHT, n] = (a - across * g) * right, (d - along * g) * right
+        rays[ACROSS_DOWN, n], rays[ALONG_DOWN, n] = (b - across * h) * down, (e - along * h) * down
+
+
+@compiled_fast
+def _find_edges(scene: Scene, k: int, blur_px: float, rays: Array, edges: Array, count: int) -> None:
+    """Write the first ``count`` rays' distances in pixels to layer k's edge, negative inside."""
+    layers, body = scene.layers, int(scene.layers[k, BODY])
+    top, radius = layers[k, TOP] - scene.origins[body, 2], layers[k, RADIUS]
+    x, y = scene.origins[body, 0] - layers[k, X], scene.origins[body, 1] - layers[k, Y]
     if layers[k, KIND] == POLYGON:
-        distance, nx, ny = _to_polygon(px, py, scene.vertices, int(layers[k, FIRST_VERTEX]), int(layers[k, VERTICES]))
-    else:
-        if layers[k, KIND] == CYLINDER:  # the ray's path between the two heights, seen from above, is a segment
-            t_bottom = (layers[k, BOTTOM] - origins[body, 2]) / dz
-            ex, ey = (t_bottom - t) * dx, (t_bottom - t) * dy
-            length = ex * ex + ey * ey
-            along = 0.0 if length == 0.0 else min(1.0, max(0.0, -(px * ex + py * ey) / length))
-            px, py, t = px + along * ex, py + along * ey, t + along * (t_bottom - t)
-        r = math.sqrt(px * px + py * py)
-        distance = r - layers[k, RADIUS]
-        nx, ny = (px / r, py / r) if r > _POINT_M else (1.0, 0.0)
-        curvature = 1.0 / max(r, _LEAST_RADIUS * layers[k, RADIUS])
-    gx = (
-        t
-        * (
-            nx * (turns[body, 0, 0] - dx * turns[body, 2, 0] / dz)
-            + ny * (turns[body, 1, 0] - dy * turns[body, 2, 0] / dz)
-        )
-        * optics.pixel_x
-    )
-    gy = (
-        t
-        * (
-            nx * (turns[body, 0, 1] - dx * turns[body, 2, 1] / dz)
-            + ny * (turns[body, 1, 1] - dy * turns[body, 2, 1] / dz)
-        )
-        * optics.pixel_y
-    )
-    metres_per_px = math.sqrt(gx * gx + gy * gy)
-    return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
+        first, vertices = int(layers[k, FIRST_VERTEX]), int(layers[k, VERTICES])
+        for n in range(count):
+            px, py = x + top * rays[ACROSS, n], y + top * rays[ALONG, n]
+            distance, nx, ny = _to_polygon(px, py, scene.vertices, first, vertices)
+            gx = nx * rays[ACROSS_RIGHT, n] + ny * rays[ALONG_RIGHT, n]
+            gy = nx * rays[ACROSS_DOWN, n] + ny * rays[ALONG_DOWN, n]
+            edges[k, n] = distance / (abs(top) * math.sqrt(gx * gx + gy * gy))
+        return
+    tall = layers[k, BOTTOM] - layers[k, TOP] if layers[k, KIND] == CYLINDER else 0.0
+    held, bend = _LEAST_RADIUS * radius, 0.5 * blur_px * blur_px
+    for n in range(count):
+        # A cylinder's two heights make a segment of the ray, seen from above; a disc's is a point.
+        ex, ey = tall * rays[ACROSS, n], tall * rays[ALONG, n]
+        px, py = x + top * rays[ACROSS, n], y + top * rays[ALONG, n]
+        part = min(1.0, max(0.0, -(px * ex + py * ey) / (ex * ex + ey * ey + _NOTHING)))
+        px, py, height = px + part * ex, py + part * ey, top + part * tall
+        r = math.sqrt(px * px + py * py) + _NOTHING
+        gx = px * rays[ACROSS_RIGHT, n] + py * rays[ALONG_RIGHT, n]
+        gy = px * rays[ACROSS_DOWN, n] + py * rays[ALONG_DOWN, n]
+        metres_per_px = abs(height) * math.sqrt(gx * gx + gy * gy) / r + _NOTHING
+        edges[k, n] = (r - radius) / metres_per_px + bend * metres_per_px / max(r, held)
 
 
-@compiled
-def _coverage(edge_px: float, blur_px: float) -> float:
-    scaled = edge_px / blur_px
-    if scaled > _SIGMAS:
-        return 0.0
-    if scaled < -_SIGMAS:
-        return 1.0
-    return 0.5 * math.erfc(scaled * 0.7071067811865476)
+@compiled_fast
+def _cover(edges: Array, k: int, blur_px: float, share: Array, count: int) -> None:
+    """Write how much layer k covers: three terms about the table's nearest place, which leave 2e-9."""
+    per_px = 1.0 / blur_px  # sd per pixel
+    for n in range(count):
+        x = min(_SIGMAS, max(-_SIGMAS, edges[k, n] * per_px))
+        at = int((x + _SIGMAS) * _STEPS + 0.5)
+        near = at / _STEPS - _SIGMAS
+        d = x - near
+        share[n] = _TAIL[at] - _DENSITY[at] * d * (1.0 - d * (0.5 * near - d * (near * near - 1.0) / 6.0))
 
 
-@compiled
-def _colour(scene: Scene, optics: Optics, work: Work, used: Ints, xn: float, yn: float) -> float:
-    """Grey along one ray, where each layer is what ``used`` says.  Outlines that coincide are not blended twice: what
-    lies in the opening is painted apart and put under it once, and a layer ON another replaces that one's grey by as
-    much as it covers."""
-    layers, background, blur_px = scene.layers, scene.background, optics.blur_px
-    edges, opening = work.edges, work.opening
-    for k in range(len(used)):
-        if used[k] == EDGE:
-            edges[k] = _edge_px(scene, optics, k, xn, yn)
+@compiled_fast
+def _paint(scene: Scene, optics: Optics, work: Work, count: int) -> None:
+    """Write the first ``count`` rays' greys, where each layer is in the state that ``work`` says.  Outlines that
+    coincide are not blended twice: what lies in the opening is painted apart and put under it once, and a layer ON
+    another replaces that one's grey by as much as it covers.
+    """
+    layers, rays, share, background = scene.layers, work.rays, work.share, scene.background
+    seen_by = -1
+    for n in range(count):
+        rays[OUTER, n], rays[INNER, n], rays[OPEN, n] = background, background, 0.0
+    for k in range(len(layers)):
+        if work.state[k] == ABSENT:
+            continue
+        if work.state[k] == EDGE:
+            if layers[k, BODY] != seen_by:
+                seen_by = int(layers[k, BODY])
+                _look(scene, optics, seen_by, rays, count)
+            _find_edges(scene, k, optics.blur_px, rays, work.edges, count)
+            _cover(work.edges, k, optics.blur_px, share, count)
         else:
-            edges[k] = FAR_PX if used[k] == ABSENT else -FAR_PX
-    outer, inner, open_share = background, background, 0.0
-    for k in range(len(used)):
-        if k == opening:
-            inner, open_share = layers[k, GREY], _coverage(edges[k], blur_px)
-        elif used[k] != ABSENT:
-            alpha, grey, parent = _coverage(edges[k], blur_px), layers[k, GREY], int(layers[k, ON])
-            below = layers[parent, GREY] if parent >= 0 else 0.0
-            if layers[k, CLIP] < 0.0:
-                painted = parent >= 0 and layers[parent, CLIP] < 0.0
-                outer += alpha * (grey - (below if painted else outer))
-            inner += alpha * (grey - (below if parent >= 0 else inner))
-    return outer + open_share * (inner - outer)
+            share[:count] = 1.0
+        grey, parent = layers[k, GREY], int(layers[k, ON])
+        if k == work.opening:
+            for n in range(count):
+                rays[INNER, n], rays[OPEN, n] = grey, share[n]
+            continue
+        if layers[k, CLIP] < 0.0:
+            if parent >= 0 and layers[parent, CLIP] < 0.0:
+                for n in range(count):
+                    rays[OUTER, n] += share[n] * (grey - layers[parent, GREY])
+            else:
+                for n in range(count):
+                    rays[OUTER, n] += share[n] * (grey - rays[OUTER, n])
+        if parent >= 0:
+            for n in range(count):
+                rays[INNER, n] += share[n] * (grey - layers[parent, GREY])
+        else:
+            for n in range(count):
+                rays[INNER, n] += share[n] * (grey - rays[INNER, n])
+    for n in range(count):
+        rays[OUTER, n] += rays[OPEN, n] * (rays[INNER, n] - rays[OUTER, n])
 
 
 @compiled
@@ -200,60 +242,72 @@ def _place(k: int, samples: int) -> float:
 
 
 @compiled
-def _narrowed(work: Work, reach_px: float, into: Ints) -> bool:
-    """Write what each layer is where no edge farther than ``reach_px`` from the last ray matters; whether one does."""
-    some = False
-    for k in range(len(into)):
-        edge = work.edges[k]
-        if abs(edge) > reach_px:
-            into[k] = ABSENT if edge > 0.0 else WHOLE
-        else:
-            into[k], some = EDGE, True
-    return some
+def _fill_tile(optics: Optics, work: Work, xn: Array, yn: Array) -> int:
+    """Write the rays of all sub-samples of pixels whose centres lie on the rays (xn, yn, 1); how many these are."""
+    count = 0
+    for i in range(xn.shape[0]):
+        for j in range(xn.shape[1]):
+            for a in range(optics.samples):
+                for b in range(optics.samples):
+                    work.rays[XN, count] = xn[i, j] + _place(b, optics.samples) * optics.pixel_x
+                    work.rays[YN, count] = yn[i, j] + _place(a, optics.samples) * optics.pixel_y
+                    count += 1
+    return count
 
 
 @compiled
-def _pixel(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
-    """Mean over the pixel's area; one ray is enough where no edge is near, and elsewhere the edges that are."""
-    grey, samples = _colour(scene, optics, work, work.used, xn, yn), optics.samples
-    if not _narrowed(work, _SIGMAS * optics.blur_px + _PIXEL_PX, work.near):
-        return grey
-    grey = 0.0
-    for a in range(samples):
-        for b in range(samples):
-            x, y = xn + _place(b, samples) * optics.pixel_x, yn + _place(a, samples) * optics.pixel_y
-            grey += _colour(scene, optics, work, work.near, x, y)
-    return grey / (samples * samples)
+def _take_means(work: Work, samples: int, out: Array) -> None:
+    """Write each pixel's mean over the sub-samples of its area."""
+    count, each = 0, samples * samples
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            grey = 0.0
+            for n in range(count, count + each):
+                grey += work.rays[OUTER, n]
+            out[i, j] = grey / each
+            count += each
+
+
+@compiled
+def _work(layers: int, rays: int, opening: int) -> Work:
+    return Work(np.empty((RAYS, rays)), np.empty((layers, rays)), np.empty(rays), np.empty(layers, np.int64), opening)
 
 
 @compiled
 def shade(scene: Scene, optics: Optics, patch: Patch) -> Array:
     """Grey values (rows, columns) of one rectangle of the window."""
-    layers, bounds_px, xn, yn = scene.layers, scene.bounds_px, patch.xn, patch.yn
+    bounds_px, xn, yn, layers = scene.bounds_px, patch.xn, patch.yn, len(scene.layers)
     rows, columns = xn.shape
     opening = -1
-    for k in range(len(layers)):
-        opening = max(opening, int(layers[k, CLIP]))
-    out, reach_px = np.empty((rows, columns)), _SIGMAS * optics.blur_px + _TILE_REACH * TILE
-    known = np.zeros((2, len(layers)), np.int64)
-    work = Work(known[0], known[1], np.empty(len(layers)), opening)
+    for k in range(layers):
+        opening = max(opening, int(scene.layers[k, CLIP]))
+    tiles, reach_px = (columns + TILE - 1) // TILE, _SIGMAS * optics.blur_px + _TILE_REACH * TILE
+    middles, tile = _work(layers, tiles, opening), _work(layers, (TILE * optics.samples) ** 2, opening)
+    out = np.empty((rows, columns))
     for top in range(0, rows, TILE):
-        for left in range(0, columns, TILE):
-            bottom, right = min(rows, top + TILE) - 1, min(columns, left + TILE) - 1
-            for k in range(len(layers)):
-                within = (
-                    bounds_px[k, FIRST_COLUMN] <= patch.first_column + right
-                    and patch.first_column + left <= bounds_px[k, LAST_COLUMN]
-                    and bounds_px[k, FIRST_ROW] <= patch.first_row + bottom
-                    and patch.first_row + top <= bounds_px[k, LAST_ROW]
-                )
-                work.used[k] = EDGE if within else ABSENT
-            i, j = (top + bottom) // 2, (left + right) // 2
-            flat = _colour(scene, optics, work, work.used, xn[i, j], yn[i, j])
-            if not _narrowed(work, reach_px, work.used):  # no edge reaches into this tile
-                out[top : bottom + 1, left : right + 1] = flat
-                continue
-            for i in range(top, bottom + 1):
-                for j in range(left, right + 1):
-                    out[i, j] = _pixel(scene, optics, work, xn[i, j], yn[i, j])
+        bottom = min(rows, top + TILE)
+        above, below = patch.first_row + top, patch.first_row + bottom - 1
+        for k in range(layers):
+            within = bounds_px[k, FIRST_ROW] <= below and above <= bounds_px[k, LAST_ROW]
+            middles.state[k] = EDGE if within else ABSENT
+        for m in range(tiles):
+            i, j = (top + bottom) // 2, (m * TILE + min(columns, (m + 1) * TILE)) // 2
+            middles.rays[XN, m], middles.rays[YN, m] = xn[i, j], yn[i, j]
+        _paint(scene, optics, middles, tiles)
+        for m in range(tiles):
+            left, right, some = m * TILE, min(columns, (m + 1) * TILE), False
+            for k in range(layers):
+                edge = middles.edges[k, m]
+                if middles.state[k] == ABSENT or edge > reach_px:
+                    tile.state[k] = ABSENT
+                elif edge < -reach_px:
+                    tile.state[k] = WHOLE
+                else:
+                    tile.state[k], some = EDGE, True
+            if some:
+                count = _fill_tile(optics, tile, xn[top:bottom, left:right], yn[top:bottom, left:right])
+                _paint(scene, optics, tile, count)
+                _take_means(tile, optics.samples, out[top:bottom, left:right])
+            else:  # no edge reaches into this tile
+                out[top:bottom, left:right] = middles.rays[OUTER, m]
     return out

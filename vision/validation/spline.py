@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,9 +65,15 @@ def _likeliest_prior(
     side = float(np.ptp(nodes, axis=0).max())
     told, right = information(sightings, state, setting)
 
+    smooth = cache(lambda share: both_axes(smooth_covariance(nodes, share * side)))
+
     def prior_of(at: tuple[int, int]) -> Array:
-        return ALL_AMPLITUDES_PX[at[0]] ** 2 * both_axes(smooth_covariance(nodes, LENGTH_SHARES[at[1]] * side))
+        return np.asarray(ALL_AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTH_SHARES[at[1]]))
 
     found = likeliest(told, right, prior_of, (len(ALL_AMPLITUDES_PX), len(LENGTH_SHARES)), FIRST_GUESS)
     precision = np.linalg.inv(prior_of(found.best))
-    return found.best, found.tried[found.best][0], SplinePrior(np.zeros(spline.size), 0.5 * (precision + precision.T))
+    return (
+        found.best,
+        found.tried[found.best].evidence,
+        SplinePrior(np.zeros(spline.size), 0.5 * (precision + precision.T)),
+    )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ovines.robust import residual_sd
 from vision.calibration.bundle.descent import descend, information, without_poses
-from vision.calibration.bundle.equations import add_rows, normal_equations, project, rows_of
+from vision.calibration.bundle.equations import Rows, normal_equations, residuals_of, rows_of
 from vision.calibration.bundle.unknowns import (
     FIXED,
     N_POSE,
@@ -73,7 +73,7 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     return Adjusted(
         state,
         sigma,
-        [s.uv_px - project(s, state, setting)[0] for s in sightings],
+        residuals_of(sightings, state, setting),
         [s.camera for s in sightings],
         covariance,
         cost,
@@ -96,11 +96,12 @@ def _share_noise(sightings: Sequence[Sighting], state: State, setting: Setting, 
     fewer images than :data:`_FEWEST_IMAGES` none is told from the others.
     """
     images = np.bincount([sighting.camera for sighting in sightings])
-    for sighting, taken in zip(sightings, _taken(sightings, state, setting), strict=True):
+    left, taken_of = residuals_of(sightings, state, setting), _taken(sightings, state, setting)
+    for sighting, own_left, taken in zip(sightings, left, taken_of, strict=True):
         if images[sighting.camera] < _FEWEST_IMAGES:
             continue
         sd = sigma[sighting.camera]
-        residual = (sighting.uv_px - project(sighting, state, setting)[0]) / sd
+        residual = own_left / sd
         count = len(residual)
         freedom = max(_LEAST_FREEDOM, 1 - taken / (2 * count))
         own = float(np.mean(np.minimum(residual**2, _CUT_SD**2))) / freedom
@@ -112,41 +113,59 @@ def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> lis
     them (the trace of its part of the hat matrix).  Images that tell most have the smallest residuals.
     """
     kept = n_parameters(state.splines)
-    places = [camera_places(state.splines, c) for c in range(len(state.splines))]
     whole = normal_equations([], state, setting)[1][:kept, :kept]  # the priors
-    told = []
-    for sighting, (derivative, residual, sigma) in zip(sightings, rows_of(sightings, state, setting), strict=True):
-        count = derivative.shape[-1]
-        own, where = np.zeros((count, count)), places[sighting.camera]
-        add_rows(derivative, residual, sigma, np.arange(count), own, np.zeros(count))
-        lens, pose = np.split(own, [len(where)])
-        if sighting.pose != FIXED:
-            lens = lens - lens[:, len(where) :] @ np.linalg.pinv(pose[:, len(where) :], hermitian=True) @ pose
-        told.append(lens[:, : len(where)])
-        whole[np.ix_(where, where)] += told[-1]
+    cameras = []
+    for c, rows in rows_of(sightings, state, setting):
+        where = camera_places(state.splines, c)
+        couplings = np.zeros((len(rows.sightings), len(where), N_POSE))
+        inverses = np.zeros((len(rows.sightings), N_POSE, N_POSE))
+        sought = [k for k, sighting in enumerate(rows.sightings) if sighting.pose != FIXED]
+        for k, (_, coupling, posed, _) in zip(sought, rows.poses(), strict=True):
+            couplings[k], inverses[k] = coupling, posed
+        solved = couplings @ np.linalg.pinv(inverses, hermitian=True)
+        by_poses = np.tensordot(solved, couplings, axes=((0, 2), (0, 2)))
+        whole[np.ix_(where, where)] += rows.gram()[0] - by_poses
+        cameras.append((where, rows, couplings, solved))
     used = np.flatnonzero(np.diag(whole) > 0)
     scale = 1 / np.sqrt(np.diag(whole)[used])
     covariance = np.zeros((kept, kept))
     covariance[np.ix_(used, used)] = np.linalg.pinv(
         whole[np.ix_(used, used)] * np.outer(scale, scale), hermitian=True
     ) * np.outer(scale, scale)
-    own_covariance = [covariance[np.ix_(where, where)] for where in places]
-    poses = [0.0 if s.pose == FIXED else N_POSE * (0.5 if s.in_world else 1.0) for s in sightings]
-    return [
-        pose + float(np.sum(own_covariance[s.camera] * one))
-        for s, pose, one in zip(sightings, poses, told, strict=True)
-    ]
+    taken = {}
+    for where, rows, couplings, solved in cameras:
+        own = covariance[np.ix_(where, where)]
+        of_lenses = np.bincount(rows.sighting, _variances(rows, own), len(rows.sightings))
+        of_lenses -= np.sum((own @ couplings) * solved, (1, 2))
+        for sighting, of_lens in zip(rows.sightings, of_lenses, strict=True):
+            pose = 0.0 if sighting.pose == FIXED else N_POSE * (0.5 if sighting.in_world else 1.0)
+            taken[id(sighting)] = pose + float(of_lens)
+    return [taken[id(sighting)] for sighting in sightings]
+
+
+def _variances(rows: Rows, covariance: Array) -> Array:
+    """What the camera's numbers, of ``covariance`` (P, P), leave open of each point (n,): both axes together."""
+    own, size = rows.plain.shape[2], rows.basis.shape[1]
+    out = np.zeros(len(rows.plain))
+    for axis in range(2):
+        there, plain = slice(own + axis * size, own + (axis + 1) * size), rows.plain[:, axis]
+        out += np.sum((plain @ covariance[:own, :own]) * plain, 1)
+        if size:
+            across = 2 * plain @ covariance[:own, there] + rows.basis @ covariance[there, there]
+            out += np.sum(across * rows.basis, 1)
+    return out
 
 
 def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:
     """Robust sd of a pixel coordinate per camera, corrected for the fitted parameters."""
     cameras, sigma = len(state.intrinsics), []
+    left = residuals_of(sightings, state, setting)
     for c in range(cameras):
         own = [s for s in sightings if s.camera == c]
         if not own:
             sigma.append(1.0)
             continue
-        residual = np.concatenate([(s.uv_px - project(s, state, setting)[0]).ravel() for s in own])
+        residual = np.concatenate([one.ravel() for s, one in zip(sightings, left, strict=True) if s.camera == c])
         taken = setting.free[c].sum() + by_splines[c] + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
         freedom = max(_LEAST_FREEDOM, 1 - taken / residual.size)
         sigma.append(max(_LEAST_SIGMA_PX, residual_sd(residual)) / np.sqrt(freedom))

@@ -33,17 +33,19 @@ def without_poses(normal: Array, kept: int) -> tuple[Array, Array, Array]:
     """Normal matrix of the first ``kept`` unknowns with the board poses solved for (Schur's complement).
 
     Poses do not touch each other: their part is made of 6 x 6 blocks, so that nothing large is ever inverted.
-    Gives the complement (kept, kept), the blocks' inverses (n, 6, 6) and the coupling (n, kept, 6).
+    Gives the complement (kept, kept), the blocks' inverses (n, 6, 6) and the coupling (kept, 6 n).
     """
     count = (len(normal) - kept) // N_POSE
     where = kept + np.arange(N_POSE * count).reshape(count, N_POSE)
-    inverses = np.linalg.inv(normal[where[:, :, None], where[:, None, :]])
-    coupling = normal[:kept][:, where].transpose(1, 0, 2)
-    return (
-        np.asarray(normal[:kept, :kept] - np.sum(coupling @ inverses @ coupling.transpose(0, 2, 1), 0)),
-        np.asarray(inverses, float),
-        coupling,
-    )
+    inverses = np.asarray(np.linalg.inv(normal[where[:, :, None], where[:, None, :]]), float)
+    coupling = normal[:kept, kept:]
+    solved = np.einsum("knp,npq->knq", coupling.reshape(kept, count, N_POSE), inverses).reshape(kept, -1)
+    return np.asarray(normal[:kept, :kept] - solved @ coupling.T), inverses, coupling
+
+
+def _by_blocks(blocks: Array, wanted: Array) -> Array:
+    """Blocks (n, 6, 6) along the diagonal, times (6 n,)."""
+    return np.asarray((blocks @ wanted.reshape(-1, N_POSE, 1)).ravel())
 
 
 def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
@@ -52,10 +54,9 @@ def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
     scaled, wanted = normal * np.outer(scale, scale), scale * right
     scaled[np.diag_indices_from(scaled)] = np.where(scale > 0, 1.0 + damping, 1.0)
     complement, inverses, coupling = without_poses(scaled, kept)
-    pose_wanted = wanted[kept:].reshape(-1, N_POSE)
-    cameras = np.linalg.solve(complement, wanted[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, pose_wanted))
-    poses = np.einsum("npq,nq->np", inverses, pose_wanted - np.einsum("nkp,k->np", coupling, cameras))
-    return np.asarray(scale * np.concatenate([cameras, poses.ravel()]))
+    cameras = np.linalg.solve(complement, wanted[:kept] - coupling @ _by_blocks(inverses, wanted[kept:]))
+    poses = _by_blocks(inverses, wanted[kept:] - cameras @ coupling)
+    return np.asarray(scale * np.concatenate([cameras, poses]))
 
 
 def descend(sightings: Sequence[Sighting], state: State, setting: Setting, iterations: int) -> State:
@@ -105,7 +106,7 @@ def information(sightings: Sequence[Sighting], state: State, setting: Setting, c
     _, normal, right = normal_equations(sightings, state, bare)
     kept, own = n_parameters(state.splines), spline_places(state.splines, c)
     complement, inverses, coupling = without_poses(normal, kept)
-    left = right[:kept] - np.einsum("nkp,npq,nq->k", coupling, inverses, right[kept:].reshape(-1, N_POSE))
+    left = right[:kept] - coupling @ _by_blocks(inverses, right[kept:])
     others = np.setdiff1d(np.flatnonzero(np.diag(normal)[:kept] > 0), own)
     scale = 1 / np.sqrt(np.diag(complement)[others])
     scaled = complement[np.ix_(others, others)] * np.outer(scale, scale)

@@ -1,8 +1,13 @@
-"""Projection of a sighting with its derivatives, and the normal equations of all."""
+"""Projection of sightings with their derivatives, and the normal equations of all.
+
+All sightings of a camera are projected together, and a spline's part of the equations is put together by what it is:
+its numbers along u move pixels along u alone, those along v as much along v.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +17,75 @@ from vision.calibration.bundle.unknowns import (
     N_CAMERA,
     N_POSE,
     N_ROTATION,
-    Places,
     Setting,
     Sighting,
     State,
-    camera_places,
     n_parameters,
     spline_places,
 )
-from vision.compiled import compiled
-from vision.pinhole import FX, FY, pinhole
+from vision.pinhole import FX, FY, N_INTRINSICS, pinhole
 
 Array = NDArray[np.float64]
 
 HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weight falls
+
+
+class _Projected(NamedTuple):
+    """Of the points of several sightings by one camera: pixels (n, 2), derivatives by the intrinsics (n, 2,
+    N_INTRINSICS), the camera's pose and the board's (n, 2, N_POSE), and of either axis by the spline (n, G).
+    """
+
+    uv: Array
+    by_lens: Array
+    by_camera: Array
+    by_pose: Array
+    basis: Array
+
+
+class Rows(NamedTuple):
+    """The weighted equations of a camera's ``sightings``: derivatives of n points by the camera's numbers and pose
+    ``plain`` (n, 2, N_CAMERA), of either axis by the spline ``basis`` (n, G), by the board's pose ``posed`` (n, 2,
+    N_POSE); ``residual`` (n, 2); ``sighting`` (n,) to which each point belongs; ``cost`` of all.
+    """
+
+    sightings: Sequence[Sighting]
+    plain: Array
+    basis: Array
+    posed: Array
+    residual: Array
+    sighting: NDArray[np.intp]
+    cost: float
+
+    def gram(self) -> tuple[Array, Array]:
+        """Normal matrix (P, P) and right side (P,) of the camera's own numbers (`camera_places`)."""
+        size, own = self.basis.shape[1], self.plain.shape[2]
+        flat = self.plain.reshape(-1, own)
+        matrix, right = np.zeros((own + 2 * size, own + 2 * size)), np.empty(own + 2 * size)
+        matrix[:own, :own], right[:own] = flat.T @ flat, flat.T @ self.residual.ravel()
+        if size:
+            both = self.basis.T @ self.basis
+            for axis in range(2):
+                there = slice(own + axis * size, own + (axis + 1) * size)
+                matrix[there, there], right[there] = both, self.basis.T @ self.residual[:, axis]
+                matrix[there, :own] = self.basis.T @ self.plain[:, axis]
+                matrix[:own, there] = matrix[there, :own].T
+        return matrix, right
+
+    def poses(self) -> Iterator[tuple[Sighting, Array, Array, Array]]:
+        """Of each sighting whose pose is sought: it, its pose's coupling with the camera's numbers (P, N_POSE), normal
+        matrix and right side.
+        """
+        size, own = self.basis.shape[1], self.plain.shape[2]
+        ends = np.searchsorted(self.sighting, np.arange(len(self.sightings) + 1))
+        for sighting, first, end in zip(self.sightings, ends, ends[1:], strict=False):
+            if sighting.pose == FIXED:
+                continue
+            posed, basis = self.posed[first:end], self.basis[first:end]
+            flat, coupling = posed.reshape(-1, N_POSE), np.empty((own + 2 * size, N_POSE))
+            coupling[:own] = self.plain[first:end].reshape(-1, own).T @ flat
+            if size:
+                coupling[own : own + size], coupling[own + size :] = basis.T @ posed[:, 0], basis.T @ posed[:, 1]
+            yield sighting, coupling, flat.T @ flat, flat.T @ self.residual[first:end].ravel()
 
 
 def project(
@@ -33,40 +93,67 @@ def project(
 ) -> tuple[Array, Array, Array, Array]:
     """Pixels (n, 2) and, when wanted, derivatives by intrinsics and spline (n, 2, N_INTRINSICS + F), camera pose
     and board pose (n, 2, 6)."""
-    c = sighting.camera
-    if sighting.pose == FIXED:
-        body = sighting.points_m @ setting.world_from_board.T
-        in_world = turned = body
-    else:
-        turned = sighting.points_m @ state.rotation[sighting.pose].T
-        in_world = turned + state.translation[sighting.pose]
-    through = sighting.pose == FIXED or sighting.in_world
-    rotated = in_world @ state.camera_rotation[c].T if through else in_world
-    x_camera = rotated + state.camera_translation[c] if through else in_world
-    uv, by_lens, by_point = pinhole(x_camera, state.intrinsics[c])
-    spline = state.splines[c]
-    if spline is not None:
-        uv = spline.seen(uv)
-    if not derivatives:
-        return uv, by_lens, by_point, by_point
-    if spline is not None:
-        by_lens = np.concatenate([by_lens, spline.slopes(uv)], -1)
-    by_camera, by_pose = np.zeros((len(uv), 2, N_POSE)), np.zeros((len(uv), 2, N_POSE))
-    if through:
-        by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = by_point @ -_cross(rotated), by_point
-        if sighting.pose != FIXED:
-            chained = by_point @ state.camera_rotation[c]
-            by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = chained @ -_cross(turned), chained
-    else:
-        by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = by_point @ -_cross(turned), by_point
+    uv, by_lens, by_camera, by_pose, basis = _projected([sighting], state, setting, derivatives)
+    if basis.size:
+        zero = np.zeros_like(basis)
+        bent = np.stack([np.concatenate([basis, zero], 1), np.concatenate([zero, basis], 1)], 1)
+        by_lens = np.concatenate([by_lens, bent], -1)
     return uv, by_lens, by_camera, by_pose
 
 
-def _cross(v: Array) -> Array:
-    crossed = np.zeros((len(v), 3, 3))
-    crossed[:, 0, 1], crossed[:, 0, 2], crossed[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    crossed[:, 1, 0], crossed[:, 2, 0], crossed[:, 2, 1] = v[:, 2], -v[:, 1], v[:, 0]
-    return crossed
+def residuals_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> list[Array]:
+    """Measured less projected pixels (n, 2) of each sighting."""
+    out: list[Array] = [np.empty((0, 2))] * len(sightings)
+    for c in range(len(state.splines)):
+        numbers = [k for k, sighting in enumerate(sightings) if sighting.camera == c]
+        if numbers:
+            own = [sightings[k] for k in numbers]
+            uv = _projected(own, state, setting, False).uv
+            for k, seen in zip(numbers, np.split(uv, np.cumsum([len(one.uv_px) for one in own])[:-1]), strict=True):
+                out[k] = np.asarray(sightings[k].uv_px - seen)
+    return out
+
+
+def _projected(sightings: Sequence[Sighting], state: State, setting: Setting, derivatives: bool) -> _Projected:
+    """The points of sightings by one camera, below each other; without ``derivatives`` those are empty."""
+    c = sightings[0].camera
+    number = np.repeat(np.arange(len(sightings)), [len(one.points_m) for one in sightings])
+    fixed = [one.pose == FIXED for one in sightings]
+    turns = np.stack(
+        [
+            setting.world_from_board if held else state.rotation[one.pose]
+            for one, held in zip(sightings, fixed, strict=True)
+        ]
+    )
+    shifts = np.stack(
+        [np.zeros(3) if held else state.translation[one.pose] for one, held in zip(sightings, fixed, strict=True)]
+    )
+    through = np.array([held or one.in_world for one, held in zip(sightings, fixed, strict=True)])[number, None]
+    turned = np.einsum("nij,nj->ni", turns[number], np.concatenate([one.points_m for one in sightings]))
+    placed = turned + shifts[number]
+    rotated = np.where(through, placed @ state.camera_rotation[c].T, placed)
+    uv, by_lens, by_point = pinhole(
+        np.where(through, rotated + state.camera_translation[c], rotated), state.intrinsics[c]
+    )
+    spline, basis = state.splines[c], np.empty((len(uv), 0))
+    if spline is not None:
+        uv = spline.seen(uv)
+    if not derivatives:
+        nothing = np.empty((len(uv), 2, 0))
+        return _Projected(uv, nothing, nothing, nothing, basis)
+    if spline is not None:
+        basis = spline.basis(uv)
+    chained = np.where(through[..., None], by_point @ state.camera_rotation[c], by_point)
+    by_pose, by_camera = np.empty((len(uv), 2, N_POSE)), np.empty((len(uv), 2, N_POSE))
+    by_pose[..., :N_ROTATION], by_pose[..., N_ROTATION:] = _crossed(turned, chained), chained
+    by_camera[..., :N_ROTATION], by_camera[..., N_ROTATION:] = _crossed(rotated, by_point), by_point
+    return _Projected(uv, by_lens, by_camera * through[..., None], by_pose, basis)
+
+
+def _crossed(v: Array, rows: Array) -> Array:
+    """v (n, 3) times each of rows (n, 2, 3): what a turn about v's origin does where a step does ``rows``."""
+    (x, y, z), (a, b, c) = v.T[..., None], np.moveaxis(rows, -1, 0)
+    return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], -1)
 
 
 def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
@@ -76,51 +163,56 @@ def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setti
     kept = n_parameters(state.splines)
     size = kept + N_POSE * len(state.rotation)
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
-    places = [camera_places(state.splines, c) for c in range(len(state.splines))]
-    for sighting, (derivative, residual, sigma) in zip(sightings, rows_of(sightings, state, setting), strict=True):
-        where = places[sighting.camera]
-        if sighting.pose != FIXED:
-            where = np.concatenate([where, kept + N_POSE * sighting.pose + np.arange(N_POSE)])
-        cost += add_rows(derivative, residual, sigma, where, normal, right)
+    for c, rows in rows_of(sightings, state, setting):
+        bent = spline_places(state.splines, c)
+        parts = [(slice(N_CAMERA * c, N_CAMERA * (c + 1)), slice(0, N_CAMERA))]
+        if len(bent):
+            parts.append((slice(bent[0], bent[-1] + 1), slice(N_CAMERA, None)))
+        own, pulled = rows.gram()
+        for there, here in parts:
+            right[there] += pulled[here]
+            for beside, other in parts:
+                normal[there, beside] += own[here, other]
+        for sighting, coupling, posed, moved in rows.poses():
+            pose = slice(kept + N_POSE * sighting.pose, kept + N_POSE * (sighting.pose + 1))
+            normal[pose, pose] += posed
+            right[pose] += moved
+            for there, here in parts:
+                normal[there, pose] += coupling[here]
+                normal[pose, there] += coupling[here].T
+        cost += rows.cost
     return cost + _add_priors(state, setting, normal, right), normal, right
 
 
-def rows_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> Iterator[tuple[Array, Array, float]]:
-    """Of each sighting: derivatives (n, 2, P) of its pixels by its camera's numbers (:func:`camera_places`; zero by
-    those that are held) and its own pose, unless that is FIXED; residuals (n, 2) and their sd [px].
-    """
-    free = [setting.lens_free(state, c).astype(float) for c in range(len(state.splines))]
-    for sighting in sightings:
-        uv, by_lens, by_camera, by_pose = project(sighting, state, setting, derivatives=True)
-        blocks = [by_lens * free[sighting.camera], by_camera * setting.camera_poses_free]
-        if sighting.pose != FIXED:
-            blocks.append(by_pose)
-        sigma = float(sighting.share * setting.sigma_px[sighting.camera])
-        yield np.concatenate(blocks, -1), np.asarray(sighting.uv_px - uv), sigma
-
-
-@compiled
-def add_rows(derivative: Array, residual: Array, sigma: float, where: Places, normal: Array, right: Array) -> float:
-    """Robust cost of a view's residuals (n, 2), in px, whose ``derivative`` (n, 2, P) is by the unknowns ``where``
-    (P,); their part is added to ``normal`` and ``right``.
-    """
-    count, cost = len(where), 0.0
-    rows, left = np.empty((2 * len(residual), count)), np.empty(2 * len(residual))
-    for i in range(len(residual)):
-        length = np.sqrt(residual[i, 0] ** 2 + residual[i, 1] ** 2) / sigma
-        cost += length * length if length < HUBER else 2 * HUBER * length - HUBER * HUBER
-        weight = np.sqrt(min(1.0, HUBER / max(length, 1e-12))) / sigma
-        for axis in range(2):
-            left[2 * i + axis] = weight * residual[i, axis]
-            for j in range(count):
-                rows[2 * i + axis, j] = weight * derivative[i, axis, j]
-    across = np.ascontiguousarray(rows.T)
-    own, pulled = across @ rows, across @ left
-    for j in range(count):
-        right[where[j]] += pulled[j]
-        for k in range(count):
-            normal[where[j], where[k]] += own[j, k]
-    return cost
+def rows_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> Iterator[tuple[int, Rows]]:
+    """Of each camera that saw something: its number and equations, robustly weighted; zero by what is held."""
+    for c in range(len(state.splines)):
+        own = [sighting for sighting in sightings if sighting.camera == c]
+        if not own:
+            continue
+        seen = _projected(own, state, setting, True)
+        counts = [len(one.uv_px) for one in own]
+        residual = np.concatenate([one.uv_px for one in own]) - seen.uv
+        sigma = np.repeat([one.share * setting.sigma_px[c] for one in own], counts)
+        length = np.hypot(*residual.T) / sigma
+        cost = np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2).sum()
+        weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(length, 1e-12))) / sigma
+        plain = np.empty((len(residual), 2, N_CAMERA))
+        plain[..., :N_INTRINSICS] = seen.by_lens * (setting.free[c] * weight[:, None])[:, None]
+        plain[..., N_INTRINSICS:] = seen.by_camera * (setting.camera_poses_free * weight)[:, None, None]
+        number = np.repeat(np.arange(len(own)), counts)
+        yield (
+            c,
+            Rows(
+                own,
+                plain,
+                seen.basis * weight[:, None],
+                seen.by_pose * weight[:, None, None],
+                residual * weight[:, None],
+                number,
+                float(cost),
+            ),
+        )
 
 
 def _add_priors(state: State, setting: Setting, normal: Array, right: Array) -> float:

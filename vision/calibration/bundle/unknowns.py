@@ -136,5 +136,5 @@ def lens_places(splines: Sequence[LensField | None], c: int) -> Places:
 
 
 def camera_places(splines: Sequence[LensField | None], c: int) -> Places:
-    """Where the numbers of camera ``c`` stand among all cameras': intrinsics, spline, pose."""
-    return np.concatenate([lens_places(splines, c), np.arange(N_CAMERA * c + N_INTRINSICS, N_CAMERA * (c + 1))])
+    """Where the numbers of camera ``c`` stand among all cameras': intrinsics, pose, spline."""
+    return np.concatenate([np.arange(N_CAMERA * c, N_CAMERA * (c + 1)), spline_places(splines, c)])
