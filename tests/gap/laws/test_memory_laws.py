@@ -139,7 +139,7 @@ def test_a_band_that_shifts_as_it_is_struck(tmp_path):
 
 def test_a_liner_that_each_blow_presses(tmp_path):
     """Its radius goes with the blows before, as the air comes back."""
-    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 52, runs=3)
+    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 53, runs=4)
     impacts, fits = impact_fit(series)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(impacts, fits, series.frame, least_m, np.random.default_rng(0))
