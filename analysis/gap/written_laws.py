@@ -16,6 +16,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.rows import known_frames
+from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.laws.impact_law import (
     ACTS_ON,
     find_impact_law,
@@ -25,6 +26,7 @@ from analysis.gap.laws.impact_law import (
     wall_law_instead,
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
+from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
 from analysis.gap.thresholds import (
@@ -56,6 +58,9 @@ def write_laws(
     A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
+    seen, ladder = _seen_disk_law(ladder, rng, withheld)
+    if seen:  # nothing else is left
+        return (*measured, *seen), ladder
     left = {one.stage for one in ladder.structure}
     laws: list[LawFound | None] = []
     law, ladder = _flight_law(ladder, left, rng, withheld)
@@ -77,6 +82,31 @@ def write_laws(
         ladder = replace(ladder, structure=tuple(structure))
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _seen_disk_law(
+    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[tuple[LawFound, ...], Ladder]:
+    """The law of where the disk is seen beside where it is, and the ladder of the series without it.
+
+    Only where flights have something left, and nothing of them, the impacts or the wall has without it: a force that
+    bends paths leaves them bent wherever their pictures are moved to."""
+    left = {one.stage for one in ladder.structure}
+    if "flight" not in left or left & {"measurement", "drive"} or ladder.series.points is None:
+        return (), ladder
+    law = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
+    least_m = STILL_SHARE * ladder.series.contact_radius_m
+    if law is None or law.size <= least_m or law.closed <= UNPROMPTED_CLOSED:
+        return (), ladder
+    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
+    if again.structure or _misfit(again) > _misfit(ladder):
+        return (), ladder
+    one = _law_structure(law, "measurement", "x", law.size, least_m)
+    structure = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the disk is seen beside where it is")
+    # A shape of the wall that shows only once the picture is moved is what the law, read off flights, misses there.
+    named = {cause.effect for cause in ladder.causes}
+    causes = tuple(c for c in again.causes if c.stage != "geometry" or c.effect in named)
+    return (law,), replace(again, measured=ladder.measured, structure=(structure,), causes=causes)
 
 
 def _flight_law(

@@ -88,6 +88,18 @@ class FlightRegression:
             parts.append(part)
         return np.vstack(parts)
 
+    def seen_beside(self, moved: Callable[[Array], Array]) -> Array:
+        """Columns (M, C) of what moves the disk's picture, not the disk: ``moved`` gives (N, 2, C; m) of what is known
+        at a flight's frames."""
+        parts = []
+        for one in self.flights:
+            place = moved(one.know[one.at])
+            rows = np.zeros((len(place), 3, place.shape[2]))
+            rows[:, :2] = place
+            whiten(rows, np.zeros(rows.shape[:2]), one.place, one.angle)
+            parts.append(one.projected(rows))
+        return np.vstack(parts)
+
 
 def flight_regression(fitted: FlightFit) -> FlightRegression:
     """The flights of a fit that may speak for what all share, its free parameters as nuisances."""

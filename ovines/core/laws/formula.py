@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, MARKERS, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, MARKERS, NES_PLACE, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -15,6 +15,8 @@ CHANGES = {
     "contact_radius": (r"\Delta R_c", "contact radius +="),
     "spin": (r"\Delta\dot\omega", "spin' +="),
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
+    "nes_place": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
+    "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
 }
 #: the same of targets that the number of a camera or a marker stands with
 NUMBERED = {
@@ -56,6 +58,11 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
     return list(sides.items())
 
 
+def _has_direction(term: Term) -> bool:
+    """Whether a term's own direction, or way, stands behind its factors."""
+    return _changed(term) == FLIGHT or term.target in NES_PLACE
+
+
 def _changed(term: Term) -> tuple[str, str]:
     """What a term changes, in LaTeX and in text; cameras and markers count from 1 for people."""
     if term.target in NUMBERED:
@@ -74,7 +81,7 @@ def _number(value: float, first: bool) -> str:
 def _text_term(term: Term, first: bool) -> str:
     parts = [_number(term.coefficient, first) + ("" if term.unit == "1" else f" {term.unit}")]
     parts += [_text_factor(one, term) for one in term.factors]
-    if _changed(term) == FLIGHT:
+    if _has_direction(term):
         own = TARGETS[term.target].own
         at = {
             "": "",
@@ -82,7 +89,7 @@ def _text_term(term: Term, first: bool) -> str:
             "axis": f"({term.x:.3g} rad)",
             "body": f"({term.x:.3g} rad)",
         }.get(own, f"({_place(term)})")
-        parts.append(f"{term.target}{at}")
+        parts.append(f"{term.target.removeprefix('nes_place_').replace('nes_place', 'direction')}{at}")
     elif TARGETS[term.target].own in MARKERS:
         parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)
@@ -177,7 +184,7 @@ def _latex_unit(unit: str) -> str:
 def _latex_term(term: Term, first: bool) -> str:
     parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
     parts += [_latex_factor(one) for one in term.factors]
-    if _changed(term) == FLIGHT or TARGETS[term.target].own in MARKERS:
+    if _has_direction(term) or TARGETS[term.target].own in MARKERS:
         parts.append(TARGETS[term.target].symbol)
     return r"\,".join(parts)
 
@@ -233,7 +240,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
     """(LaTeX, meaning) of every symbol of the formula."""
     out: dict[str, str] = {}
     for term in law.terms:
-        if _changed(term) == FLIGHT:
+        if _has_direction(term):
             entry = TARGETS[term.target]
             own = {
                 "angle": f", at {term.x:.3g} rad",

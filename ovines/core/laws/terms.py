@@ -129,10 +129,7 @@ class WrittenLaw:
         for term in self.terms:
             for factor in term.factors:
                 if self.stage == "measurement":
-                    marker = TARGETS[term.target].own in W.MARKERS
-                    disk = term.target in W.NES_PICTURE
-                    beside = W.OF_MARKERS if marker else W.OF_NES_PICTURE if disk else ()
-                    follows = (*W.OF_FRAMES, *beside)
+                    follows = (*W.OF_FRAMES, *_beside_frames(term.target))
                     known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
                 else:
                     known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
@@ -164,6 +161,15 @@ class WrittenLaw:
             return replace(one, x=one.x - late.get(one.quantity, 0.0))
 
         return WrittenLaw(tuple(replace(term, factors=tuple(map(told, term.factors))) for term in self.terms))
+
+
+def _beside_frames(target: str) -> tuple[str, ...]:
+    """What a target of the measurement may follow beside what is known of every frame."""
+    if TARGETS[target].own in W.MARKERS:
+        return W.OF_MARKERS
+    if target in W.NES_PLACE:
+        return W.OF_NES_PLACE
+    return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()
 
 
 def rows_of(terms: Sequence[Term]) -> Floats:

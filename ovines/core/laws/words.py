@@ -134,6 +134,14 @@ TARGETS: dict[str, Target] = {
                 "nes_picture_v", "px", r"v", "camera", "measurement",
                 "the place of the NES in a camera's picture along v",
             ),
+            (
+                "nes_place", "m", r"\vec e_{\varphi}", "angle", "measurement",
+                "the place where the NES is seen, along a direction in the room",
+            ),
+            (
+                "nes_place_outwards", "m", r"\hat r", "", "measurement",
+                "the place where the NES is seen, away from the Host's centre",
+            ),
         )
     )
 }  # fmt: skip
@@ -351,6 +359,8 @@ OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along"
 OF_MARKERS = ("spin", "host_velocity_along")
 #: what one of the NES in a picture may follow beside, and its targets
 OF_NES_PICTURE, NES_PICTURE = ("angle", "spin"), ("nes_picture_u", "nes_picture_v")
+#: what one of the place where the NES is seen may follow beside, and its targets
+OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), ("nes_place", "nes_place_outwards")
 #: what a target's own number and direction are, of those of markers
 MARKERS = ("marker", "body_marker")
 TURN = 2 * math.pi

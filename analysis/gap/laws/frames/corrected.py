@@ -14,9 +14,10 @@ from scipy.interpolate import Akima1DInterpolator
 from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion, size_of
+from analysis.gap.laws.frames.seen_disk import without_seen_disk
 from analysis.gap.series import Series, with_points, with_times
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import NES_PICTURE
+from ovines.core.laws.words import NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
@@ -30,12 +31,16 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    of_cameras = [term for term in terms if term.target != "clock_delay" and term.target not in BODIES]
+    others = ("clock_delay", *BODIES, *NES_PLACE)
+    of_cameras = [term for term in terms if term.target not in others]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
     of_markers = [term for term in terms if term.target in BODIES]
     if of_markers:
         series = without_markers(series, of_markers)
+    of_disk = [term for term in terms if term.target in NES_PLACE]
+    if of_disk:
+        series = without_seen_disk(series, of_disk)
     late = [term for term in terms if term.target == "clock_delay"]
     if not late:
         return series

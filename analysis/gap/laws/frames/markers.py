@@ -129,7 +129,7 @@ def without_markers(series: Series, terms: Sequence[Term]) -> Series:
             seen = points[k][here]
             way = _way(own, key[0], seen["time_s"].to_numpy(float), run.data)
             if tracks is not None and series.cameras is not None:
-                tracks[k] = _tracks_moved(tracks[k], series, seen, way)
+                tracks[k] = tracks_moved(tracks[k], series, seen, way)
             moved = points[k].copy()
             moved.loc[here, ["x_m", "y_m"]] -= way
             points[k] = moved
@@ -148,7 +148,7 @@ def _way(terms: Sequence[Term], target: str, time_s: Array, data: RunData) -> Ar
     return np.nan_to_num(np.hstack([c * x - s * y, s * x + c * y]))
 
 
-def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
+def tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
     """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2; m)."""
     assert series.cameras is not None
     place = seen[["x_m", "y_m", "z_m"]].to_numpy(float)

@@ -1,0 +1,190 @@
+"""A disk that is seen beside where it is: in the wall's shadow, a lamp's shade, a reflection on a part of the floor.
+
+All of its markers in both views are off alike, so that neither bodies nor views know of it.  Flights do: what moves the
+disk bends its path, what moves its picture does not, and stands in their residuals as it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.flights.cutting.run_data import RunData
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
+from analysis.gap.laws.dictionary.forces import RANGES
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
+from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.markers import tracks_moved
+from analysis.gap.laws.frames.rows import known_frames, size_of
+from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.search import LEVEL_WHERE_LEFT, find_law
+from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.series import Series, with_points
+from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+from ovines.errors import InputError
+
+Array = NDArray[np.float64]
+# Directions of a lamp; places over the contact radius where its shade begins, and over what way it deepens; width of a
+# spot, the same.
+LAMPS, SHADES, SHADE_WIDTH, SPOT = 12, (-0.3, 0.0, 0.3), 0.3, 0.3
+# Parts of a law at the most.
+MOST_PARTS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRows:
+    """The ``flights`` of a series as rows for what moves the disk's picture alone."""
+
+    problem: Regression
+    flights: FlightRegression
+
+    @property
+    def known(self) -> Array:
+        """What laws know at all the frames, (N, KNOWN_SIZE)."""
+        return self.flights.known
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (M, T) that a unit of each term adds to the residuals' model."""
+        return self.flights.seen_beside(lambda known: shift(terms, known))
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
+        return self.flights.seen_beside(lambda known: shift([term], known) * cut(known)[:, None, :])
+
+
+def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Generator) -> LawFound | None:
+    """The formula of where the disk is seen beside its flights, None where chance would find as much."""
+    flights = flight_regression(fitted)
+    if not len(flights.flights):
+        return None
+    rows = SeenRows(flights.problem, flights)
+    runs = fitted.fits
+    scales = RigScales.of(rows.known, float(runs[0].run.host.omega_rad_per_s))
+    found, p = find_law(
+        rows.problem, rows.columns, seen_candidates(scales), rng, LEVEL_WHERE_LEFT, most_parts=MOST_PARTS
+    )
+    if found is None:
+        return None
+    size_m = float(np.sqrt(np.mean(np.sum((shift(found.terms, rows.known) @ found.coefficients) ** 2, 1))))
+    return replace(told_law(rows, found, p, frame), size=size_m)
+
+
+def seen_candidates(scales: RigScales) -> list[Candidate]:
+    """Every candidate for how far from its place the disk is seen."""
+    outwards, along = W.NES_PLACE[1], W.NES_PLACE[0]
+    ranges = [share * scales.radius_m for share in RANGES]
+    out = scaled("disk seen outwards near the wall", outwards, ("gap", "exponential", 1.0), ranges)
+    out += [
+        plain(f"disk seen outwards with the radius to the power {n}", Term(outwards, 1.0, (Factor("radius", order=n),)))
+        for n in (2.0, 3.0, 4.0)
+    ]
+
+    def begins(range_m: float) -> tuple[Term, ...]:
+        depth = Factor("gap", "below", 1.0, range_m)
+        return Term(outwards, 1.0, (depth,)), Term(outwards, 1.0, (depth, Factor("gap")))
+
+    out += [Candidate("disk seen outwards from a gap on", begins, (r,), (SCALE_STEP,), (True,)) for r in ranges]
+
+    def beside(scale: float) -> tuple[Term, ...]:
+        return pair(along, QUARTER, Factor("gap", "exponential", 1.0, scale))
+
+    out += [
+        Candidate("disk seen along a direction near the wall", beside, (r,), (SCALE_STEP,), (True,)) for r in ranges
+    ]
+    step = PLACE_STEP * scales.radius_m
+    for function, order, word in (
+        ("above", 1.0, "from a line on, ever farther"),
+        ("below", 1.0, "on one side of a line"),
+    ):
+
+        def shade(angle: float, place: float, function: str = function, order: float = order) -> tuple[Term, ...]:
+            return (Term(along, 1.0, (Factor("along_host", function, order, place, 0.0, angle),), x=angle),)
+
+        name = f"disk seen along a direction {word}"
+        out += [
+            Candidate(
+                name, shade, (2 * math.pi * i / LAMPS, share * scales.radius_m), (ANGLE_STEP, step), (False, False)
+            )
+            for i in range(LAMPS)
+            for share in SHADES
+        ]
+
+    def between(angle: float, place: float, width: float) -> tuple[Term, ...]:
+        lines = (Factor("along_host", "above", 1.0, at, 0.0, angle) for at in (place, place + width))
+        return tuple(Term(along, 1.0, (line,), x=angle) for line in lines)
+
+    name, numbers = "disk seen along a direction between two lines, ever farther", SHADE_WIDTH * scales.radius_m
+    out += [
+        Candidate(
+            name,
+            between,
+            (2 * math.pi * i / LAMPS, share * scales.radius_m, numbers),
+            (ANGLE_STEP, step, SCALE_STEP),
+            (False, False, True),
+        )
+        for i in range(LAMPS)
+        for share in SHADES
+    ]
+
+    def spot(x: float, y: float, width: float) -> tuple[Term, ...]:
+        return pair(along, QUARTER, Factor("distance_in_host", "gaussian", 1.0, width, x, y))
+
+    width = SPOT * scales.radius_m
+    name = "disk seen along a direction at a place"
+    steps, positive = (step, step, 0.2), (False, False, True)
+    return out + [Candidate(name, spot, (x, y, width), steps, positive) for x, y in spots(scales)]
+
+
+def shift(terms: Sequence[Term], known: Array) -> Array:
+    """How far a unit of each term moves the disk's picture in the room (N, 2, T; m)."""
+    sizes, radius = size_of(terms, known), np.maximum(np.hypot(known[:, W.HX], known[:, W.HY]), 1e-12)
+    outwards = known[:, [W.HX, W.HY]] / radius[:, None]
+    ways = [
+        outwards if term.target == W.NES_PLACE[1] else np.array([[math.cos(term.x), math.sin(term.x)]])
+        for term in terms
+    ]
+    return np.stack([size[:, None] * way for size, way in zip(sizes.T, ways, strict=True)], -1)
+
+
+def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
+    """``series`` with the disk's points moved back by what ``terms`` say, and their pixels alike; `InputError` where
+    there are no markers."""
+    if series.points is None:
+        raise InputError(
+            "a law of where the NES is seen, and a series without markers",
+            "points.parquet, tracks.parquet or frames in every recording",
+            "leave the law away, or bring the markers",
+        )
+    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
+    for k, run in enumerate(series.runs):
+        for marker in series.recordings[0].bodies["nes"].markers:
+            here = (points[k]["marker"] == marker).to_numpy()
+            seen = points[k][here]
+            if not len(seen):
+                continue
+            known = _known_disk(seen["time_s"].to_numpy(float), run.data)
+            way = np.nan_to_num(shift(terms, known).sum(2))
+            if tracks is not None and series.cameras is not None:
+                tracks[k] = tracks_moved(tracks[k], series, seen, way)
+            moved = points[k].copy()
+            moved.loc[here, ["x_m", "y_m"]] -= way
+            points[k] = moved
+    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def _known_disk(time_s: Array, data: RunData) -> Array:
+    """What laws of the measurement know of frames at ``time_s`` of a run (N, KNOWN_SIZE), and where in the Host the
+    disk is seen then."""
+    known, host = known_frames(time_s, data), data.host.at(time_s)
+    seen = np.isfinite(data.xy_m[:, 0])
+    for i, place in enumerate((W.HX, W.HY)):
+        known[:, place] = np.interp(time_s, data.time_s[seen], data.xy_m[seen, i]) - host[:, i]
+    known[:, W.CONTACT_RADIUS] = data.contact_radius_m
+    return known
