@@ -27,7 +27,11 @@ LOADED = (
     "vision.track",
     "vision.triangulate",
     "analysis.identify",
-    "analysis.report",
+    "analysis.checks.recording",
+    "analysis.report.page",
+    "analysis.report.pages.recording_report",
+    "scipy.signal",
+    "vision.lens.estimate",
 )
 
 

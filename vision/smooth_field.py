@@ -43,18 +43,34 @@ class Solved:
         return np.asarray(self.root @ solve_triangular(self.factor, along, lower=True, trans=1, check_finite=False))
 
 
-def solve_with_prior(information: Array, right: Array, prior: Array) -> Solved:
+@dataclass(frozen=True, eq=False)
+class Rooted:
+    """Data in the units of a prior whose lower factor ``root`` (P, P) is: their information ``within`` (P, P) and right
+    side ``pulled`` (P,).  That prior times any amplitude's square is solved from there.
+    """
+
+    root: Array
+    within: Array
+    pulled: Array
+
+    def solved(self, amplitude: float = 1.0) -> Solved:
+        """Under the prior times the square of ``amplitude``."""
+        system = amplitude**2 * self.within
+        system[np.diag_indices(len(system))] += 1.0
+        factor = np.linalg.cholesky(system)
+        along = solve_triangular(factor, amplitude * self.pulled, lower=True, check_finite=False)
+        evidence = 0.5 * along @ along - np.log(np.diag(factor)).sum()
+        return Solved(float(evidence), amplitude * self.root, np.asarray(factor, float))
+
+
+def rooted(information: Array, right: Array, prior: Array) -> Rooted:
     """``information`` (P, P) and ``right`` (P,): the data's normal equations; ``prior`` (P, P) the covariance
     beforehand.
     """
-    root = np.linalg.cholesky(prior)
+    root = np.asarray(np.linalg.cholesky(prior), float)
     # BLAS reads columns first: of the transposed root it takes the lower half for an upper one.
-    system = dtrmm(1.0, root.T, dtrmm(1.0, root.T, information, lower=0), side=1, lower=0, trans_a=1)
-    system[np.diag_indices(len(system))] += 1.0
-    factor = np.linalg.cholesky(system)
-    along = solve_triangular(factor, root.T @ right, lower=True, check_finite=False)
-    evidence = 0.5 * along @ along - np.log(np.diag(factor)).sum()
-    return Solved(float(evidence), np.asarray(root, float), np.asarray(factor, float))
+    within = dtrmm(1.0, root.T, dtrmm(1.0, root.T, information, lower=0), side=1, lower=0, trans_a=1)
+    return Rooted(root, within, root.T @ right)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +81,10 @@ class Likely:
     tried: dict[tuple[int, int], Solved]
 
 
-def likeliest(
-    information: Array,
-    right: Array,
-    prior: Callable[[tuple[int, int]], Array],
-    counts: tuple[int, int],
-    start: tuple[int, int],
-) -> Likely:
+def likeliest(solve: Callable[[tuple[int, int]], Solved], counts: tuple[int, int], start: tuple[int, int]) -> Likely:
     """Uphill from ``start`` to the likeliest amplitude and length, of ``counts`` of each.
 
-    ``prior``: covariance (P, P) of an amplitude and length, by their numbers.
+    ``solve``: the data under the prior of an amplitude and length, by their numbers.
     """
     tried: dict[tuple[int, int], Solved] = {}
 
@@ -82,7 +92,7 @@ def likeliest(
         if not (0 <= at[0] < counts[0] and 0 <= at[1] < counts[1]):
             return -np.inf
         if at not in tried:
-            tried[at] = solve_with_prior(information, right, prior(at))
+            tried[at] = solve(at)
         return tried[at].evidence
 
     best = start  # uphill from there, to the likeliest amplitude and length and all beside it

@@ -25,8 +25,14 @@ def code_digest(stage: str) -> str:
     """Short hash of the code of a stage."""
     digest = hashlib.sha256()
     for path in code_of(stage):
-        digest.update(f"{path.relative_to(ROOT).as_posix()}:{sha256_of(path)}\n".encode())
+        digest.update(_line_of(path))
     return digest.hexdigest()[:16]
+
+
+@cache
+def _line_of(path: Path) -> bytes:
+    """A file's name and hash: most files are part of several stages."""
+    return f"{path.relative_to(ROOT).as_posix()}:{sha256_of(path)}\n".encode()
 
 
 @cache
@@ -52,10 +58,16 @@ def code_of(stage: str) -> tuple[Path, ...]:
     return tuple(sorted(files | {path for file in files for path in file.parent.iterdir() if path.suffix in BESIDE}))
 
 
+@cache
 def file_of(module: str) -> Path:
     """A module's file, or its package's ``__init__.py``."""
     path = ROOT.joinpath(*module.split("."))
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
+@cache
+def _is_module(name: str) -> bool:
+    return file_of(name).is_file()
 
 
 @cache
@@ -71,5 +83,5 @@ def _imported(source: str) -> Iterable[str]:
         parts = package.split(".")
         yield from (".".join(parts[: n + 1]) for n in range(len(parts)))
         for name in re.findall(r"(\w+)(?: as \w+)?", names):
-            if file_of(f"{package}.{name}").is_file():
+            if _is_module(f"{package}.{name}"):
                 yield f"{package}.{name}"

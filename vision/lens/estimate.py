@@ -20,7 +20,7 @@ from vision.lens.open_terms import OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
 from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
 from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
-from vision.smooth_field import AMPLITUDES_PX, likeliest, solve_with_prior
+from vision.smooth_field import AMPLITUDES_PX, Solved, likeliest, rooted
 
 Array = NDArray[np.float64]
 
@@ -252,7 +252,14 @@ def _posterior(data: tuple[Array, Array], lattices: Sequence[Lattice], calibrati
     def prior_of(at: tuple[int, int]) -> Array:
         return np.asarray(AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTHS_PX[at[1]]) + calibration)
 
-    found = likeliest(information, right, prior_of, (len(AMPLITUDES_PX), len(LENGTHS_PX)), FIRST_GUESS)
+    by_length = cache(lambda number: rooted(information, right, smooth(LENGTHS_PX[number])))
+
+    def solve(at: tuple[int, int]) -> Solved:
+        if calibration.any():
+            return rooted(information, right, prior_of(at)).solved()
+        return by_length(at[1]).solved(AMPLITUDES_PX[at[0]])
+
+    found = likeliest(solve, (len(AMPLITUDES_PX), len(LENGTHS_PX)), FIRST_GUESS)
     best, tried = found.best, found.tried
     weights = {at: np.exp(solved.evidence - tried[best].evidence) for at, solved in tried.items()}
     likely = [(w / sum(weights.values()), tried[at].covariance()) for at, w in weights.items() if w > _LEAST_WEIGHT]
@@ -269,7 +276,7 @@ def _held_out(blocks: Sequence[tuple[Array, Array]], prior: Array) -> tuple[floa
     """
     along = square = 0.0
     for (information, right), other in ((blocks[0], blocks[1]), (blocks[1], blocks[0])):
-        learnt = solve_with_prior(*other, prior).mean(other[1])
+        learnt = rooted(*other, prior).solved().mean(other[1])
         along += float(right @ learnt)
         square += float(learnt @ information @ learnt)
     return along / float(np.sqrt(max(square, 1e-12))), 2 * along - square

@@ -12,7 +12,7 @@ from ovines.lens_field import LensField
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.descent import information
 from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, SplinePrior, State
-from vision.smooth_field import AMPLITUDES_PX, both_axes, likeliest, smooth_covariance
+from vision.smooth_field import AMPLITUDES_PX, both_axes, likeliest, rooted, smooth_covariance
 
 Array = NDArray[np.float64]
 
@@ -65,13 +65,14 @@ def _likeliest_prior(
     side = float(np.ptp(nodes, axis=0).max())
     told, right = information(sightings, state, setting)
 
-    smooth = cache(lambda share: both_axes(smooth_covariance(nodes, share * side)))
-
-    def prior_of(at: tuple[int, int]) -> Array:
-        return np.asarray(ALL_AMPLITUDES_PX[at[0]] ** 2 * smooth(LENGTH_SHARES[at[1]]))
-
-    found = likeliest(told, right, prior_of, (len(ALL_AMPLITUDES_PX), len(LENGTH_SHARES)), FIRST_GUESS)
-    precision = np.linalg.inv(prior_of(found.best))
+    smooth = cache(lambda length: both_axes(smooth_covariance(nodes, LENGTH_SHARES[length] * side)))
+    under = cache(lambda length: rooted(told, right, smooth(length)))
+    found = likeliest(
+        lambda at: under(at[1]).solved(ALL_AMPLITUDES_PX[at[0]]),
+        (len(ALL_AMPLITUDES_PX), len(LENGTH_SHARES)),
+        FIRST_GUESS,
+    )
+    precision = np.linalg.inv(ALL_AMPLITUDES_PX[found.best[0]] ** 2 * smooth(found.best[1]))
     return (
         found.best,
         found.tried[found.best].evidence,

@@ -6,8 +6,10 @@ from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
 from vision.calibration.targets.boards import find_board
+from vision.rendering import kernel
 from vision.rendering.board import render_board
-from vision.rendering.images import Band, Greys, Look, Markers, Pose, Rig, View, render_frame
+from vision.rendering.images import Band, Greys, Look, Markers, Pose, Rig, View, _scene, render_frame
+from vision.rendering.scene import BODIES
 
 TILT = np.radians(25)
 ROTATION = np.array([[np.cos(TILT), 0, np.sin(TILT)], [0, -1, 0], [np.sin(TILT), 0, -np.cos(TILT)]])
@@ -73,6 +75,21 @@ def test_window_is_a_crop_of_the_sensor():
     part, shifted = render_frame(View(CAMERA, (100, 60), (200, 150)), rig, [{}], Look(0.8, 0.0))
     assert np.abs(whole[60:210, 100:300].astype(int) - part).max() <= 1
     assert truth.u_px[0] - shifted.u_px[0] == 100 and truth.v_px[0] - shifted.v_px[0] == 60
+
+
+@pytest.mark.parametrize("blur_px", [0.4, 0.8])
+def test_tiles_leave_no_trace(blur_px):
+    """Drawn from another pixel on, others are the middles of tiles, by which it is told what has an edge there."""
+    rig = Rig(
+        {"nes": Markers(("N",), np.array([[0.002, 0.001, 0.01]]))}, host_inner_radius_m=0.03, host_outer_radius_m=0.035
+    )
+    view, optics = View(CAMERA), kernel.Optics(1 / 2500, 1 / 2500, blur_px, 2)
+    scene, (xn, yn) = _scene(view, rig, dict.fromkeys(BODIES, Pose()), blur_px), view.normalised((0, 399), (0, 299))
+    whole = kernel.shade(scene, optics, kernel.Patch(xn, yn, 0, 0))
+    for row, column in ((1, 2), (2, 3), (3, 1)):
+        rays = (np.ascontiguousarray(each[row:, column:]) for each in (xn, yn))
+        part = kernel.shade(scene, optics, kernel.Patch(*rays, column, row))
+        assert np.abs(whole[row:, column:] - part).max() < 2e-4
 
 
 def test_motion_blur_is_the_mean_and_same_seed_same_image():
