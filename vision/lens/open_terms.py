@@ -42,14 +42,15 @@ def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Seq
     pixels, points = pixels[seen], points[seen]
     moves = term_pixels(points, cameras).reshape(-1, len(OPEN_TERMS))
     n_field = 2 * sum(lattice.size for lattice in lattices)
-    field = np.zeros((len(seen), 4, n_field))
-    at = 0
+    # A spline moves one coordinate of one camera: least squares column by column, without the zeros.
+    solve = np.linalg.pinv(moves, rcond=max(moves.shape) * np.finfo(float).eps).reshape(-1, len(seen), 4)
+    out, at = np.zeros((len(OPEN_TERMS), n_field)), 0
     for c, lattice in enumerate(lattices):
         basis = lattice.basis(pixels[:, c])
         for axis in range(2):
-            field[:, 2 * c + axis, at : at + lattice.size] = basis
+            out[:, at : at + lattice.size] = solve[:, :, 2 * c + axis] @ basis
             at += lattice.size
-    return np.asarray(np.linalg.lstsq(moves, field.reshape(-1, n_field), rcond=None)[0], float)
+    return out
 
 
 def term_pixels(points_m: Array, cameras: Sequence[Camera]) -> Array:
