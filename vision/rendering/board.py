@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.targets.boards import Board, printed_rectangles
-from vision.compiled import compiled
+from vision.compiled import compiled, uncounted
 from vision.rendering.images import Look, View, finish
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     return np.asarray(background + _box_means(rays, Sheet(turn, turn @ point, half, gx, gy, cells, sums)))
 
 
-@compiled
+@uncounted
 def _place(rays: Rays, sheet: Sheet, i: int, j: int, a: int, b: int) -> tuple[float, float]:
     """Where on the board sub-sample (a, b) of pixel (i, j) lies: linear within a pixel (a lens bends by 1e-6 px
     there).
@@ -181,7 +181,7 @@ def _places(rays: Rays, sheet: Sheet) -> tuple[Array, Array]:
     return x, y
 
 
-@compiled
+@uncounted
 def _cell(lines: Array, at: float, near: int) -> int:
     """Number of the cell between ``lines`` that holds ``at``, sought from the cell ``near`` on; the first or last for
     what is beyond.
@@ -193,7 +193,7 @@ def _cell(lines: Array, at: float, near: int) -> int:
     return near
 
 
-@compiled
+@uncounted
 def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
     """Mean over the box about (x, y), near that cell: bilinear in a cell, which is exact."""
     gx, gy, sums, half = sheet.gx, sheet.gy, sheet.sums, sheet.half
@@ -212,7 +212,7 @@ def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
     return integral / (2 * half) ** 2
 
 
-@compiled
+@uncounted
 def _one_grey(sheet: Sheet, low: tuple[float, float], high: tuple[float, float], row: int, column: int) -> bool:
     """Whether all cells between ``low`` and ``high`` (x, y) have the grey of that one, which is one of them."""
     first_row, last_row = _cell(sheet.gy, low[1], row), _cell(sheet.gy, high[1], row)

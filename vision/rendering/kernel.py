@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.compiled import compiled
+from vision.compiled import compiled, uncounted
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -85,7 +85,7 @@ class Work(NamedTuple):
     opening: int
 
 
-@compiled
+@uncounted
 def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -> tuple[float, float, float]:
     """Signed distance (negative inside) to a polygon and the outward unit direction of its growth."""
     best, nx, ny, inside = 1e300, 1.0, 0.0, False
@@ -108,7 +108,7 @@ def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -
     return sign * distance, sign * nx / distance, sign * ny / distance
 
 
-@compiled
+@uncounted
 def _edge_px(scene: Scene, optics: Optics, k: int, xn: float, yn: float) -> float:
     """Distance in pixels from a ray to layer k's edge, negative inside (scalar indexing: array views cost more than the
     sums).
@@ -154,7 +154,7 @@ def _edge_px(scene: Scene, optics: Optics, k: int, xn: float, yn: float) -> floa
     return distance / metres_per_px + 0.5 * blur_px * blur_px * curvature * metres_per_px
 
 
-@compiled
+@uncounted
 def _coverage(edge_px: float, blur_px: float) -> float:
     scaled = edge_px / blur_px
     if scaled > _SIGMAS:
@@ -164,7 +164,7 @@ def _coverage(edge_px: float, blur_px: float) -> float:
     return 0.5 * math.erfc(scaled * 0.7071067811865476)
 
 
-@compiled
+@uncounted
 def _colour(scene: Scene, optics: Optics, work: Work, used: Ints, xn: float, yn: float) -> float:
     """Grey along one ray, where each layer is what ``used`` says.  Outlines that coincide are not blended twice: what
     lies in the opening is painted apart and put under it once, and a layer ON another replaces that one's grey by as
@@ -190,7 +190,7 @@ def _colour(scene: Scene, optics: Optics, work: Work, used: Ints, xn: float, yn:
     return outer + open_share * (inner - outer)
 
 
-@compiled
+@uncounted
 def _place(k: int, samples: int) -> float:
     """Where sub-sample k of an even number lies in the pixel (-0.5..0.5): Gauss' two points in each of samples / 2
     cells.
@@ -199,7 +199,7 @@ def _place(k: int, samples: int) -> float:
     return 2.0 * cell / samples - 0.5
 
 
-@compiled
+@uncounted
 def _narrowed(work: Work, reach_px: float, into: Ints) -> bool:
     """Write what each layer is where no edge farther than ``reach_px`` from the last ray matters; whether one does."""
     some = False
@@ -212,7 +212,7 @@ def _narrowed(work: Work, reach_px: float, into: Ints) -> bool:
     return some
 
 
-@compiled
+@uncounted
 def _pixel(scene: Scene, optics: Optics, work: Work, xn: float, yn: float) -> float:
     """Mean over the pixel's area; one ray is enough where no edge is near, and elsewhere the edges that are."""
     grey, samples = _colour(scene, optics, work, work.used, xn, yn), optics.samples
