@@ -235,7 +235,7 @@ def _beside_host(run: RunData, meetings: Sequence[_Meeting]) -> list[tuple[Any, 
     if not meetings:
         return []
     moments, host = np.array([one.t for one in meetings]), run.host
-    pose, rate, second_rate = (host.at(moments, order) for order in range(3))
+    pose, rate, second_rate = (np.array([host.at(t, order)[0] for t in moments[:, None]]) for order in range(3))
     opens = _host_covariance(run, moments, pose, np.array([one.place for one in meetings]))
     rows = []
     for n, one in enumerate(meetings):

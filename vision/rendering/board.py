@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.targets.boards import Board, printed_rectangles
-from vision.compiled import compiled
+from vision.compiled import compiled, uncounted
 from vision.rendering.images import Look, View, finish
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ def _print(board: Board, camera: Camera, xn: Array, yn: Array, paper: Paper) -> 
     return np.asarray(background + _box_means(rays, Sheet(turn, turn @ point, half, gx, gy, cells, sums)))
 
 
-@compiled
+@uncounted
 def _place(rays: Rays, sheet: Sheet, i: int, j: int, a: int, b: int) -> tuple[float, float]:
     """Where on the board sub-sample (a, b) of pixel (i, j) lies: linear within a pixel (a lens bends by 1e-6 px
     there).
@@ -171,7 +171,7 @@ def _place(rays: Rays, sheet: Sheet, i: int, j: int, a: int, b: int) -> tuple[fl
     return x, depth * (turn[1, 0] * u + turn[1, 1] * v + turn[1, 2]) - away[1]
 
 
-@compiled
+@uncounted
 def _cell(lines: Array, at: float, near: int) -> int:
     """Number of the cell between ``lines`` that holds ``at``, sought from the cell ``near`` on; the first or last for
     what is beyond.
@@ -183,7 +183,7 @@ def _cell(lines: Array, at: float, near: int) -> int:
     return near
 
 
-@compiled
+@uncounted
 def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
     """Mean over the box about (x, y), near that cell: bilinear in a cell, which is exact."""
     gx, gy, sums, half = sheet.gx, sheet.gy, sheet.sums, sheet.half
@@ -202,7 +202,7 @@ def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
     return integral / (2 * half) ** 2
 
 
-@compiled
+@uncounted
 def _one_grey(sheet: Sheet, low: tuple[float, float], high: tuple[float, float], row: int, column: int) -> bool:
     """Whether all cells between ``low`` and ``high`` (x, y) have the grey of that one, which is one of them."""
     first_row, last_row = _cell(sheet.gy, low[1], row), _cell(sheet.gy, high[1], row)
@@ -277,7 +277,7 @@ def _greys_of(board: Board, paper: Paper) -> DotGreys:
     return DotGreys(ink, sheet, paper.background_grey)
 
 
-@compiled
+@uncounted
 def _from_dot(dots: Dots, x: float, y: float) -> float:
     """Distance [m] from the middle of the nearest circle."""
     row = min(max(np.rint(y / dots.pitch), 0.0), dots.rows - 1.0)
@@ -286,14 +286,14 @@ def _from_dot(dots: Dots, x: float, y: float) -> float:
     return np.hypot(x - dots.pitch * (step * column + shift), y - dots.pitch * row)
 
 
-@compiled
+@uncounted
 def _on_paper(dots: Dots, x: float, y: float, reach: float) -> bool:
     """Whether the paper goes on for so far about (x, y)."""
     across = dots.low[0] + reach < x < dots.high[0] - reach
     return across and dots.low[1] + reach < y < dots.high[1] - reach
 
 
-@compiled
+@uncounted
 def _dot(dots: Dots, greys: DotGreys, half: float, x: float, y: float) -> float:
     """Grey at (x, y) of the board; each edge as a ramp as wide as the sub-sample's box."""
     if not _on_paper(dots, x, y, 0.0):

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.compiled import compiled, compiled_fast
+from vision.compiled import compiled, compiled_fast, uncounted
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -107,7 +107,7 @@ class Work(NamedTuple):
     opening: int
 
 
-@compiled
+@uncounted
 def _to_polygon(px: float, py: float, vertices: Array, first: int, count: int) -> tuple[float, float, float]:
     """Signed distance (negative inside) to a polygon and the outward unit direction of its growth."""
     best, nx, ny, inside = 1e300, 1.0, 0.0, False
@@ -232,7 +232,7 @@ def _paint(scene: Scene, optics: Optics, work: Work, count: int) -> None:
         rays[OUTER, n] += rays[OPEN, n] * (rays[INNER, n] - rays[OUTER, n])
 
 
-@compiled
+@uncounted
 def _place(k: int, samples: int) -> float:
     """Where sub-sample k of an even number lies in the pixel (-0.5..0.5): Gauss' two points in each of samples / 2
     cells.

@@ -47,10 +47,12 @@ class TimeProfile:
         """Fall of the sum of squares (K, N) that each of the ``trains`` (N, B) explains in the direction that suits it
         best, in each series."""
         x, y = (self.scores[:, axis] @ trains.T for axis in (0, 1))
-        a = np.array([[np.einsum("nb,nb->n", trains @ self.information[i, j], trains) for j in (0, 1)] for i in (0, 1)])
-        determinant = a[0, 0] * a[1, 1] - a[0, 1] ** 2
-        told = determinant > 1e-9 * np.maximum(a[0, 0] * a[1, 1], 1e-300)
-        top = a[1, 1] * x**2 - 2 * a[0, 1] * x * y + a[0, 0] * y**2
+        xx, xy, yy = (
+            np.einsum("nb,nb->n", trains @ self.information[i, j], trains) for i, j in ((0, 0), (0, 1), (1, 1))
+        )
+        determinant = xx * yy - xy**2
+        told = determinant > 1e-9 * np.maximum(xx * yy, 1e-300)
+        top = yy * x**2 - 2 * xy * x * y + xx * y**2
         return np.where(told, top / np.where(told, determinant, 1.0), 0.0)
 
 

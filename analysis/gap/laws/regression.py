@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +95,38 @@ class Forms:
     fold: NDArray[np.int64]
     prior: Array
 
+    @cached_property
+    def held_out(self) -> tuple[_HeldOut, ...]:
+        """Of each fold what no residual changes: chance asks for it again with drawn ones."""
+        nuisance, cross = self.nuisance.sum(0) + np.diag(self.prior), self.cross.sum(0)
+        return tuple(self._without(r, nuisance, cross) for r in range(len(self.nuisance)))
+
+    def _without(self, r: int, nuisance: Array, cross: Array) -> _HeldOut:
+        inverse = _inverse(nuisance - self.nuisance[r])
+        rest_cross = cross - self.cross[r]
+        turn = inverse @ rest_cross
+        own_cross = self.cross[r] - self.nuisance[r] @ turn
+        kin = []
+        for one in self.kin:
+            whole = one.information.sum(0) - one.information[r]
+            left = whole - _between(rest_cross, turn, one.at)
+            own = one.information[r] - _between(turn, self.cross[r], one.at) - _between(own_cross, turn, one.at)
+            told = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
+            kin.append((told, _inverses(left), own))
+        return _HeldOut(inverse, turn, own_cross, tuple(kin))
+
+
+class _HeldOut(NamedTuple):
+    """One fold predicted by the others: ``inverse`` (P, P) of their nuisances' normal equations, ``turn`` (P, C) what
+    nuisances take of each column, ``cross`` (P, C) of the fold's own once these follow the others' solution; of each
+    of the ``kin`` which groups (G,) anything is left of, the inverses (G, S, S) of that, and the fold's own products
+    (G, S, S)."""
+
+    inverse: Array
+    turn: Array
+    cross: Array
+    kin: tuple[tuple[NDArray[np.bool_], Array, Array], ...]
+
 
 def forms_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> Forms:
     """Normal equations of a problem with ``groups`` of further ``columns`` (M, C)."""
@@ -149,8 +182,8 @@ def gains_by_chance(
     draws, rng = drawn
 
     def largest(noise: Array, count: int) -> Array:
-        scored = replace(forms, scores=_scores(problem, columns, noise))
-        return np.asarray(held_out_gains(scored, rng.standard_normal((count, len(forms.fold)))).max(1), float)
+        drawn = rng.standard_normal((count, len(forms.fold)))
+        return np.asarray(held_out_gains(forms, drawn, _scores(problem, columns, noise)).max(1), float)
 
     by_chance = max(float(np.quantile(largest(left, FIRST_DRAWS), GIVEN_BACK)), 0.0)
     given_back = min(1.0, np.sqrt(by_chance / max(float(explained @ explained), 1e-300)))
@@ -165,31 +198,23 @@ def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
     return np.hstack([told @ problem.nuisances, told @ columns])
 
 
-def held_out_gains(forms: Forms, signs: Array) -> Array:
+def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> Array:
     """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns is fitted beside
-    the nuisances; ``signs`` (D, B) of the blocks' residuals."""
+    the nuisances; ``signs`` (D, B) of the blocks' residuals; ``scores``: other blocks' than those of the forms."""
+    scores = forms.scores if scores is None else scores
     folds = len(forms.nuisance)
-    by_fold = np.stack([signs[:, forms.fold == r] @ forms.scores[forms.fold == r] for r in range(folds)])
+    by_fold = np.stack([signs[:, forms.fold == r] @ scores[forms.fold == r] for r in range(folds)])
     held = forms.nuisance.shape[1]
-    nuisance, cross = forms.nuisance.sum(0) + np.diag(forms.prior), forms.cross.sum(0)
     score = by_fold.sum(0)
     gains = np.zeros((len(signs), sum(len(one.number) for one in forms.kin)))
-    for r in range(folds):
-        rest, rest_score, here = nuisance - forms.nuisance[r], score - by_fold[r], by_fold[r]
-        inverse = _inverse(rest)
-        rest_cross = cross - forms.cross[r]
-        turn = inverse @ rest_cross  # (P, C): what nuisances take of each column
-        pushed = rest_score[:, held:] - rest_score[:, :held] @ turn
+    for here, fold in zip(by_fold, forms.held_out, strict=True):
+        rest_score = score - here
+        pushed = rest_score[:, held:] - rest_score[:, :held] @ fold.turn
         # Own fold's forms once the nuisances follow the others' solution.
-        nuisances = rest_score[:, :held] @ inverse
-        own_cross = forms.cross[r] - forms.nuisance[r] @ turn
-        own_score = here[:, held:] - here[:, :held] @ turn - nuisances @ own_cross
-        for one in forms.kin:
-            whole = one.information.sum(0) - one.information[r]
-            left = whole - _between(rest_cross, turn, one.at)
-            own = one.information[r] - _between(turn, forms.cross[r], one.at) - _between(own_cross, turn, one.at)
-            told = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
-            step = np.einsum("dga,gab->dgb", pushed[:, one.at], _inverses(left))
+        nuisances = rest_score[:, :held] @ fold.inverse
+        own_score = here[:, held:] - here[:, :held] @ fold.turn - nuisances @ fold.cross
+        for one, (told, inverses, own) in zip(forms.kin, fold.kin, strict=True):
+            step = np.einsum("dga,gab->dgb", pushed[:, one.at], inverses)
             gain = 2 * np.einsum("dga,dga->dg", step, own_score[:, one.at])
             gain -= np.einsum("dga,gab,dgb->dg", step, own, step, optimize=True)
             gains[:, one.number] += np.where(told, gain, 0.0)
