@@ -157,6 +157,7 @@ def evidence_figure(found: Evidence) -> Figure:
     figure, axes = new_figure(margins_in=(left_in, 0.12, 0.46, 0.36))
     ax = axes[0, 0]
     factor, unit = SHOWN.get(found.unit, (1.0, found.unit))
+    shown, _ = SHOWN.get(found.target_unit, (1.0, ""))
     order = np.argsort(found.covariate)
     x = found.covariate[order] * factor
     ax.axhline(0.0, color=GREY, lw=0.8)
@@ -164,8 +165,8 @@ def evidence_figure(found: Evidence) -> Figure:
         (found.before, found.before_sd, RED, "without the law"),
         (found.after, found.after_sd, BLUE, "with it"),
     ):
-        ax.errorbar(x, values[order], sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
-    ax.plot(x, found.law[order], color=BLACK, lw=1.2, label="the law")
+        ax.errorbar(x, shown * values[order], shown * sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
+    ax.plot(x, shown * found.law[order], color=BLACK, lw=1.2, label="the law")
     told = QUANTITIES[found.name].meaning
     label(ax, f"{told} [{unit}]" if unit != "1" else told, missing, math=False)
     legend(ax)
@@ -174,7 +175,8 @@ def evidence_figure(found: Evidence) -> Figure:
 
 def _missing(found: Evidence) -> str:
     target = TARGETS[found.target]
-    unit = "" if found.target_unit == "1" else f" [{found.target_unit}]"
+    told = SHOWN.get(found.target_unit, (1.0, found.target_unit))[1]
+    unit = "" if told == "1" else f" [{told}]"
     what = "missing acceleration" if target.stage == "flight" else "missing"
     if target.unit == "1":
         what = "missing"
