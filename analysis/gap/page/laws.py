@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 FEWEST_FRAMES = 20
 # LaTeX of the symbols as plain characters.
 PLAIN = {
-    r"\times": " × ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
+    r"\times": " × ", r"\cdot": " · ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\delta": "δ", r"\rho": "ρ", r"\chi": "χ", r"\ell": "ℓ", r"\sigma": "σ", r"\tau": "τ",
     r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
 }  # fmt: skip
