@@ -58,17 +58,16 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
     known[1:, W.LAST_X], known[1:, W.LAST_Y] = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
     known[1:, W.LAST_APPROACH], known[1:, W.LAST_SLIP] = known[:-1, W.APPROACH], known[:-1, W.SLIP]
+    known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
+    normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
+    at_cylinder = np.cos(normal - azimuth) < 0.0
+    pushed = azimuth + np.where(at_cylinder, np.pi, 0.0)  # a cylinder towards the Host's centre
     for i in range(min(W.MOST_BLOWS, len(known) - 1)):
         known[i + 1 :, W.BLOW_TIMES + i] = known[: -i - 1, W.TIME]
         known[i + 1 :, W.BLOW_SPEEDS + i] = known[: -i - 1, W.APPROACH]
-    known[:, W.BLOWS] = np.arange(len(known))
-    known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
-    normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
-    way = azimuth + np.where(np.cos(normal - azimuth) < 0.0, np.pi, 0.0)  # towards the centre at a cylinder
-    for i in range(min(W.MOST_BLOWS, len(known) - 1)):
-        known[i + 1 :, W.BLOW_WAYS + i] = way[: -i - 1]
+        known[i + 1 :, W.BLOW_WAYS + i] = pushed[: -i - 1]
+    known[:, W.BLOWS], known[:, W.AT_CYLINDER] = np.arange(len(known)), at_cylinder
     rate = host_motion.at(time_s, 1)
-    known[:, W.AT_CYLINDER] = np.cos(normal - azimuth) < 0.0
     known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]
     known[:, W.PASSING] = known[:, W.SLIP] - scenario.nes.radius_m * known[:, W.SPIN]
     return LawsAtImpacts(rows, known)

@@ -84,7 +84,8 @@ def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float)
     normal = -jump / size if size > 0 else np.zeros(2)
     angle, spin = _turning(run, sides, time_s)
     slip = float(velocity[1] * normal[0] - velocity[0] * normal[1]) + run.radius_m * spin
-    # The wall is pushed outwards, a cylinder in the middle towards the Host's centre: to the right digit by the place.
+    # The wall is pushed outwards, a cylinder in the middle towards the Host's centre: friction turns the jump, not the
+    # place.
     push_rad = math.atan2(place[1], place[0]) + (0.0 if place @ normal >= 0.0 else math.pi)
     return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip, push_rad)
 

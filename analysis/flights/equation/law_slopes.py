@@ -19,14 +19,10 @@ from ovines.core.laws.kernel import (
     FRICTION,
     MIRRORED_FRICTION,
     POLAR_FRICTION,
-    Q_CLOCK,
-    Q_PHASE,
-    Q_RUN,
-    Q_SINCE,
-    Q_TIME,
     SPIN,
     push,
 )
+from ovines.core.laws.quantities import Q_CLOCK, Q_PHASE, Q_RUN, Q_SINCE, Q_TIME
 
 Array = NDArray[np.float64]
 

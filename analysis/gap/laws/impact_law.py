@@ -22,7 +22,7 @@ from analysis.gap.laws.regression import forms_of, held_out_gains
 from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
-from analysis.gap.selection.impacts.covariates import QUANTITIES as PROBED
+from analysis.gap.selection.impacts.covariates import FOLLOWED
 from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE
 from analysis.gap.selection.impacts.restitution import kept_gain
@@ -64,10 +64,12 @@ def find_impact_law(
     problem = law_regression(impacts, fits, restitution_terms)
     candidates = law_candidates(problem.known)
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts())
-    for one in left:
+    for one in left if found is None else ():
         near = [candidate for candidate in candidates if _as_probed(candidate, one)]
-        if found is None and near:
+        if near:
             found, p = find_law(problem.problem, problem.columns, near, rng, level, of_impacts(), 1)
+        if found is not None:
+            break
     if found is None:
         return None
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
@@ -77,7 +79,7 @@ def find_impact_law(
 
 def _as_probed(candidate: Candidate, left: Structure) -> bool:
     """Whether a candidate acts where a probe has found something, and follows what that goes with."""
-    quantity, targets = PROBED.get(left.goes_with), ACTS_ON.get(left.coordinate, ())
+    quantity, targets = FOLLOWED.get(left.goes_with), ACTS_ON.get(left.coordinate, ())
     return all(
         term.target in targets and quantity in [factor.quantity for factor in term.factors] for term in candidate.terms
     )

@@ -2,7 +2,7 @@
 
 Every quantity is an invariant of the rig - a speed, a distance, an angle between things - so that a formula keeps its
 form when the world is turned; what has a direction in the room carries an angle of its own.  Names here are those of
-``law-1.toml``; the codes are those of compiled code (:mod:`ovines.core.laws.kernel`).
+``law-1.toml``; the codes are those of compiled code (:mod:`ovines.core.laws.kernel`, `quantities`).
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
-from ovines.core.laws import kernel
+from ovines.core.laws import kernel, quantities
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -307,7 +307,7 @@ def test_words_and_compiled_codes_are_the_same():
     """Names of `words` against the numbers of `kernel`, one by one."""
     flights = [one.code for one in TARGETS.values() if one.stage == "flight"]
     assert [getattr(kernel, name) for name in TARGET_CODES.split()] == flights
-    numbered = [getattr(kernel, f"Q_{name}") for name in QUANTITY_CODES.split()]
+    numbered = [getattr(quantities, f"Q_{name}") for name in QUANTITY_CODES.split()]
     assert numbered == [one.code for one in QUANTITIES.values()]
     functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES", "GATES"]
     functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN", "SAWTOOTH"]

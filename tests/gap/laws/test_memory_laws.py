@@ -36,6 +36,13 @@ def quantities(law):
     return [(term.target, sorted(one.quantity for one in term.factors)) for term in law.law.terms]
 
 
+def flight_law(series):
+    """The law of the flights beside the effects that they ask for."""
+    rng = np.random.default_rng(0)
+    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    return find_flight_law(series.runs, steps, series.frame, rng)[0]
+
+
 def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
     """And no law of the impacts, as that the restitution follows the speed: they are asked between the flights that
     hold the law."""
@@ -51,9 +58,7 @@ def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
 def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
     """Up to its length, with its force."""
     series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 36, runs=2)
-    rng = np.random.default_rng(0)
-    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
-    law, _ = find_flight_law(series.runs, steps, series.frame, rng)
+    law = flight_law(series)
     assert law is not None
     assert {target for target, _ in quantities(law)} == {"from_last_contact"}, as_text(law.law)
     force = sum(term.coefficient for term in law.law.terms)

@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.gap.cause import Structure
-from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
-from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_latex, as_text
-from tests.gap.laws.test_memory_laws import EFFECTS, impact_fit, made_series, quantities
+from tests.gap.laws.test_memory_laws import flight_law, impact_fit, made_series, quantities
 
 
 def test_a_ring_that_swings_on_its_feet_after_a_blow(tmp_path):
@@ -46,9 +44,7 @@ def test_screws_that_each_blow_loosens(tmp_path):
 def test_a_floor_that_swings_about_a_screw(tmp_path):
     """Friction is turned aside by the place against the screw, times the Host's velocity."""
     series, true = made_series(tmp_path, "unknown_swinging_floor", 0.8, 63, runs=3)
-    rng = np.random.default_rng(0)
-    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
-    law, _ = find_flight_law(series.runs, steps, series.frame, rng)
+    law = flight_law(series)
     assert law is not None
     turned = ("across_sliding", ["host_velocity_along", "place_along_sliding", "sliding_speed"])
     assert quantities(law)[0] == turned, as_text(law.law)

@@ -127,11 +127,7 @@ def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
         # a q(x) + b q(x + pi / 2) = size q(x + arctan(b / a))
         quarter = abs(wrapped(g.x - f.x - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, x=wrapped(f.x + math.atan2(b, a), 2 * math.pi)) if quarter else None
-    if (
-        QUANTITIES[f.quantity].own == "line"
-        and replace(g, y=f.y) == f
-        and (f.function, f.order, f.x) == ("power", 1, 0)
-    ):
+    if QUANTITIES[f.quantity].own == "line" and replace(g, y=f.y) == f and replace(f, y=0.0) == Factor(f.quantity):
         quarter = abs(wrapped(g.y - f.y - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, y=wrapped(f.y + math.atan2(b, a), 2 * math.pi)) if quarter else None
     if (f.function, g.function) != ("cosine", "sine") or replace(g, function="cosine") != f:

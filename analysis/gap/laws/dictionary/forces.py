@@ -129,9 +129,9 @@ def _fixed(scales: RigScales) -> list[Candidate]:
         (Factor("time"), "time"), (Factor("run"), "run"), (Factor("spin"), "spin"), (Factor("speed"), "speed"),
     ):  # fmt: skip
         out.append(plain(f"force of the room with the {word}", *pair(target, QUARTER, factor)))
-    for word in ("time", "run"):  # from whatever it is at the start
+    for word in ("time", "run"):
         both = (*pair(target, QUARTER), *pair(target, QUARTER, Factor(word)))
-        out.append(plain(f"force of the room, even in the {word}", *both))
+        out.append(plain(f"force of the room, linear in the {word} from what it is at first", *both))
     for quantity, orders in (("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0))):
         for order in orders:
             cosine, sine = waves(quantity, order)

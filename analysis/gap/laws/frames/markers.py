@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -125,15 +126,32 @@ def without_markers(series: Series, terms: Sequence[Term]) -> Series:
         own = [term for term in terms if key_of(term) == key]
         marker = series.recordings[0].bodies[BODIES[key[0]]].markers[key[1]]
         for k, run in enumerate(series.runs):
-            here = (points[k]["marker"] == marker).to_numpy()
-            seen = points[k][here]
-            way = _way(own, key[0], seen["time_s"].to_numpy(float), run.data)
-            if tracks is not None and series.cameras is not None:
-                tracks[k] = tracks_moved(tracks[k], series, seen, way)
-            moved = points[k].copy()
-            moved.loc[here, ["x_m", "y_m"]] -= way
-            points[k] = moved
+            way = partial(_way, own, key[0], data=run.data)
+            points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
+            if tracks is not None and moved is not None:
+                tracks[k] = moved
     return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def moved_back(
+    points: pd.DataFrame,
+    tracks: pd.DataFrame | None,
+    series: Series,
+    marker: str,
+    way: Callable[[Array], Array],
+) -> tuple[pd.DataFrame, pd.DataFrame | None]:
+    """Points and tracks of a run with a ``marker`` back from where ``way`` of its times (N,; s) has moved it in the
+    room (N, 2; m)."""
+    here = (points["marker"] == marker).to_numpy()
+    seen = points[here]
+    if not len(seen):
+        return points, tracks
+    gone = way(seen["time_s"].to_numpy(float))
+    if tracks is not None and series.cameras is not None:
+        tracks = _tracks_moved(tracks, series, seen, gone)
+    points = points.copy()
+    points.loc[here, ["x_m", "y_m"]] -= gone
+    return points, tracks
 
 
 def _way(terms: Sequence[Term], target: str, time_s: Array, data: RunData) -> Array:
@@ -148,7 +166,7 @@ def _way(terms: Sequence[Term], target: str, time_s: Array, data: RunData) -> Ar
     return np.nan_to_num(np.hstack([c * x - s * y, s * x + c * y]))
 
 
-def tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
+def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
     """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2; m)."""
     assert series.cameras is not None
     place = seen[["x_m", "y_m", "z_m"]].to_numpy(float)

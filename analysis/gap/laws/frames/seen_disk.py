@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from analysis.gap.laws.dictionary.forces import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.markers import tracks_moved
+from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import known_frames, size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression import Regression
@@ -31,9 +32,8 @@ from ovines.core.laws.terms import Factor, Term
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
-# Directions of a lamp; places over the contact radius where its shade begins, and over what way it deepens; width of a
-# spot, the same.
-LAMPS, SHADES, SHADE_WIDTH, SPOT = 12, (-0.3, 0.0, 0.3), 0.3, 0.3
+# Directions of a lamp; places over the contact radius where its shade begins; width of a spot, the same.
+LAMPS, SHADES, SPOT = 12, (-0.3, 0.0, 0.3), 0.3
 # Parts of a law at the most.
 MOST_PARTS = 2
 
@@ -65,8 +65,7 @@ def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Genera
     if not len(flights.flights):
         return None
     rows = SeenRows(flights.problem, flights)
-    runs = fitted.fits
-    scales = RigScales.of(rows.known, float(runs[0].run.host.omega_rad_per_s))
+    scales = RigScales.of(rows.known, float(fitted.fits[0].run.host.omega_rad_per_s))
     found, p = find_law(
         rows.problem, rows.columns, seen_candidates(scales), rng, LEVEL_WHERE_LEFT, most_parts=MOST_PARTS
     )
@@ -78,7 +77,7 @@ def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Genera
 
 def seen_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate for how far from its place the disk is seen."""
-    outwards, along = W.NES_PLACE[1], W.NES_PLACE[0]
+    along, outwards = W.NES_PLACE
     ranges = [share * scales.radius_m for share in RANGES]
     out = scaled("disk seen outwards near the wall", outwards, ("gap", "exponential", 1.0), ranges)
     out += [
@@ -99,13 +98,10 @@ def seen_candidates(scales: RigScales) -> list[Candidate]:
         Candidate("disk seen along a direction near the wall", beside, (r,), (SCALE_STEP,), (True,)) for r in ranges
     ]
     step = PLACE_STEP * scales.radius_m
-    for function, order, word in (
-        ("above", 1.0, "from a line on, ever farther"),
-        ("below", 1.0, "on one side of a line"),
-    ):
+    for function, word in (("above", "from a line on, ever farther"), ("below", "on one side of a line")):
 
-        def shade(angle: float, place: float, function: str = function, order: float = order) -> tuple[Term, ...]:
-            return (Term(along, 1.0, (Factor("along_host", function, order, place, 0.0, angle),), x=angle),)
+        def shade(angle: float, place: float, function: str = function) -> tuple[Term, ...]:
+            return (Term(along, 1.0, (Factor("along_host", function, 1.0, place, 0.0, angle),), x=angle),)
 
         name = f"disk seen along a direction {word}"
         out += [
@@ -115,23 +111,6 @@ def seen_candidates(scales: RigScales) -> list[Candidate]:
             for i in range(LAMPS)
             for share in SHADES
         ]
-
-    def between(angle: float, place: float, width: float) -> tuple[Term, ...]:
-        lines = (Factor("along_host", "above", 1.0, at, 0.0, angle) for at in (place, place + width))
-        return tuple(Term(along, 1.0, (line,), x=angle) for line in lines)
-
-    name, numbers = "disk seen along a direction between two lines, ever farther", SHADE_WIDTH * scales.radius_m
-    out += [
-        Candidate(
-            name,
-            between,
-            (2 * math.pi * i / LAMPS, share * scales.radius_m, numbers),
-            (ANGLE_STEP, step, SCALE_STEP),
-            (False, False, True),
-        )
-        for i in range(LAMPS)
-        for share in SHADES
-    ]
 
     def spot(x: float, y: float, width: float) -> tuple[Term, ...]:
         return pair(along, QUARTER, Factor("distance_in_host", "gaussian", 1.0, width, x, y))
@@ -164,19 +143,17 @@ def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
         )
     points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
     for k, run in enumerate(series.runs):
+        way = partial(_way, terms, data=run.data)
         for marker in series.recordings[0].bodies["nes"].markers:
-            here = (points[k]["marker"] == marker).to_numpy()
-            seen = points[k][here]
-            if not len(seen):
-                continue
-            known = _known_disk(seen["time_s"].to_numpy(float), run.data)
-            way = np.nan_to_num(shift(terms, known).sum(2))
-            if tracks is not None and series.cameras is not None:
-                tracks[k] = tracks_moved(tracks[k], series, seen, way)
-            moved = points[k].copy()
-            moved.loc[here, ["x_m", "y_m"]] -= way
-            points[k] = moved
+            points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
+            if tracks is not None and moved is not None:
+                tracks[k] = moved
     return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def _way(terms: Sequence[Term], time_s: Array, data: RunData) -> Array:
+    """How far terms move the disk's picture in the room (N, 2; m) at the times of a run."""
+    return np.nan_to_num(shift(terms, _known_disk(time_s, data)).sum(2))
 
 
 def _known_disk(time_s: Array, data: RunData) -> Array:

@@ -28,7 +28,7 @@ PROBES = {
     "three times the azimuth": ("cos 3 azimuth", "sin 3 azimuth"),
 }
 #: what laws call the quantity that a probe follows
-QUANTITIES = {
+FOLLOWED = {
     "the time since the impact before": "since",
     "the slip speed": "slip",
     "the direction of slip": "slip",

@@ -1,0 +1,192 @@
+"""Values of the quantities that a law's factors follow, in compiled code."""
+
+from __future__ import annotations
+
+import math
+
+from ovines.core.compiled import Floats, compiled
+from ovines.core.laws import words as W
+
+# As `words` numbers them; a test holds them together.
+(
+    Q_SPEED, Q_SLIDING, Q_RADIUS, Q_GAP, Q_SPIN, Q_TIME, Q_PHASE, Q_SINCE, Q_AZIMUTH, Q_RUN, Q_ROOM, Q_HOST, Q_ALONG,
+    Q_VELOCITY, Q_APPROACH, Q_SLIP, Q_BODY, Q_CLOCK, Q_SHARE, Q_ANGLE, Q_WALL_SPEED,
+    Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
+    Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
+    Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
+    Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER,
+) = range(49)  # fmt: skip
+# A direction of something so short (m, m/s) is none.
+SHORT = 1e-12
+
+
+@compiled
+def before_impact(code: int, known: Floats) -> float:
+    """Value of a quantity that is known of impacts only."""
+    if code == Q_APPROACH:
+        return known[W.APPROACH]
+    if code == Q_SLIP:
+        return known[W.SLIP]
+    if code == Q_WALL_SPEED:
+        return known[W.WALL_SPEED]
+    if code == Q_PASSING:
+        return known[W.PASSING]
+    if code == Q_AT_CYLINDER:
+        return known[W.AT_CYLINDER]
+    return math.atan2(abs(known[W.SLIP]), known[W.APPROACH])
+
+
+@compiled
+def of_host_or_contact(code: int, known: Floats) -> float:
+    """Value of a quantity that goes with the Host's motion, or with the contact before."""
+    hx, hy = known[W.HX], known[W.HY]
+    if code == Q_RADIAL or code == Q_CIRCLING:
+        length = math.hypot(hx, hy)
+        if length < SHORT:
+            return 0.0
+        if code == Q_RADIAL:
+            return (known[W.UX] * hx + known[W.UY] * hy) / length
+        return (known[W.UY] * hx - known[W.UX] * hy) / length
+    if code == Q_HOST_SPEED:
+        return math.hypot(known[W.VX] - known[W.UX], known[W.VY] - known[W.UY])
+    if code == Q_HOST_ACCELERATION:
+        return math.hypot(known[W.HOST_AX], known[W.HOST_AY])
+    if code == Q_FROM_CONTACT:
+        return math.hypot(hx - known[W.LAST_X], hy - known[W.LAST_Y])
+    if code == Q_CONTACT_TURN or code == Q_RIM_TURN:
+        turn = math.atan2(hy, hx) - math.atan2(known[W.LAST_Y], known[W.LAST_X])
+        return turn - (known[W.ANGLE] - known[W.LAST_ANGLE]) if code == Q_RIM_TURN else turn
+    if code == Q_LAST_SLIP:
+        return known[W.LAST_SLIP]
+    if code == Q_SPIN_LEFT:
+        return known[W.SPIN_LEFT]
+    if code == Q_SLIDING_DIRECTION:
+        return math.atan2(known[W.UY], known[W.UX])
+    if code == Q_HEADING:
+        return math.atan2(known[W.VY], known[W.VX]) - known[W.ANGLE]
+    if code == Q_SLIDING_HEADING:
+        return math.atan2(known[W.UY], known[W.UX]) - known[W.ANGLE]
+    if code == Q_SINCE_BY_BLOW:
+        return known[W.SINCE] / max(known[W.LAST_APPROACH], SHORT)
+    if code == Q_ACCELERATION_OUTWARDS:
+        length = math.hypot(hx, hy)
+        return (known[W.HOST_AX] * hx + known[W.HOST_AY] * hy) / length if length > SHORT else 0.0
+    return known[W.LAST_APPROACH]
+
+
+@compiled
+def along(code: int, x: float, known: Floats) -> float:
+    """Part of a velocity, or of the Host's acceleration, along the direction ``x``."""
+    c, s = math.cos(x), math.sin(x)
+    if code == Q_VELOCITY:
+        return c * known[W.VX] + s * known[W.VY]
+    if code == Q_SLIDING_ALONG:
+        return c * known[W.UX] + s * known[W.UY]
+    if code == Q_ACCELERATION_ALONG:
+        return c * known[W.HOST_AX] + s * known[W.HOST_AY]
+    return c * (known[W.VX] - known[W.UX]) + s * (known[W.VY] - known[W.UY])
+
+
+@compiled
+def azimuth(code: int, rate: float, known: Floats) -> float:
+    """Direction from the Host's centre: in the room, seen from the disk, or from what goes round at a ``rate``."""
+    seen = math.atan2(known[W.HY], known[W.HX])
+    if code == Q_BODY:
+        return seen - known[W.ANGLE]
+    return seen - rate * known[W.TIME] if code == Q_TURNING else seen
+
+
+@compiled
+def recent_blows(fades_s: float, known: Floats) -> float:
+    """Squared normal speeds of the last impacts, each as it has faded within ``fades_s`` (m^2/s^2)."""
+    total = 0.0
+    for i in range(W.MOST_BLOWS):
+        speed = known[W.BLOW_SPEEDS + i]
+        if speed > 0.0:
+            total += speed * speed * math.exp(-(known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s)
+    return total
+
+
+@compiled
+def swing(code: int, rate: float, fades_s: float, known: Floats) -> float:
+    """What the last impacts set swinging at ``rate`` (rad/s), as it fades within ``fades_s``: by their normal speeds
+    (m/s), and as far as it goes out to where the disk is."""
+    out, total = math.atan2(known[W.HY], known[W.HX]), 0.0
+    lobes = 2.0 if code == Q_OVALLING else 1.0
+    for i in range(W.MOST_BLOWS):
+        speed = known[W.BLOW_SPEEDS + i]
+        if speed > 0.0:
+            since = known[W.TIME] - known[W.BLOW_TIMES + i]
+            turned = rate * since
+            wave = math.cos(turned) if code == Q_SWING_RATE else math.sin(turned)
+            total += speed * math.exp(-since / fades_s) * wave * math.cos(lobes * (out - known[W.BLOW_WAYS + i]))
+    return total
+
+
+@compiled
+def of_blows(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity that goes with the blows before."""
+    if code == Q_BLOWS:
+        return recent_blows(y, known) - x
+    if code == Q_NUMBER_OF_BLOWS:
+        return known[W.BLOWS] - x
+    return swing(code, x, y, known)
+
+
+@compiled
+def quantity(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle,
+    of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it fades."""
+    if code == Q_SPEED:
+        return math.hypot(known[W.VX], known[W.VY]) - x
+    if code == Q_SLIDING:
+        return math.hypot(known[W.UX], known[W.UY]) - x
+    if code == Q_RADIUS:
+        return math.hypot(known[W.HX], known[W.HY]) - x
+    if code == Q_GAP:
+        return known[W.CONTACT_RADIUS] - math.hypot(known[W.HX], known[W.HY]) - x
+    if code == Q_SPIN:
+        return known[W.SPIN] - x
+    if code == Q_TIME:
+        return known[W.TIME] - x
+    if code == Q_PHASE:
+        return known[W.PHASE] - x
+    if code == Q_SINCE:
+        return known[W.SINCE] - x
+    if code == Q_AZIMUTH or code == Q_BODY or code == Q_TURNING:
+        return azimuth(code, y, known) - x
+    if code == Q_RUN:
+        return known[W.RUN] - x
+    if code == Q_ROOM:
+        return math.hypot(known[W.X] - x, known[W.Y] - y)
+    if code == Q_HOST:
+        return math.hypot(known[W.HX] - x, known[W.HY] - y)
+    if code == Q_ALONG:
+        return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
+    if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:
+        return along(code, x, known)
+    if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
+        return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
+    if Q_BLOWS <= code <= Q_OVALLING:
+        return of_blows(code, x, y, known)
+    if code == Q_PLACE_ALONG_SLIDING:
+        return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]
+    if code >= Q_RADIAL and code != Q_AT_CYLINDER:
+        return of_host_or_contact(code, known) - x
+    return before_impact(code, known) - x
+
+
+@compiled
+def remembers(known: Floats) -> bool:
+    """Whether a contact before is known: its place is never the Host's centre."""
+    return known[W.LAST_X] != 0.0 or known[W.LAST_Y] != 0.0
+
+
+@compiled
+def circular(code: int) -> bool:
+    """Whether the quantity's ends meet."""
+    return (
+        code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
+        or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
+        or code == Q_TURNING or code == Q_RIM_TURN
+    )  # fmt: skip
