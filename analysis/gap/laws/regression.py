@@ -128,22 +128,41 @@ class _HeldOut(NamedTuple):
     kin: tuple[tuple[NDArray[np.bool_], Array, Array], ...]
 
 
-def forms_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> Forms:
-    """Normal equations of a problem with ``groups`` of further ``columns`` (M, C)."""
+def forms_of(
+    problem: Regression, columns: Array, groups: Sequence[Sequence[int]], kin: tuple[Kin, ...] | None = None
+) -> Forms:
+    """Normal equations of a problem with ``groups`` of further ``columns`` (M, C); ``kin``: those of the groups, which
+    no nuisance changes, where they are known."""
     folds = problem.folds
-    parts = [np.flatnonzero(folds == r) for r in range(folds.max() + 1)]
     first, nuisances = np.unique(problem.block, return_index=True)[1], problem.nuisances
-    own = [columns[rows] for rows in parts]
+    parts = _parts(folds)
     nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
-    cross = np.array([nuisances[rows].T @ mine for rows, mine in zip(parts, own, strict=True)])
+    cross = np.array([nuisances[rows].T @ columns[rows] for rows in parts])
+    kin = kin_of(problem, columns, groups) if kin is None else kin
+    scores = _scores(problem, columns, problem.residual)
+    return Forms(nuisance, cross, kin, scores, folds[first], problem.prior)
+
+
+def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
+    """Groups of ``columns`` (M, C) by their size, and their products in each fold of a problem."""
+    parts = _parts(problem.folds)
     size = np.array([len(group) for group in groups])
     kin = []
     for s in np.unique(size):
         number = np.flatnonzero(size == s)
         at = np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), s)
-        kin.append(Kin(number, at, np.array([_products(mine, at) for mine in own])))
-    scores = _scores(problem, columns, problem.residual)
-    return Forms(nuisance, cross, tuple(kin), scores, folds[first], problem.prior)
+        kin.append(Kin(number, at, np.array([_products(columns[rows], at) for rows in parts])))
+    return tuple(kin)
+
+
+def _parts(folds: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
+    """Rows of each fold, as a stretch where they are one: that needs no copy of them."""
+    parts: list[NDArray[np.int64] | slice] = []
+    for r in range(folds.max() + 1):
+        rows = np.flatnonzero(folds == r)
+        first, last = (int(rows[0]), int(rows[-1])) if len(rows) else (0, -1)
+        parts.append(slice(first, last + 1) if last + 1 - first == len(rows) else rows)
+    return parts
 
 
 def _products(columns: Array, at: NDArray[np.int64]) -> Array:
@@ -164,11 +183,12 @@ def gains_by_chance(
     best: int,
     drawn: tuple[int, np.random.Generator],
     forms: Forms | None = None,
+    beside: Array | None = None,
 ) -> tuple[Array, Array]:
     """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
-    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), and of
-    what it explains as much as chance's best does, each block times a normal number.  ``forms``: those of the problem,
-    where they are known.
+    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), with the
+    columns (M, C) that are known to stand ``beside`` it, and of what these explain as much as chance's best does, each
+    block times a normal number.  ``forms``: those of the problem, where they are known.
 
     Turned signs alone are too few where a dozen flights tell most: of 150 problems of noise (a series of 80 flights,
     some 840 candidates) 3 % had p below 1 in 4000 and 9 % below 1 in 100; so none and 0.7 %."""
@@ -177,6 +197,7 @@ def gains_by_chance(
     if best < 0:
         best = int(np.argmax(gains))
     taken = problem.with_columns(columns[:, list(groups[best])])
+    taken = taken if beside is None else taken.with_columns(beside)
     left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
     explained = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior) - left
     draws, rng = drawn

@@ -14,7 +14,16 @@ from scipy.sparse import csr_matrix
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.products import Multiplier, products
 from analysis.gap.laws.numbers_inside import Columns, Numbers, searched
-from analysis.gap.laws.regression import Profile, Regression, forms_of, gains_by_chance, held_out_gains
+from analysis.gap.laws.regression import (
+    Forms,
+    Kin,
+    Profile,
+    Regression,
+    forms_of,
+    gains_by_chance,
+    held_out_gains,
+    kin_of,
+)
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
@@ -78,6 +87,31 @@ class Found:
         )  # fmt: skip
 
 
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Candidates with their columns ``table`` (M, C), the ``groups`` of these, what no nuisance changes of their normal
+    equations (``kin``), and the price ``looked`` (G,) of each."""
+
+    candidates: Sequence[Candidate]
+    table: Array
+    groups: list[list[int]]
+    kin: tuple[Kin, ...]
+    looked: Array
+
+    @staticmethod
+    def of(candidates: Sequence[Candidate], columns: Columns, problem: Regression) -> Listed:
+        """Those of a problem."""
+        table, groups = columns_of(candidates, columns, problem.block)
+        looked = np.array([one.looked for one in candidates])
+        return Listed(candidates, table, groups, kin_of(problem, table, groups), looked)
+
+    def gains(self, problem: Regression, scale: float) -> tuple[Forms, Array]:
+        """Normal equations beside the nuisances of ``problem``, and the held-out gain (G,) of each over ``scale``, its
+        price taken off."""
+        forms = forms_of(problem, self.table, self.groups, self.kin)
+        return forms, held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale - self.looked
+
+
 def find_law(
     problem: Regression,
     columns: Columns,
@@ -93,19 +127,22 @@ def find_law(
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
-    table, groups = columns_of(candidates, columns, problem.block)
-    scale, looked = problem.excess, np.array([one.looked for one in candidates])
+    scale, listed = problem.excess, Listed.of(candidates, columns, problem)
+    table, groups = listed.table, listed.groups
     while len(parts) < most_parts:
         held = with_parts(problem, columns, parts)
-        forms = forms_of(held, table, groups)
-        gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale
-        gains = gains - looked
+        forms, gains = listed.gains(held, scale)
         best = _simplest(candidates, gains)
         null = gains_by_chance(held, table, groups, best, (DRAWS, rng), forms)[1] / scale
         p = by_chance(null, float(gains[best]))
+        least_p = LEVEL if parts else level
+        if p > least_p and level == LEVEL_WHERE_LEFT:
+            further = _further(held, columns, listed, best, most_parts - len(parts) - 1)
+            null = gains_by_chance(held, table, groups, best, (DRAWS, rng), forms, further)[1] / scale
+            p = by_chance(null, float(gains[best]))
         if not parts:
             first_p = p
-        if p > (LEVEL if parts else level) or gains[best] < LEAST_SHARE * gained:
+        if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
         shortlist = _shortlist(held, columns, candidates, gains, scale)
         shortlist = _with_products(held, columns, shortlist, multipliers, scale)
@@ -118,10 +155,27 @@ def find_law(
             gained = float(gains[best])
             rivals = _rivals(held, columns, candidates, gains, shortlist, scale)
         parts.append(part)
-        parts = _replaced(problem, columns, parts, candidates, forms_table=(table, groups))
+        parts = _replaced(problem, columns, parts, listed)
     if not parts:
         return None, first_p
     return _measured(problem, columns, parts, first_p, rivals, scale), first_p
+
+
+def _further(problem: Regression, columns: Columns, listed: Listed, best: int, count: int) -> Array | None:
+    """Columns (M, C) of so many more parts that a forward choice would take beside the ``best`` one, whatever chance
+    says; None of none.
+
+    Where a probe has said that something is left, and that is of two parts, what the first leaves is no noise: chance
+    drawn from it finds as much as the first does."""
+    candidates, chosen = listed.candidates, [best]
+    for _ in range(count):
+        gains = listed.gains(with_parts(problem, columns, [candidates[i] for i in chosen]), problem.excess)[1]
+        best = _simplest(candidates, gains)
+        if gains[best] <= 0:
+            break
+        chosen.append(best)
+    terms = [term for i in chosen[1:] for term in candidates[i].terms]
+    return columns(terms) if terms else None
 
 
 def columns_of(
@@ -245,20 +299,16 @@ def _replaced(
     problem: Regression,
     columns: Columns,
     parts: list[Candidate],
-    candidates: Sequence[Candidate],
-    forms_table: tuple[Array, list[list[int]]],
+    listed: Listed,
 ) -> list[Candidate]:
     """Earlier parts chosen once more beside the later ones: what a single part imitated may be another beside two."""
     if len(parts) < 2:
         return parts
-    table, groups = forms_table
     for i in range(len(parts) - 1):
         others = [one for j, one in enumerate(parts) if j != i]
         held = with_parts(problem, columns, others)
-        forms = forms_of(held, table, groups)
-        ones = np.ones((1, len(forms.fold)))
-        gains = held_out_gains(forms, ones)[0] / problem.excess
-        best = candidates[_simplest(candidates, gains)]
+        gains = listed.gains(held, problem.excess)[1]
+        best = listed.candidates[_simplest(listed.candidates, gains)]
         if best.name == parts[i].name or best.name in [one.name for one in others]:
             continue
         trial = searched(Profile.of(held), columns, best)

@@ -6,21 +6,20 @@ from __future__ import annotations
 import math
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, pair, spots
+from analysis.gap.laws.dictionary.modulated import WIDTHS, wave_along, wave_starts
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, RigScales, lines, spots
 from ovines.core.laws.terms import Factor, Term
 
-# Widths of places over the contact radius; lengths over it up to which a tether is slack.
-WIDTHS, SLACK = (0.25, 0.45), (0.35, 0.8, 1.3)
+# Lengths over the contact radius up to which a tether is slack.
+SLACK = (0.35, 0.8, 1.3)
 RIDGE_DIRECTIONS, RIDGE_PLACES, RIDGE_WIDTH = 8, (-0.6, -0.3, 0.0, 0.3, 0.6), 0.1
 EDGE_DIRECTIONS, EDGE_PLACES = 8, (-0.4, 0.0, 0.4)
-# Waves of a corrugated floor: lengths over the contact radius.
-WAVE_DIRECTIONS, WAVE_LENGTHS = 8, (0.15, 0.25, 0.4, 0.7)
 TURN = 2 * math.pi
 
 
 def place_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate of a place or a line."""
-    return [*_pulls(scales), *_tethers(scales), *_patches(scales), *_ridges(scales), *_edges(scales), *_waves(scales)]
+    return [*_pulls(scales), *_tethers(scales), *_ridges(scales), *_edges(scales), *_waves(scales)]
 
 
 def _pulls(scales: RigScales) -> list[Candidate]:
@@ -57,21 +56,6 @@ def _tethers(scales: RigScales) -> list[Candidate]:
     return out
 
 
-def _patches(scales: RigScales) -> list[Candidate]:
-    step = PLACE_STEP * scales.radius_m
-
-    def patch(x: float, y: float, width: float) -> tuple[Term, ...]:
-        factors = (Factor("speed"), Factor("distance_in_host", "gaussian", 1.0, width, x, y))
-        return (Term("along_velocity", 1.0, factors),)
-
-    return [
-        Candidate(
-            "drag in a patch", patch, (x, y, WIDTHS[1] * scales.radius_m), (step, step, 0.2), (False, False, True)
-        )
-        for x, y in spots(scales)
-    ]
-
-
 def _ridges(scales: RigScales) -> list[Candidate]:
     step = PLACE_STEP * scales.radius_m
 
@@ -99,20 +83,16 @@ def _ridges(scales: RigScales) -> list[Candidate]:
 
 
 def _edges(scales: RigScales) -> list[Candidate]:
-    """A force of the room on one side of a line only: constant, or growing from the line on."""
+    """A force of the room that grows from a line on."""
     step = PLACE_STEP * scales.radius_m
-
-    def terrace(angle: float, place: float) -> tuple[Term, ...]:
-        return pair("fixed_direction", 0.5 * math.pi, Factor("along_host", "below", 1.0, place, 0.0, angle))
 
     def bank(angle: float, place: float) -> tuple[Term, ...]:
         return (Term("fixed_direction", 1.0, (Factor("along_host", "above", 1.0, place, 0.0, angle),), x=angle),)
 
-    out = []
-    for make, name in ((terrace, "force on one side of a line"), (bank, "slope that begins at a line")):
-        for angle, place in lines(EDGE_DIRECTIONS, EDGE_PLACES, scales, TURN):
-            out.append(Candidate(name, make, (angle, place), (ANGLE_STEP, step), (False, False)))
-    return out
+    return [
+        Candidate("slope that begins at a line", bank, line, (ANGLE_STEP, step), (False, False))
+        for line in lines(EDGE_DIRECTIONS, EDGE_PLACES, scales, TURN)
+    ]
 
 
 def _waves(scales: RigScales) -> list[Candidate]:
@@ -120,11 +100,9 @@ def _waves(scales: RigScales) -> list[Candidate]:
 
     def corrugated(angle: float, length: float) -> tuple[Term, ...]:
         return tuple(
-            Term("fixed_direction", 1.0, (Factor("along_host", wave.function, 1.0, length, 0.0, angle),), x=angle)
-            for wave in waves("along_host")
+            Term("fixed_direction", 1.0, (wave_along(one, angle, length),), x=angle) for one in waves("along_host")
         )
 
     return [
-        Candidate("corrugated floor", corrugated, (angle, share * scales.radius_m), (ANGLE_STEP, 0.1), (False, True))
-        for angle, share in ((math.pi * i / WAVE_DIRECTIONS, s) for i in range(WAVE_DIRECTIONS) for s in WAVE_LENGTHS)
+        Candidate("corrugated floor", corrugated, wave, steps, (False, True)) for wave, steps in wave_starts(scales)
     ]

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
-from analysis.gap.laws.dictionary.forces import RANGES
-from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, pair, plain, rings, scaled
+from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
+from analysis.gap.laws.dictionary.modulated import RANGES
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain, rings, scaled
 from ovines.core.laws.terms import Factor, Term
 
 OUTWARDS = Factor("host_acceleration_outwards")
@@ -57,10 +57,7 @@ def _against_the_wall(scales: RigScales) -> list[Candidate]:
     for name, target, along in (
         ("drag of the way to the wall and from it", "outwards", Factor("radial_speed")),
         ("drag of the way around", "swirl", Factor("circling_speed")),
-        ("drag against the Host", "along_sliding", Factor("sliding_speed")),
     ):
-        if target != "along_sliding":  # without a place it is among the forces
-            out.append(plain(name, Term(target, 1.0, (along,))))
         out += scaled(f"{name}, near the wall", target, beside, ranges, (along,))
     squared = Factor("sliding_speed", "power", 2.0)
     out += scaled("drag against the Host, squared, near the wall", "along_sliding", beside, ranges, (squared,))
@@ -81,18 +78,6 @@ def _with_the_ring() -> list[Candidate]:
     ):
         out.append(plain(f"force along the Host's {word}", Term(target, 1.0, (Factor(quantity),))))
         out.append(plain(f"force along the Host's {word} of constant size", Term(target, 1.0)))
-        out.append(plain(f"friction with the Host's {word}", Term("floor_friction", 1.0, (Factor(quantity),))))
-        square = Factor(quantity, "power", 2.0)
-        out.append(plain(f"friction with the square of the Host's {word}", Term("floor_friction", 1.0, (square,))))
-        out.append(plain(f"force of the room with the size of the Host's {word}", *_fixed(Factor(quantity))))
-        out.append(plain(f"force of the room with the square of the Host's {word}", *_fixed(square)))
-    out.append(plain("force outwards with the Host's acceleration", Term("outwards", 1.0, (OUTWARDS,))))
-    shaken = (Term("spin", 1.0, (way,)) for way in ways("host_acceleration_along"))
-    out.append(plain("torque with the Host's acceleration", *shaken))
     along = (Term("along_host_acceleration", 1.0, (Factor("host_acceleration"), wave)) for wave in waves("angle"))
     out.append(plain("force along the Host's acceleration with the disk's angle", *along))
     return out
-
-
-def _fixed(factor: Factor) -> tuple[Term, Term]:
-    return pair("fixed_direction", QUARTER, factor)

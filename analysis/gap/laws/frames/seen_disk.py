@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
-from analysis.gap.laws.dictionary.forces import RANGES
+from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
