@@ -1,4 +1,5 @@
-"""The missing shape of the wall, or of the disk: how far its law closes the gap."""
+"""The missing shape of the wall, or of the disk: how far its law closes the gap; a cylinder in the middle
+has no part in it."""
 
 from __future__ import annotations
 
@@ -6,13 +7,17 @@ import numpy as np
 import pytest
 
 from analysis.blind.recording.files import write_series
+from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
-from analysis.gap.laws.impact_law import find_wall_law
+from analysis.gap.laws.impact_law import find_wall_law, wall_law_instead
+from analysis.gap.laws.impact_rows import distance_regression, of_target
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
@@ -39,3 +44,29 @@ def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path, seed, level
     shrinkage, low, high = law.shrinkage(rng)
     assert shrinkage == pytest.approx(1.0, abs=0.1)
     assert low > 0.8 and high < 1.2
+
+
+def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
+    """Of a shape of the wall the cylinder's contacts know nothing, of the disk's own they do; and a formula that holds
+    the named shape itself is none in its place."""
+    made = make_series("wall_lobes", 0.8, np.random.default_rng(4), 6, "warp", place=Place(wall="cylinder"))
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    assert {cause.effect for cause in steps.causes} == {"wall_lobes"}
+    assert (
+        wall_law_instead(steps, flights.fits, series.frame, DISTANCE_NEGLIGIBLE * series.contact_radius_m, rng) is None
+    )
+
+    impacts = fit_impacts(flights.fits)
+    rows = distance_regression(impacts, flights.fits)
+    inside = rows.on_cylinder
+    assert 5 < inside.sum() < 0.8 * len(inside)
+    wall, disk = (Term("contact_radius", 1.0, (Factor(name, "cosine", 2.0),)) for name in ("azimuth", "body_angle"))
+    columns = rows.columns([wall, disk])
+    assert not columns[inside, 0].any()
+    assert np.all(columns[~inside, 0] != 0.0) and np.all(columns[:, 1] != 0.0)
+    added = of_target("contact_radius", WrittenLaw((wall,)), rows.known, inside)
+    assert not added[inside].any() and np.all(added[~inside] != 0.0)

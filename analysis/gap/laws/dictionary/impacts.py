@@ -55,7 +55,8 @@ PRODUCTS = (
 SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5), 16, (0.4, 0.9, 1.57)
 # Places around the disk, and widths (rad) of a nick or a flat.
 SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
-ORDERS = (1.0, 2.0, 3.0, 4.0)
+# Around the wall: screws, jaws and lobes; a tool that chattered leaves more.
+ORDERS = tuple(float(order) for order in range(1, 17))
 INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 # A rim that is filed by hand has corners.
 SIDE_ORDERS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
@@ -95,17 +96,22 @@ def law_candidates(known: Array) -> list[Candidate]:
         if target in ("restitution", "wall_friction"):
             out += creeping(WORDS[target], target, known)
         out += _scaled(target, known)
-    out += _ringing(known)
+    for target in ("restitution", "wall_friction"):
+        out += _ringing(target, known)
     out += swinging("restitution of a wall that swings", "restitution", "swing_rate", known, INVERSE_APPROACH)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
     for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
+    for order in ORDERS:  # a wall whose normals lean to one side and the other
+        leans = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("azimuth", order))
+        out.append(plain(f"spin added with the approach speed around the wall, order {order:g}", *leans))
     return out
 
 
-def _ringing(known: Array) -> list[Candidate]:
-    """Restitution at a wall that still rings from the impact before, as hard as that was or whatever it was."""
+def _ringing(target: str, known: Array) -> list[Candidate]:
+    """Restitution or friction at a wall that still rings from the impact before, as hard as that was or whatever it
+    was."""
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
     if not len(since):
@@ -114,9 +120,9 @@ def _ringing(known: Array) -> list[Candidate]:
 
     def rings(factors: tuple[Factor, ...], rate: float, decay: float) -> tuple[Term, ...]:
         fades = (*factors, Factor("since", "exponential", 1.0, decay))
-        return tuple(Term("restitution", 1.0, (*fades, wave)) for wave in waves("since", 1.0, 1.0 / rate))
+        return tuple(Term(target, 1.0, (*fades, wave)) for wave in waves("since", 1.0, 1.0 / rate))
 
-    step, name = RING_STEP / usual_s, "restitution of a wall that rings"
+    step, name = RING_STEP / usual_s, f"{WORDS[target]} of a wall that rings"
     return [
         Candidate(f"{name}{word}", partial(rings, factors), (n * step, usual_s), (0.3 / n, 0.3), (True, True))
         for word, factors in (("", ()), (" from the blow before", (Factor("last_approach"),)))

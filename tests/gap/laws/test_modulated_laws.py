@@ -1,0 +1,71 @@
+"""The grid of carriers and of what makes them more or less: complete, without twins, and what the plant's causes that
+it was made for come out as.  In view, therefore no blind result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.modulated import modulated
+from analysis.gap.laws.dictionary.parts import RigScales
+from ovines.core.laws.formula import as_text
+from tests.gap.laws.test_memory_laws import flight_law, made_series, quantities
+
+SCALES = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, 4)
+CARRIED = {
+    "floor_friction": (), "fixed_direction": (), "along_velocity": ("speed",), "along_sliding": ("sliding_speed",),
+    "outwards": (), "swirl": (), "across_velocity": ("speed",), "spin": (), "floor_torque": (),
+}  # fmt: skip
+
+
+def test_every_carrier_meets_every_usual_quantity():
+    """What changes with place, motion, time or the blows before, changes whichever of the forces it may."""
+    met = {(term.target, *sorted(f.quantity for f in term.factors)) for one in modulated(SCALES) for term in one.terms}
+    for target, own in CARRIED.items():
+        for quantity in ("radius", "gap", "time", "run", "since", "blows", "phase", "azimuth", "host_speed"):
+            assert (target, *sorted((*own, quantity))) in met, (target, quantity)
+
+
+def test_no_formula_of_the_flights_stands_in_the_dictionary_twice():
+    """Two of one form would be each other's rivals, and no data could tell them apart."""
+    seen = {}
+    for one in flight_candidates(SCALES):
+        assert seen.setdefault(frozenset(one.terms), one.name) == one.name
+    assert len(seen) > 2000
+
+
+@pytest.mark.parametrize("scale", [0.1, 10.0])
+def test_the_grid_is_in_rig_units(scale):
+    """A rig of another size has the same candidates, its lengths and times as much longer."""
+    there = RigScales(0.04 * scale, 1.7 * scale, 0.06, 0.8, 69.0, 100.0, 4)
+    here, there = modulated(SCALES), modulated(there)
+    assert [one.name for one in here] == [one.name for one in there]
+    waves = [(a.numbers, b.numbers) for a, b in zip(here, there, strict=True) if "waves over the floor" in a.name]
+    assert len(waves) > 100
+    for a, b in waves:
+        np.testing.assert_allclose(b, (a[0], a[1] * scale), rtol=1e-12)
+
+
+def test_jets_of_a_floor_are_waves_along_its_rows_of_holes(tmp_path):
+    """With the length of a row; of two runs mostly one of its two directions."""
+    series, true = made_series(tmp_path, "unknown_air_jets", 0.9, 41, runs=2)
+    law = flight_law(series)
+    assert law is not None
+    assert set(map(str, quantities(law))) == {str(("fixed_direction", ["along_host"]))}, as_text(law.law)
+    for term in law.law.terms:
+        (wave,) = term.factors
+        assert 2 * np.pi * wave.scale == pytest.approx(0.018, rel=0.03)
+        assert abs(np.cos(term.x) * np.sin(term.x)) < 0.1  # along the rows of holes
+        assert abs(term.coefficient) == pytest.approx(true["jets_m_per_s2"], rel=0.2)
+
+
+def test_friction_that_comes_and_goes_has_a_rate_of_its_own(tmp_path):
+    """Neither the drive's nor a multiple of it."""
+    series, true = made_series(tmp_path, "unknown_pulsing_air", 0.9, 42, runs=2)
+    law = flight_law(series)
+    assert law is not None
+    assert quantities(law) == [("floor_friction", ["time"])], as_text(law.law)
+    (term,) = law.law.terms
+    assert 1 / term.factors[0].scale == pytest.approx(true["pulsing_rad_per_s"], rel=0.05)
+    assert abs(term.coefficient) == pytest.approx(true["pulsing"], rel=0.2)
