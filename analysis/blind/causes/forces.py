@@ -209,7 +209,7 @@ FORCES = [
     # --- torques ---
     Cause("unknown_spin_drag", "flight", changes({"spin_drag_per_s": 1.5})),
     # Stickers that stand up at their edges, and stir the air.
-    Cause("unknown_stirred_air", "flight", changes({"stirred": 0.0013}), follows="the spin times its size"),
+    Cause("unknown_stirred_air", "flight", changes({"stirred": 0.0016}), follows="the spin times its size"),
     Cause("unknown_compass_needle", "flight", changes({"needle_rad_per_s2": 350.0}, ("needle_rad",))),
     Cause("unknown_windmill", "flight", _windmill),
     Cause("unknown_bistable_disk", "flight", changes({"bistable_rad_per_s2": 300.0}, ("bistable_rad",))),
