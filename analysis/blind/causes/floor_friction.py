@@ -26,6 +26,21 @@ def _polished_track(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _polished_lane(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Along the drive, more or less."""
+    out = {"lane": 0.5 * size * spread(rng), "lane_rad": float(rng.uniform(-0.4, 0.4))}
+    draft.plant.update(out)
+    return out
+
+
+def _cleaned_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once, somewhere in the middle of the series: as much less than on the mean before as more from then on."""
+    most = 0.17 * size * spread(rng)
+    first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
+    draft.run_numbers.update(cleaned=most * np.where(np.arange(runs) < first, -1.0, 1.0))
+    return {"cleaned": most, "from_run": float(first + 1)}
+
+
 def _wandering_bead(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A bead that is put back between the runs, and goes round in each of them alike."""
     out = {
@@ -127,6 +142,13 @@ FLOOR_FRICTION = [
     Cause("unknown_floor_seam", "flight", _seam),
     # A track around the centre, polished in months of use.
     Cause("unknown_polished_track", "flight", _polished_track, follows="the distance from the Host's centre"),
+    # A lane through the middle, along which the drive has sent the disk for months.
+    Cause(
+        "unknown_polished_lane",
+        "flight",
+        _polished_lane,
+        follows="the place across one line through the Host's centre",
+    ),
     # A bead of oil that the drive shakes round the floor.
     Cause(
         "unknown_wandering_bead",
@@ -259,6 +281,22 @@ FLOOR_FRICTION = [
         "flight",
         _pulsing_air,
         follows="the time in the run, to and fro at a frequency that is not the drive's",
+    ),
+    # Dust that each blow knocks off the wall, and that the disk leaves behind.
+    Cause(
+        "unknown_knocked_dust",
+        "flight",
+        changes({"debris_s_per_m": 0.45}),
+        follows="the way slid since the last blow, and its approach speed",
+        short_blows=True,
+    ),
+    # A floor that is cleaned once, between two runs.
+    Cause(
+        "unknown_cleaned_floor",
+        "flight",
+        _cleaned_floor,
+        follows="the number of the run, from one on",
+        rivals=("friction_drift",),
     ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.

@@ -95,6 +95,13 @@ FORCES = [
         changes({"lean_m_per_s2": 0.4}, ("lean_rad",)),
         follows="the sense in which the Host moves along the drive's axis",
     ),
+    # A bent guide, on which the Host leans by its place.
+    Cause(
+        "unknown_bent_guide",
+        "flight",
+        changes({"guide_per_s2": 30.0}, ("guide_rad",)),
+        follows="the Host's place along the drive's axis",
+    ),
     # A thin floor sheet that buckles under its own inertia.
     Cause(
         "unknown_buckling_sheet",
@@ -165,6 +172,13 @@ FORCES = [
     ),
     # The shaker's coil draws the steel, whichever way its current flows.
     Cause("unknown_coil_pull", "flight", changes({"coil_m_per_s2": 0.5}, ("coil_rad",))),
+    # The shaker's magnet draws the steel, and the table was levelled against it in the middle.
+    Cause(
+        "unknown_shaker_magnet",
+        "flight",
+        changes({"magnet_m_per_s2": 0.45}, signed=True),
+        follows="the place in the room along the drive's axis",
+    ),
     # Residue of an adhesive tape on the wall: it holds on to what leaves, until it tears.
     Cause("unknown_glue_thread", "flight", changes({"thread_m_per_s2": 5.0}), round_only=True, short_blows=True),
     # A magnetised washer between two opposed magnets under the Host: pushed as it lies, and turned off the middle.
@@ -194,6 +208,8 @@ FORCES = [
     ),
     # --- torques ---
     Cause("unknown_spin_drag", "flight", changes({"spin_drag_per_s": 1.5})),
+    # Stickers that stand up at their edges, and stir the air.
+    Cause("unknown_stirred_air", "flight", changes({"stirred": 0.0016}), follows="the spin times its size"),
     Cause("unknown_compass_needle", "flight", changes({"needle_rad_per_s2": 350.0}, ("needle_rad",))),
     Cause("unknown_windmill", "flight", _windmill),
     Cause("unknown_bistable_disk", "flight", changes({"bistable_rad_per_s2": 300.0}, ("bistable_rad",))),

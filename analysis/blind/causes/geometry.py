@@ -76,6 +76,13 @@ def _warping_host(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"warping_m": most}
 
 
+def _hinged_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Its screw stands askew to the drive's axis, to either side."""
+    out = {"hinged_m": 6.5e-4 * size * spread(rng), "hinged_rad": float(rng.uniform(0.4, 0.9)) * sign(rng)}
+    draft.plant.update(out)
+    return out
+
+
 GEOMETRY = [
     # --- the wall's shape ---
     Cause("unknown_dented_wall", "geometry", _dented_wall, round_only=True),
@@ -110,6 +117,14 @@ GEOMETRY = [
         "geometry",
         changes({"seam_bead_m": 5.5e-4}, ("seam_bead_rad",)),
         follows="the azimuth of the blow, at one place",
+        round_only=True,
+    ),
+    # A ring whose blows have worn it at both ends of the drive.
+    Cause(
+        "unknown_worn_pockets",
+        "geometry",
+        changes({"pockets_m": 4e-4}),
+        follows="the azimuth of the blow, at both ends of the drive's axis",
         round_only=True,
     ),
     # A felt liner that is packed down from run to run.
@@ -159,6 +174,13 @@ GEOMETRY = [
     Cause("unknown_creeping_liner", "geometry", _creeping_liner, round_only=True),
     # A liner on a rubber bed, which stays back behind the Host's acceleration.
     Cause("unknown_springy_liner", "geometry", changes({"springy_m": 4e-4})),
+    # A ring that is screwed down at one side only.
+    Cause(
+        "unknown_hinged_ring",
+        "geometry",
+        _hinged_ring,
+        follows="the Host's acceleration along one line, and the contact's normal along it",
+    ),
     # A ring that lies in its groove with play, and stays where the last blow has pushed it.
     Cause("unknown_loose_ring", "geometry", changes({"loose_ring_m": 2.5e-4}), short_blows=True),
     # A thin ring clamped at one side, squashed as the Host starts one way and stretched as it starts the other.

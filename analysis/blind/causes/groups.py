@@ -295,4 +295,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_risen_markers",
         "unknown_smoothed_tracks",
     ),
+    # what an experimenter suspects first once the usual suspects are excluded, listed before the plant was read
+    "suspected": (
+        "unknown_bent_guide",
+        "unknown_shaker_magnet",
+        "unknown_stirred_air",
+        "unknown_polished_lane",
+        "unknown_knocked_dust",
+        "unknown_cleaned_floor",
+        "unknown_plastic_rim",
+        "unknown_bolted_ring",
+        "unknown_fouled_wall",
+        "unknown_skimming_washer",
+        "unknown_half_glued_liner",
+        "unknown_worn_pockets",
+        "unknown_hinged_ring",
+        "unknown_program_start",
+        "unknown_leaning_card",
+        "unknown_refocused_lens",
+    ),
 }

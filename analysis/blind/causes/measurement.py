@@ -39,6 +39,19 @@ def _dropped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"runs_dropped": float(count)}
 
 
+def _program_start(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """As early as late, evenly spread over the runs, in no order."""
+    most = 0.95e-4 * size * spread(rng)
+    draft.view.update(started_s=tuple((most * rng.permutation(np.linspace(-1.0, 1.0, runs))).tolist()))
+    return {"started_s": most}
+
+
+def _leaning_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Towards any direction of the disk."""
+    draft.view.update(card_lean_rad=0.07 * size * spread(rng), card_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"card_lean_rad": draft.view["card_lean_rad"], "angle_rad": draft.view["card_rad"]}
+
+
 def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view.update(slipped_m=vector(0.5e-3 * size * spread(rng), rng))
     return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
@@ -190,6 +203,13 @@ MEASUREMENT = [
         _dropped_frame,
         follows="the velocity in the picture, in some runs and from some frame on",
     ),
+    # A second camera that a program starts, sooner or later.
+    Cause(
+        "unknown_program_start",
+        "measurement",
+        _program_start,
+        follows="the velocity in the picture, in each run by another share",
+    ),
     # --- the markers ---
     Cause("unknown_slipped_marker", "measurement", _slipped_marker),
     # One of the Host's markers sits on a tab that bends as the Host is accelerated.
@@ -203,6 +223,13 @@ MEASUREMENT = [
         _rubbery_card,
         follows="the time since the last blows and their changes of spin",
         short_blows=True,
+    ),
+    # The disk's markers are on a card that is not level.
+    Cause(
+        "unknown_leaning_card",
+        "measurement",
+        _leaning_card,
+        follows="the disk's angle, to either camera's own side",
     ),
     # A blow lifts the disk, and its markers with it: cameras that look askew see them elsewhere.
     Cause(
@@ -277,6 +304,13 @@ MEASUREMENT = [
         follows="the place in one camera's picture, and the number of the run",
     ),
     # --- the picture ---
+    # A lens that was focused anew after its calibration.
+    Cause(
+        "unknown_refocused_lens",
+        "measurement",
+        seen("refocused_px", 1.0),
+        follows="the third power of the place in one camera's picture",
+    ),
     Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),
     # A camera that writes a full buffer's frame again where it misses one.
     Cause("unknown_stuttering_camera", "measurement", seen("stutter_share", 0.05)),

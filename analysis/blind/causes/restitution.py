@@ -51,6 +51,13 @@ RESTITUTION = [
         changes({"pad": 0.65}, ("pad_rad",)),
         follows="the approach speed, at one place of the wall",
     ),
+    # A ring that four bolts hold, and that gives between them.
+    Cause(
+        "unknown_bolted_ring",
+        "impact",
+        changes({"bolts": 0.14}, ("bolts_rad",)),
+        follows="the azimuth of the blow, four times around",
+    ),
     # --- by the place on the disk's rim ---
     Cause("unknown_nicked_disk", "impact", changes({"nick": 0.2}, ("nick_rad",))),
     # A washer punched of rolled sheet is harder along the grain.
@@ -78,6 +85,14 @@ RESTITUTION = [
         "impact",
         changes({"wetted_m_per_s": 0.13}),
         follows="one over the approach speed",
+        rivals=("speed_dependent_restitution",),
+    ),
+    # A rim that yields at its edge, and loses the more the harder it is struck.
+    Cause(
+        "unknown_plastic_rim",
+        "impact",
+        changes({"plastic": 0.7}),
+        follows="the fourth root of the approach speed",
         rivals=("speed_dependent_restitution",),
     ),
     # A loose chip in the ring, which now and then lies between.

@@ -20,6 +20,13 @@ def _wiped_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"wiped": most, "runs_wiped": float(np.sum(side > 0.0))}
 
 
+def _fouled_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much less than on the mean at first as more at last."""
+    most = 0.5 * size * spread(rng)
+    draft.run_numbers.update(fouled=most * np.linspace(-1.0, 1.0, runs))
+    return {"fouled": most}
+
+
 def _swinging_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Its weight stands across the drive's axis, within 0.6 rad: what stands along it does not swing."""
     out = {
@@ -127,6 +134,15 @@ WALL_FRICTION = [
         changes({"hertz": 1.3}),
         follows="the third root of the approach speed",
     ),
+    # A wall that the disk's own wear fouls from run to run.
+    Cause("unknown_fouled_wall", "impact", _fouled_wall, follows="the number of the run"),
+    # A washer that skims along the wall's asperities in grazing blows.
+    Cause(
+        "unknown_skimming_washer",
+        "impact",
+        changes({"skimmed": 0.85}),
+        follows="the angle of incidence, where the disk slips",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -148,6 +164,13 @@ WALL_FRICTION = [
         "impact",
         changes({"incidence": 1.0}),
         follows="the slip's size over the approach speed, where the disk sticks",
+    ),
+    # A liner that is glued at one side only.
+    Cause(
+        "unknown_half_glued_liner",
+        "impact",
+        changes({"liner_grip": 0.95}, ("liner_grip_rad",)),
+        follows="the azimuth of the blow once around, where the disk sticks",
     ),
     # --- the direction of the blow, and what gives or goes round in it ---
     Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),

@@ -52,6 +52,8 @@ class PlantParameters(NamedTuple):
     rim_share: float = 0.75  # from this share of the contact radius on
     track: float = 0.0  # floor friction less by this share at track_m from the Host's centre
     track_m: float = 0.023
+    lane: float = 0.0  # floor friction less by this share along one line through the Host's centre
+    lane_rad: float = 0.0
     bead: float = 0.0  # share of the floor friction lost over a bead of oil, which goes round
     bead_rad: float = 0.0
     bead_rad_per_s: float = 0.0
@@ -106,6 +108,8 @@ class PlantParameters(NamedTuple):
     drop_y_m: float = 0.0
     clinging: float = 0.0  # floor friction more by this share under a disk that holds all the charge it can
     aged: float = 0.0  # floor friction more by this share under contacts that have rested long
+    cleaned: float = 0.0  # of each run: floor friction more by this share
+    debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     drum: float = 0.0  # share of the load that a floor which drums takes and gives just after a blow ...
     drum_rad_per_s: float = 350.0  # ... at this rate
     # ... by the Host's motion
@@ -142,6 +146,8 @@ class PlantParameters(NamedTuple):
     rocking: float = 0.0  # the table rocks: this share of the Host's acceleration pushes the disk
     lean_m_per_s2: float = 0.0  # the floor leans one way or the other, by the sense of the Host's velocity
     lean_rad: float = 0.0
+    guide_per_s2: float = 0.0  # the floor leans by the Host's place: this times its way along x pushes the disk ...
+    guide_rad: float = 0.0  # ... in this direction
     buckled_per_s2: float = 0.0  # a floor that buckles pushes the disk outwards by this times its place, at 8 g along x
     # what lies on it, and how the disk stands
     mat_per_s2: float = 0.0  # the floor pulls back to where the disk stood before
@@ -177,6 +183,7 @@ class PlantParameters(NamedTuple):
     swirl_per_s2: float = 0.0  # across the radius from the Host's centre
     coil_m_per_s2: float = 0.0  # the shaker's coil pulls in one direction, with the square of the Host's acceleration
     coil_rad: float = 0.0
+    magnet_m_per_s2: float = 0.0  # the shaker's magnet draws the disk, more towards the side of x that its sign says
     charged_per_s2: float = 0.0  # a charged disk is drawn outwards by at most this times its place
     poles_m_per_s2: float = 0.0  # a magnetised disk between two opposed poles: a push that turns against its angle
     poles_rad: float = 0.0
@@ -195,6 +202,7 @@ class PlantParameters(NamedTuple):
     thread_m_per_s2: float = 0.0  # a thread of glue pulls back to where the wall was hit the last time
     # torques
     spin_drag_per_s: float = 0.0
+    stirred: float = 0.0  # the spin's own square times this brakes it
     ratchet_rad_per_s2: float = 0.0  # spin of this sign is braked steadily, the other is not
     needle_rad_per_s2: float = 0.0  # the disk turns like a compass needle
     needle_rad: float = 0.0
@@ -233,6 +241,7 @@ class PlantParameters(NamedTuple):
     chucked_rad: float = 0.0
     seam_bead_m: float = 0.0  # the wall stands in by this at one place
     seam_bead_rad: float = 0.0
+    pockets_m: float = 0.0  # the wall stands back by this much at both ends of x
     warping_m: float = 0.0  # of each run: the wall's radius is more by this along one line, less across it ...
     warping_rad: float = 0.0  # ... this one
     packed_m: float = 0.0  # of each run: how far the wall stands back
@@ -259,6 +268,8 @@ class PlantParameters(NamedTuple):
     liner_rad: float = 0.0
     liner_rad_per_s: float = 0.0
     springy_m: float = 0.0  # the wall stays back by this much at 8 g of the Host
+    hinged_m: float = 0.0  # the wall stays back by this much at 8 g of the Host along one line, and only along it ...
+    hinged_rad: float = 0.0  # ... this one
     loose_ring_m: float = 0.0  # the wall lies this far off, to where it was pushed the last time
     squash_m: float = 0.0  # the wall's ellipse that goes with the Host's acceleration, at 8 g of it
     squash_rad: float = 0.0
@@ -294,6 +305,8 @@ class PlantParameters(NamedTuple):
     shim_rad_per_s: float = 0.0
     pad: float = 0.0  # restitution lost in the lightest blows where a pad is, less in harder ones
     pad_rad: float = 0.0
+    bolts: float = 0.0  # restitution won where one of four bolts is
+    bolts_rad: float = 0.0
     # ... by the place on the disk's rim
     nick: float = 0.0  # restitution lost where a spot of the disk's rim meets the wall
     nick_rad: float = 0.0
@@ -306,6 +319,7 @@ class PlantParameters(NamedTuple):
     glancing: float = 0.0  # restitution lost with the square of the sine of the angle of incidence
     oblique: float = 0.0  # share of the restitution lost in blows that only slip
     shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
+    plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact
     loose_chip: float = 0.0  # restitution lost in one impact of six
@@ -363,6 +377,7 @@ class PlantParameters(NamedTuple):
     rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
     squeezed: float = 0.0  # wall friction more by this share in hard blows
     hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
+    skimmed: float = 0.0  # share of the wall friction lost in blows that only graze
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
     polish: float = 0.0  # share of the wall friction lost in the course of a run
@@ -370,6 +385,7 @@ class PlantParameters(NamedTuple):
     run_in: float = 0.0  # share of the wall friction lost after many blows of a run
     creeping: float = 0.0  # share of the wall friction lost long after the blow before
     wiped: float = 0.0  # of each run: wall friction more by this share
+    fouled: float = 0.0  # of each run: wall friction more by this share
     cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
     band_m_per_s: float = 0.0  # the most that a blow changes the slip's side of the disk by; 0: no band
     # how much of the slip comes back
@@ -380,6 +396,8 @@ class PlantParameters(NamedTuple):
     taped: float = 0.0  # share of the tangential restitution lost along half of the disk's rim
     taped_rad: float = 0.0
     incidence: float = 0.0  # share of the tangential restitution lost in blows that slip far for their approach
+    liner_grip: float = 0.0  # tangential restitution more by this share at one side of the wall, less at the other
+    liner_grip_rad: float = 0.0
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor

@@ -15,6 +15,7 @@ def latest_s(errors: ViewErrors, longest_s: float) -> float:
     """How late the second camera may be at most, in a run of `longest_s`."""
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     late_s += 0.5 * abs(errors.free_running) * longest_s + 0.5 * abs(errors.sync_s)
+    late_s += max((abs(late) for late in errors.started_s), default=0.0)
     return late_s + 6.0 * abs(errors.shocked_s) + abs(errors.flicker_s)
 
 
@@ -50,6 +51,8 @@ def of_the_second_camera(
     late_s = grounded_s(time_s, lines, errors) + free_running_s(time_s, errors) + pulsed_s(time_s, errors)
     late_s += shocked_s(time_s, impact_s, kicks, errors)
     late_s += dropped_s(len(time_s), run, rate_hz, errors)
+    if errors.started_s:  # by a program, which is never as quick
+        late_s += errors.started_s[run]
     return time_s + errors.clock_s + late_s
 
 

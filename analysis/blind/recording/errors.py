@@ -19,6 +19,7 @@ class ViewErrors:
     # the second camera's own clock
     clock_s: float = 0.0  # the second camera sees the world this much later
     grounded_s: float = 0.0  # the second camera is late by this much at 8 g of the Host along x
+    started_s: tuple[float, ...] = ()  # of each run: the second camera is late by this much
     free_running: float = 0.0  # the second camera's clock gains this share of the time, and agrees half-way
     sync_s: float = 0.0  # the second camera gains this between two pulses that set it right ...
     sync_every_s: float = 0.3  # ... which are this far apart ...
@@ -39,6 +40,8 @@ class ViewErrors:
     card_s: float = 0.0  # the disk's markers swing about its middle after a blow, by its change of spin times this ...
     card_hz: float = 40.0  # ... so many times a second
     risen_s: float = 0.0  # the disk's markers stand higher by this after a blow that changes its velocity by 1 m/s
+    card_lean_rad: float = 0.0  # the card with the disk's markers leans by this much ...
+    card_rad: float = 0.0  # ... towards this direction of the disk, where it stands the highest
     blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time
     # light
     glare_px: float = 0.0  # markers near a lamp's reflection are drawn towards it, at most this far, ...
@@ -78,5 +81,6 @@ class ViewErrors:
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more
+    refocused_px: float = 0.0  # the first camera's picture is too far out by this 300 px from its middle, with the cube
     smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
     blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this

@@ -63,9 +63,10 @@ def world_points(
     ground = np.broadcast_to(GROUND_M, (frames, 3, 3))
     host_points = _turned(marks.host_m, host[:, 2], host[:, [0, 1, 3]])
     host_points[:, errors.tab_marker, :2] += bent_m
-    nes_points = _turned(marks.nes_m, nes[:, 3], nes[:, :3])
+    layout = leaning(marks.nes_m, errors)
+    nes_points = _turned(layout, nes[:, 3], nes[:, :3])
     if errors.slipped_m != (0.0, 0.0):
-        elsewhere = marks.nes_m.copy()
+        elsewhere = layout.copy()
         elsewhere[2, :2] += errors.slipped_m
         later = np.arange(frames) >= frames // 2
         nes_points[later] = _turned(elsewhere, nes[:, 3], nes[:, :3])[later]
@@ -74,6 +75,16 @@ def world_points(
     about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
     return errors.scale * points @ (about_y @ about_x).T
+
+
+def leaning(nes_m: Floats, errors: ViewErrors) -> Floats:
+    """The disk's markers (n, 3, in the disk) on a card that was not pressed on evenly: each stands higher by
+    `card_lean_rad` times its place along `card_rad`."""
+    if errors.card_lean_rad == 0.0:
+        return nes_m
+    out = nes_m.copy()
+    out[:, 2] += errors.card_lean_rad * nes_m[:, :2] @ np.array([np.cos(errors.card_rad), np.sin(errors.card_rad)])
+    return out
 
 
 def bent_m(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:

@@ -12,6 +12,7 @@ from analysis.blind.recording.views import WINDOW_PX, View
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
+REFOCUS_PX = 300.0  # from the picture's middle to where a lens is off by what its cause says: the ring's radius
 SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 
 
@@ -100,10 +101,20 @@ def by_the_first_camera(
         pixels = twisted(pixels, shaking.twist_rad, view)
     if shaking.tripod_px is not None:
         pixels = pixels + shaking.tripod_px[:, None]
+    pixels = refocused(pixels, view, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
     swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
     return pixels + (pixels - view.centre_px) * swing[:, None, None]
+
+
+def refocused(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera that was focused anew after its calibration: its lens then bends the
+    picture's edge outwards, by `refocused_px` (r / `REFOCUS_PX`)^3, r from the picture's middle."""
+    if errors.refocused_px == 0.0:
+        return pixels
+    away = (pixels - view.centre_px) / REFOCUS_PX
+    return pixels + errors.refocused_px * np.sum(away**2, axis=-1, keepdims=True) * away
 
 
 def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors) -> np.ndarray:

@@ -10,6 +10,7 @@ from analysis.blind.plant.state import ANGLE, AZIMUTH, COUNT, IMPACT_S, SPIN, VX
 
 CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
 FIELD_M = 0.04  # way along x on which the shaker's stray field falls off
+MAGNET_M = 0.15  # along x, from the middle of the room to the shaker's magnet
 EDDY_M = 0.008  # from the wall, within which a magnetised rim's eddies in it fall off
 THREAD_M, THREAD_S = 0.015, 0.03  # a thread of glue breaks at this length, and lets go by itself after this time
 THREAD_EDGE_M = 5e-4  # length within which it becomes taut: no step for the integrator
@@ -28,7 +29,11 @@ def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
 @inlined
 def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Of a steel disk: to a magnet in the room, to the wall, round the Host's centre, to the shaker's coil, which draws
-    with the square of its current as of the Host's acceleration."""
+    with the square of its current as of the Host's acceleration.
+
+    The shaker's magnet, at one side of the room, draws it with the inverse fourth power of the distance; the floor was
+    levelled with the disk at rest in the middle, which leaves `magnet_m_per_s2` ((`MAGNET_M` / distance)^4 - 1).
+    """
     if p.pull_m_per_s2 != 0.0:
         away_x, away_y = p.pull_x_m - at.state[X], p.pull_y_m - at.state[Y]
         near = p.pull_m_per_s2 / p.pull_width_m * np.exp(0.5 - 0.5 * (away_x**2 + away_y**2) / p.pull_width_m**2)
@@ -46,6 +51,10 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
         pull = p.coil_m_per_s2 * (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
         out[VX] += pull * np.cos(p.coil_rad)
         out[VY] += pull * np.sin(p.coil_rad)
+    if p.magnet_m_per_s2 != 0.0:
+        side = 1.0 if p.magnet_m_per_s2 > 0.0 else -1.0
+        near = MAGNET_M / (MAGNET_M - side * at.state[X])
+        out[VX] += p.magnet_m_per_s2 * (near**4 - 1.0)
 
 
 @inlined

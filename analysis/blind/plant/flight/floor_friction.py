@@ -7,9 +7,23 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import AGED, ANGLE, CHARGE, COUNT, IMPACT_S, OILED, SPIN, VX, VY, WAY
+from analysis.blind.plant.state import (
+    AGED,
+    ANGLE,
+    APPROACH,
+    CHARGE,
+    COUNT,
+    IMPACT_S,
+    OILED,
+    SPIN,
+    VX,
+    VY,
+    WAY,
+    WAY_BEFORE,
+)
 
 TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
+LANE_M = 0.01  # half the width of a polished lane: the disk's own
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
 RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
 BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
@@ -22,6 +36,7 @@ SCREWS_AT_M = 0.022  # from the Host's centre to its floor's four screws
 SCREW_M = 0.008  # from a screw's middle to where the disk, which is wider, misses three fifths as much of the floor
 CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
 CLING_S = 0.08  # in which it leaks off: one or two flights
+DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left behind
 AGE_S = 0.05  # in which contacts of a disk at rest would gain most of their strength: a flight
 AGE_M = 0.02  # way on which they are broken and made anew
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
@@ -47,6 +62,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
 
     Months of use have polished a track around the centre: there it is less by `track`, falling off to either side of
     the radius `track_m` like a bell of `TRACK_M`.
+    So has a lane through the centre, along which the drive has mostly sent the disk: less by `lane`, falling off to
+    either side of the line along `lane_rad` like a bell of `LANE_M`.
     A bead of oil is shaken round the floor, `BEAD_AT_M` from its middle and at `bead_rad` + `bead_rad_per_s` times the
     time in the run: over it the disk loses `bead` of its friction, falling off like a bell of `BEAD_M`.
     A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre.
@@ -69,6 +86,9 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     if p.track != 0.0:
         off = (radius - p.track_m) / TRACK_M
         share *= max(1.0 - p.track * np.exp(-0.5 * off**2), 0.0)
+    if p.lane != 0.0:
+        off = (at.y * np.cos(p.lane_rad) - at.x * np.sin(p.lane_rad)) / LANE_M
+        share *= max(1.0 - p.lane * np.exp(-0.5 * off**2), 0.0)
     if p.bead != 0.0:
         azimuth = p.bead_rad + p.bead_rad_per_s * at.time
         far = (at.x - BEAD_AT_M * np.cos(azimuth)) ** 2 + (at.y - BEAD_AT_M * np.sin(azimuth)) ** 2
@@ -167,6 +187,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
     A disk that is charged as it slides clings to the floor: 1 + `clinging` times the charge (`add_charge`).
     Contacts that rest grow stronger: 1 + `aged` times what they have of their strength (`add_age`).
+    A blow knocks dust off the wall, which lies under the disk until it has left it behind: 1 + `debris_s_per_m` times
+    the blow's approach exp(-s / `DEBRIS_M`), s the way slid since.
+    The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
     the run.
     """
@@ -178,6 +201,10 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
     if p.pulsing != 0.0:
         share *= 1.0 + p.pulsing * np.sin(p.pulsing_rad_per_s * at.time + p.pulsing_rad)
+    if p.debris_s_per_m != 0.0 and state[COUNT] > 0.5:
+        slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
+        share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
+    share *= 1.0 + p.cleaned
     return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
 
 

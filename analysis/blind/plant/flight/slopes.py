@@ -71,6 +71,7 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
 
     Its carriage has play in its guide: it leans to one side on the way there and to the other on the way back, and the
     floor with it, by `lean_m_per_s2` tanh(the Host's speed along x / `GUIDE_M_PER_S`).
+    Its guide is bent, and the floor leans with its place on it, by `guide_per_s2` times its way along x.
     A thin floor sheet, held at one end, buckles up as the Host is accelerated along x and sags as it is accelerated
     back: the disk slides down to all sides, or to the middle, by `buckled_per_s2` (x, y) (acceleration /
     `HOST_M_PER_S2`).
@@ -79,6 +80,8 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
     out[VY] += p.rocking * at.host_acceleration[1]
     if p.lean_m_per_s2 != 0.0:
         _add_along(p.lean_m_per_s2 * np.tanh(at.host_velocity[0] / GUIDE_M_PER_S), p.lean_rad, out)
+    if p.guide_per_s2 != 0.0:
+        _add_along(p.guide_per_s2 * at.host_position[0], p.guide_rad, out)
     if p.buckled_per_s2 != 0.0:
         push = p.buckled_per_s2 * at.host_acceleration[0] / HOST_M_PER_S2
         out[VX] += push * at.x

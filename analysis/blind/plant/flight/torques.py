@@ -25,11 +25,13 @@ def add_torques(at: Instant, p: PlantParameters, out: Floats) -> None:
 def _add_air(state: Floats, p: PlantParameters, out: Floats) -> None:
     """Drag of the spin; a draught that turns the disk like a windmill.
 
+    Stickers that stand up stir the air of the room: `stirred` times the spin's square is lost.
     A sticker that has come off at one end stands up like a fin, and the air of the room turns the disk so that it
     trails: `vane_rad_per_s2` (v / 1 m/s)^2 sin(the way's direction - the disk's angle - `vane_rad`).
     """
     out[SPIN] -= p.spin_drag_per_s * state[SPIN]
     out[SPIN] -= p.windmill_per_s * (state[SPIN] - p.windmill_rad_per_s)
+    out[SPIN] -= p.stirred * abs(state[SPIN]) * state[SPIN]
     if p.vane_rad_per_s2 != 0.0:
         c, s = np.cos(state[ANGLE] + p.vane_rad), np.sin(state[ANGLE] + p.vane_rad)
         speed = np.sqrt(state[VX] ** 2 + state[VY] ** 2)

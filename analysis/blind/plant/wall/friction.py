@@ -17,11 +17,13 @@ HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
 HERTZ_MOST = 2.0  # third root of how much lighter a blow may be and still change it
 RUN_IN_BLOWS = 6.0  # after which a wall is run in by two thirds
 GLANCE = 0.25  # slip over approach at which half of the return is lost
+GRAZE = 0.5  # slip over approach at which a disk skims half
 LEAST_FRICTION = 0.02  # share of the wall's friction that is always left
 SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
 GROUND_RAD = 1.1  # of the disk's rim, from where it was ground the most to where three fifths as much
 LAY_M_PER_S = 0.1  # slip from which on a wall's lay bites or gives
 MOST_RETURN = 0.95  # of the slip
+LINER_EDGE = 0.3  # of the cosine around the wall, within which a glued half goes over into the loose one
 TAPE_EDGE = 0.2  # of the cosine around the rim, within which one half of it goes over into the other
 
 
@@ -71,6 +73,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
     Of a round contact the area grows less than the load: 1 + `hertz` ((`HERTZ_M_PER_S` / approach)^(1/3) - 1), the
     root `HERTZ_MOST` at most.
+    A grazing blow only skims along the wall's asperities: 1 - `skimmed` r^2 / (r^2 + `GRAZE`^2), r the
+    slip's size over the approach.
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
@@ -79,6 +83,9 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.hertz != 0.0:
         root = min((HERTZ_M_PER_S / (blow.approach + 1e-300)) ** (1.0 / 3.0), HERTZ_MOST)
         share *= max(1.0 + p.hertz * (root - 1.0), LEAST_FRICTION)
+    if p.skimmed != 0.0:
+        grazes = blow.slip**2 / (blow.slip**2 + (GRAZE * blow.approach) ** 2 + 1e-300)
+        share *= max(1.0 - p.skimmed * grazes, LEAST_FRICTION)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -96,6 +103,7 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     `creeping` (1 - exp(-since / `WIPED_S`)); none before: oil all over.
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
+    Wear of the disk fouls the wall from run to run: 1 + `fouled`, the run's own.
     A wall that was roughened before each run is run in blow by blow: 1 - `run_in` (1 - exp(-n / `RUN_IN_BLOWS`)), n the
     blows before.
     """
@@ -107,6 +115,8 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
         share *= max(1.0 - p.run_in * (1.0 - np.exp(-state[COUNT] / RUN_IN_BLOWS)), LEAST_FRICTION)
     if p.wiped != 0.0:
         share *= max(1.0 + p.wiped, LEAST_FRICTION)
+    if p.fouled != 0.0:
+        share *= max(1.0 + p.fouled, LEAST_FRICTION)
     return share
 
 
@@ -117,6 +127,8 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
 
     A contact that slips far for its approach slips at its edge already, and turns less of it back: 1 - `incidence` r^2
     / (r^2 + `GLANCE`^2), r the slip's size over the approach.
+    A liner that is glued along one half only is loose in the other, and comes back less there: 1 + `liner_grip`
+    tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
     `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
     """
@@ -127,6 +139,9 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     if p.incidence != 0.0:
         square = blow.slip**2
         value *= max(1.0 - p.incidence * square / (square + (GLANCE * blow.approach) ** 2 + 1e-300), 0.0)
+    if p.liner_grip != 0.0:
+        share = 1.0 + p.liner_grip * np.tanh(np.cos(blow.azimuth - p.liner_grip_rad) / LINER_EDGE)
+        value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.lay == 0.0:
         return value
     return max(min(value * (1.0 + p.lay * np.tanh(blow.slip / LAY_M_PER_S)), max(value, MOST_RETURN)), 0.0)

@@ -20,12 +20,16 @@ Vector = tuple[float, float]
 def wall_offset(
     time: float, state: Floats, velocity: Floats, acceleration: Floats, p: PlantParameters
 ) -> tuple[float, float]:
-    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, pushed by the
-    last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and `acceleration`."""
+    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, on one
+    screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and
+    `acceleration`."""
     x, y = p.refit_x_m, p.refit_y_m
     if p.springy_m != 0.0:
         x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
         y -= p.springy_m * acceleration[1] / HOST_M_PER_S2
+    if p.hinged_m != 0.0:
+        off_x, off_y = _hinged(acceleration, p)
+        x, y = x + off_x, y + off_y
     if p.loose_ring_m != 0.0 and state[COUNT] > 0.5:  # there was an impact before
         x, y = x + p.loose_ring_m * np.cos(state[NORMAL]), y + p.loose_ring_m * np.sin(state[NORMAL])
     if p.slipping_m != 0.0:
@@ -53,6 +57,9 @@ def wall_velocity(
         jerk = host_jerk(time, host)
         x -= p.springy_m * jerk[0] / HOST_M_PER_S2
         y -= p.springy_m * jerk[1] / HOST_M_PER_S2
+    if p.hinged_m != 0.0:
+        moves_x, moves_y = _hinged(host_jerk(time, host), p)
+        x, y = x + moves_x, y + moves_y
     if p.slipping_m != 0.0:
         speed = 2.0 * p.slipping_m / p.duration_s
         x, y = x + speed * np.cos(p.slipping_rad), y + speed * np.sin(p.slipping_rad)
@@ -66,6 +73,15 @@ def wall_velocity(
         _, _, moves_x, moves_y = swing(time, state, p)
         x, y = x + p.nodding * moves_x, y + p.nodding * moves_y
     return x, y
+
+
+@inlined
+def _hinged(rate: Floats, p: PlantParameters) -> Vector:
+    """How far a ring is off that is screwed down at one side only, and gives about that screw: along `hinged_rad`, by
+    `hinged_m` at `HOST_M_PER_S2` of the Host's acceleration along it.  Of its jerk it is the ring's own speed."""
+    c, s = np.cos(p.hinged_rad), np.sin(p.hinged_rad)
+    back = -p.hinged_m * (rate[0] * c + rate[1] * s) / HOST_M_PER_S2
+    return back * c, back * s
 
 
 @inlined

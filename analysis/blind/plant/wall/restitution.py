@@ -17,6 +17,9 @@ BRUISE_WIDTH_RAD = 0.4  # of the wall's azimuth, as wide as a soft spot
 RINGING_S = 0.06  # in which a wall's ringing dies out: about the time from blow to blow
 SHINGLE_M_PER_S = 0.4  # slip from which on a blow meets the edges of shingles squarely
 PAD_RAD, PAD_M_PER_S = 0.9, 1.0  # of the wall's azimuth; approach at which a pad is pressed flat by two thirds
+BOLT_RAD = 0.3  # of the wall's azimuth, from a bolt to where it stiffens the ring three fifths as much
+PLASTIC_M_PER_S = 0.9  # approach at which a rim that yields gives back what it does on the mean
+PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
@@ -98,6 +101,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     where it just is the blow loses `shim`, falling off like a bell of `SHIM_RAD`.
     A felt pad behind the wall takes light blows, and hard ones press it flat: `pad` exp(-approach / `PAD_M_PER_S`) is
     lost at `pad_rad`, falling off like a bell of `PAD_RAD`.
+    A ring is held by four bolts, and gives between them: at each it returns more by `bolts`, falling off like a bell of
+    `BOLT_RAD`.
     """
     value += p.clamps * np.cos(3.0 * (blow.azimuth - p.clamps_rad))
     if p.bruise != 0.0 and state[IMPACT_S] > -0.5:  # there was an impact before
@@ -106,6 +111,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
         value -= p.shim * _bell(blow.azimuth - p.shim_rad - p.shim_rad_per_s * blow.time, SHIM_RAD)
     if p.pad != 0.0:
         value -= p.pad * np.exp(-blow.approach / PAD_M_PER_S) * _bell(blow.azimuth - p.pad_rad, PAD_RAD)
+    if p.bolts != 0.0:
+        value = _raised(value, p.bolts * _bell(4.0 * (blow.azimuth - p.bolts_rad), 4.0 * BOLT_RAD))
     return value
 
 
@@ -116,9 +123,14 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     A liner wound with overlaps lies like shingles: a blow that runs against their edges loses what one that runs with
     them wins, `shingled` tanh(slip / `SHINGLE_M_PER_S`).
     An oblique blow shears the wall and returns less, or more: times 1 - `oblique` slip^2 / (slip^2 + approach^2).
+    Metal yields at an edge, and the harder the blow the more is lost: times 1 + `plastic` ((`PLASTIC_M_PER_S` /
+    approach)^(1/4) - 1), the root `PLASTIC_MOST` at most.
     """
     value -= p.loose_chip if blow.other_chance > UNLUCKY_SD else 0.0
     value = _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
+    if p.plastic != 0.0:
+        root = min((PLASTIC_M_PER_S / (blow.approach + 1e-300)) ** 0.25, PLASTIC_MOST)
+        value = _times(value, max(1.0 + p.plastic * (root - 1.0), 0.0))
     return _times(value, 1.0 - p.oblique * blow.slip**2 / (blow.slip**2 + blow.approach**2 + 1e-300))
 
 

@@ -10,6 +10,7 @@ from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
 BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fifths as far
+POCKET_RAD = 0.4  # of the wall, from the middle of a worn pocket to where it is three fifths as deep
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
@@ -38,8 +39,8 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
 
 @inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
-    """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked or has a bead, or that
-    changes in a run: by an oval liner that turns, by a radius that grows."""
+    """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked, worn or has a bead, or
+    that changes in a run: by an oval liner that turns, by a radius that grows."""
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
@@ -52,8 +53,9 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     split, askew = split_reach(azimuth, p)
     sprung, steeper = sprung_reach(azimuth, p)
     wider = p.breathing_m * (2.0 * time / p.duration_s - 1.0) + p.packed_m
-    rise = rise + round_ + along + askew + steeper
-    return step + liner + joint + split + sprung + wider - dent, rise + dent * away / p.dent_width_rad
+    worn, flank = worn_reach(azimuth, p)
+    rise = rise + round_ + along + askew + steeper + flank
+    return step + liner + joint + split + sprung + wider + worn - dent, rise + dent * away / p.dent_width_rad
 
 
 @inlined
@@ -104,6 +106,17 @@ def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
         more -= bead
         steeper += bead * away / BEAD_RAD
     return more, steeper
+
+
+@inlined
+def worn_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring whose blows have worn a pocket at either end of the drive's
+    axis, x: `pockets_m`, falling off like a bell of `POCKET_RAD`."""
+    if p.pockets_m == 0.0:
+        return 0.0, 0.0
+    away = 0.5 * np.arctan2(np.sin(2.0 * azimuth), np.cos(2.0 * azimuth)) / POCKET_RAD
+    pocket = p.pockets_m * np.exp(-0.5 * away**2)
+    return pocket, -pocket * away / POCKET_RAD
 
 
 @inlined

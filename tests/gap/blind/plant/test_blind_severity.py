@@ -22,12 +22,13 @@ from tests.gap.blind.plant.rig import (
     say_what_they_follow,
 )
 
-GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported")
+GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected")
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, not how much it does in one
-BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge")  # how much of the slip comes back is seen in the spin
+# How much of the slip comes back is seen in the spin.
+BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner")
 STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip half is more than half; light blows soon stick.
@@ -61,6 +62,9 @@ def _acts(name):
             "unknown_cold_camera": camera == "VW1",
             "unknown_risen_markers": of_the_disk,
             "unknown_smoothed_tracks": camera != "",
+            "unknown_program_start": camera == "VW2",
+            "unknown_leaning_card": of_the_disk & (marker != "N1"),
+            "unknown_refocused_lens": camera == "VW1",
         }[name]
 
     return chosen
