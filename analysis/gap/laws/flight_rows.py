@@ -7,7 +7,7 @@ own equation of motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
 from analysis.gap.laws.regression import Regression
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
-from ovines.core.laws.kernel import pushes
+from ovines.core.laws.kernel import SharedTerms, pushes, shared_pushes, shared_terms
 from ovines.core.laws.terms import Term, rows_of
 from ovines.workers.threads import in_threads
 
@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 SUBSTEPS = 3
 # So many terms, a whole dictionary, are worth a thread for each processor.
 MANY_TERMS = 64
+# And so many are answered at a time, flight by flight: their numbers stay near the processor.
+AT_ONCE = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +73,22 @@ class FlightRegression:
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
         packed = rows_of(terms)
+        out = np.empty((len(self.problem.residual), len(packed)))
         if len(packed) < MANY_TERMS:
-            return np.vstack([_all_columns(one, packed) for one in self.flights])
-        return np.vstack(in_threads(_all_columns, [(one, packed) for one in self.flights]))
+            for one, own in self._by_flight(out):
+                own[:] = _columns(one, _given(one, packed))
+            return out
+        parts = [shared_terms(packed[i : i + AT_ONCE]) for i in range(0, len(packed), AT_ONCE)]
+        in_threads(_fill, [(one, parts, own) for one, own in self._by_flight(out)])
+        return out
+
+    def _by_flight(self, out: Array) -> Iterator[tuple[_Flight, Array]]:
+        """Each flight with its rows of ``out`` (M, T)."""
+        first = 0
+        for one in self.flights:
+            last = first + 3 * len(one.at)
+            yield one, out[first:last]
+            first = last
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (S, B) that ``cut`` gives what is known."""
@@ -191,9 +206,15 @@ def _respond(times: Array, turn: Array, pushed: Array, given: Array, moved: Arra
                 speed[m, j] = ahead[m, j]
 
 
-def _all_columns(one: _Flight, packed: Array) -> Array:
-    """Columns (3 N, T) of packed terms in one flight."""
-    return _columns(one, _given(one, packed))
+def _fill(one: _Flight, parts: Sequence[SharedTerms], out: Array) -> None:
+    """Columns ``out`` (3 N, T) of terms, so many at a time as stay near the processor, in one flight."""
+    first = 0
+    for shared in parts:
+        count = len(shared.coefficient)
+        given = np.empty((len(one.times), 3, count))
+        shared_pushes(shared, one.know, np.empty((len(shared.directions), 3)), np.empty(len(shared.factors)), given)
+        out[:, first : first + count] = _columns(one, given)
+        first += count
 
 
 def _given(one: _Flight, packed: Array) -> Array:

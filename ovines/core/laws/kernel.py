@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.laws import words as W
@@ -18,6 +22,7 @@ from ovines.core.laws.quantities import (
     remembers,
 )
 
+Numbers = NDArray[np.int64]
 # As the targets and functions are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
@@ -42,6 +47,32 @@ from ovines.core.laws.quantities import (
     WITHIN,
     SAWTOOTH,
 ) = range(16)
+
+
+class SharedTerms(NamedTuple):
+    """Packed terms of the flight by what many of them have in common: rows of their ``directions`` (D, ROW_SIZE),
+    ``factors`` (F, FACTOR_SIZE), and of each term its direction (T,), factors (T, MOST_FACTORS; -1 none) and
+    coefficient (T,)."""
+
+    directions: Floats
+    factors: Floats
+    direction_of: Numbers
+    factor_of: Numbers
+    coefficient: Floats
+
+
+def shared_terms(rows: Floats) -> SharedTerms:
+    """Of ``rows`` (T, ROW_SIZE)."""
+    heads = rows.copy()
+    heads[:, W.COEFFICIENT], heads[:, W.FACTORS :] = 1.0, 0.0
+    directions, direction_of = np.unique(heads, axis=0, return_inverse=True)
+    every = rows[:, W.FIRST :].reshape(-1, W.FACTOR_SIZE)
+    factors, factor_of = np.unique(every, axis=0, return_inverse=True)
+    factor_of = factor_of.reshape(len(rows), W.MOST_FACTORS)
+    factor_of = np.where(np.arange(W.MOST_FACTORS) < rows[:, W.FACTORS, None], factor_of, -1)
+    return SharedTerms(
+        directions, factors, direction_of.reshape(-1), np.ascontiguousarray(factor_of), rows[:, W.COEFFICIENT].copy()
+    )
 
 
 @compiled
@@ -186,6 +217,25 @@ def pushes(rows: Floats, known: Floats, out: Floats) -> None:
     for i in range(known.shape[0]):
         for j in range(rows.shape[0]):
             push(rows[j], 1.0, known[i], out[i, :, j])
+
+
+@compiled
+def shared_pushes(shared: SharedTerms, known: Floats, pushed: Floats, value: Floats, out: Floats) -> None:
+    """What :func:`pushes` gives, each direction and each factor asked once for all the terms that have it; ``pushed``
+    (D, 3) and ``value`` (F,) hold these of one state."""
+    for i in range(known.shape[0]):
+        pushed[:] = 0.0
+        for d in range(shared.directions.shape[0]):
+            push(shared.directions[d], 1.0, known[i], pushed[d])
+        for f in range(shared.factors.shape[0]):
+            value[f] = factor(shared.factors[f], 0, known[i])
+        for j in range(shared.direction_of.shape[0]):
+            size = shared.coefficient[j]
+            for k in range(shared.factor_of.shape[1]):
+                if shared.factor_of[j, k] >= 0:
+                    size *= value[shared.factor_of[j, k]]
+            for m in range(3):
+                out[i, m, j] = size * pushed[shared.direction_of[j], m]
 
 
 @compiled

@@ -22,6 +22,9 @@ SCALED = (
 )
 #: functions whose scale is a threshold, which may lie anywhere
 THRESHOLDS = ("below", "above")
+# A dictionary makes thousands of terms: what a refusal would say is put together once.
+SOME_QUANTITY, SOME_FUNCTION, SOME_TARGET = ("one of " + ", ".join(names) for names in (QUANTITIES, FUNCTIONS, TARGETS))
+WITH_POSITIVE_ORDER = (*W.TRAINS, "above", "rational")
 
 
 @dataclass(frozen=True)
@@ -47,12 +50,12 @@ class Factor:
 
     def __post_init__(self) -> None:
         known = self.quantity in QUANTITIES
-        require(known, f"quantity {self.quantity!r} of a law", "one of " + ", ".join(QUANTITIES), "correct the name")
+        require(known, f"quantity {self.quantity!r} of a law", SOME_QUANTITY, "correct the name")
         known = self.function in FUNCTIONS
-        require(known, f"function {self.function!r} of a law", "one of " + ", ".join(FUNCTIONS), "correct the name")
+        require(known, f"function {self.function!r} of a law", SOME_FUNCTION, "correct the name")
         numbers = (self.order, self.scale, self.x, self.y)
         fine = all(map(math.isfinite, numbers)) and (self.scale > 0 or self.function in THRESHOLDS)
-        fine = fine and (self.function not in (*W.TRAINS, "above", "rational") or self.order > 0)
+        fine = fine and (self.function not in WITH_POSITIVE_ORDER or self.order > 0)
         if self.function == "sawtooth":  # as often around a whole turn as its order says
             whole = self.order >= 1.0 and float(self.order).is_integer()
             fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
@@ -82,7 +85,7 @@ class Term:
 
     def __post_init__(self) -> None:
         known = self.target in TARGETS
-        require(known, f"target {self.target!r} of a law", "one of " + ", ".join(TARGETS), "correct the name")
+        require(known, f"target {self.target!r} of a law", SOME_TARGET, "correct the name")
         fine = all(map(math.isfinite, (self.coefficient, self.x, self.y)))
         require(fine, f"a term of {self.target} with {self.coefficient}", "finite numbers", "correct the term")
         few = len(self.factors) <= W.MOST_FACTORS

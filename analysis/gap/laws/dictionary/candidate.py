@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ class Candidate:
     positive: tuple[bool, ...] = ()
     looked: float = 0.0
 
-    @property
+    @cached_property
     def terms(self) -> tuple[Term, ...]:
         """Terms at its numbers."""
         return self.make(*self.numbers)
