@@ -9,7 +9,7 @@ hundreds also explains noise, as much as the best of noise alone does; that much
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -183,12 +183,11 @@ def gains_by_chance(
     best: int,
     drawn: tuple[int, np.random.Generator],
     forms: Forms | None = None,
-    beside: Array | None = None,
 ) -> tuple[Array, Array]:
     """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
-    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), with the
-    columns (M, C) that are known to stand ``beside`` it, and of what these explain as much as chance's best does, each
-    block times a normal number.  ``forms``: those of the problem, where they are known.
+    many, and what draws) that hold noise alone: what the group ``best`` leaves (-1: the one that gains most), and of
+    what it explains as much as chance's best does, each block times a normal number.  ``forms``: those of the problem,
+    where they are known.
 
     Turned signs alone are too few where a dozen flights tell most: of 150 problems of noise (a series of 80 flights,
     some 840 candidates) 3 % had p below 1 in 4000 and 9 % below 1 in 100; so none and 0.7 %."""
@@ -197,7 +196,6 @@ def gains_by_chance(
     if best < 0:
         best = int(np.argmax(gains))
     taken = problem.with_columns(columns[:, list(groups[best])])
-    taken = taken if beside is None else taken.with_columns(beside)
     left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
     explained = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior) - left
     draws, rng = drawn
@@ -222,13 +220,32 @@ def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
 def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> Array:
     """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns is fitted beside
     the nuisances; ``signs`` (D, B) of the blocks' residuals; ``scores``: other blocks' than those of the forms."""
+    gains = np.zeros((len(signs), sum(len(one.number) for one in forms.kin)))
+    for _, foretold in _by_fold(forms, signs, scores):
+        gains += foretold
+    return gains
+
+
+def gains_of_choice(forms: Forms, prices: Array) -> Array:
+    """Fall of the sum of squares (R,) of each fold, predicted by the group of columns that the others alone choose: of
+    the largest fall there less its price (G,).  Of noise it is as often a rise: the fold had no part in the choice."""
+    out = []
+    for explained, foretold in _by_fold(forms, np.ones((1, len(forms.fold)))):
+        out.append(float(foretold[0, int(np.argmax(explained[0] - prices))]))
+    return np.array(out)
+
+
+def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterator[tuple[Array, Array]]:
+    """Of each fold what each group explains of the others (D, G), and the fall of its own sum of squares that this
+    foretells (D, G)."""
     scores = forms.scores if scores is None else scores
     folds = len(forms.nuisance)
     by_fold = np.stack([signs[:, forms.fold == r] @ scores[forms.fold == r] for r in range(folds)])
     held = forms.nuisance.shape[1]
     score = by_fold.sum(0)
-    gains = np.zeros((len(signs), sum(len(one.number) for one in forms.kin)))
+    shape = len(signs), sum(len(one.number) for one in forms.kin)
     for here, fold in zip(by_fold, forms.held_out, strict=True):
+        explained, foretold = np.zeros(shape), np.zeros(shape)
         rest_score = score - here
         pushed = rest_score[:, held:] - rest_score[:, :held] @ fold.turn
         # Own fold's forms once the nuisances follow the others' solution.
@@ -238,8 +255,9 @@ def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> A
             step = np.einsum("dga,gab->dgb", pushed[:, one.at], inverses)
             gain = 2 * np.einsum("dga,dga->dg", step, own_score[:, one.at])
             gain -= np.einsum("dga,gab,dgb->dg", step, own, step, optimize=True)
-            gains[:, one.number] += np.where(told, gain, 0.0)
-    return gains
+            foretold[:, one.number] = np.where(told, gain, 0.0)
+            explained[:, one.number] = np.where(told, np.einsum("dga,dga->dg", step, pushed[:, one.at]), 0.0)
+        yield explained, foretold
 
 
 def _between(first: Array, second: Array, at: NDArray[np.int64]) -> Array:

@@ -27,7 +27,7 @@ from analysis.gap.laws.flight_sizes import sized_law
 from analysis.gap.laws.impact_law import needless_beside
 from analysis.gap.laws.numbers_inside import Numbers
 from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
-from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, find_law
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, _by_runs, find_law
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance
@@ -198,6 +198,27 @@ def test_a_law_of_what_is_left_needs_less_than_one_that_nothing_asked_for():
     assert unasked is None and LEVEL < p < LEVEL_WHERE_LEFT
     found, _ = find_law(problem, columns, every, np.random.default_rng(0), LEVEL_WHERE_LEFT)
     assert [part.name for part in found.parts] == ["column 0"]
+
+
+def test_runs_that_agree_tell_a_part_of_what_is_left():
+    """Two strong columns in every run: of the better one all twelve tell.  Of forty problems of noise two are rarer
+    than one in twenty, none than one in a hundred."""
+    price = np.full(300, 4.0)
+
+    def by_runs(seed, size):
+        problem, x, rng = few_telling_blocks(seed)
+        both = np.repeat(rng.normal(1.0, 0.3, (2, 60)), 8, 1) * np.sign(x[:, :2].T)
+        problem = replace(problem, residual=problem.residual + size * both.sum(0), run=problem.block // 5)
+        x[:, :2] = both.T / np.linalg.norm(both, axis=1)
+        groups = [[j] for j in range(300)]
+        forms = forms_of(problem, x, groups)
+        return _by_runs(forms, price)
+
+    assert by_runs(0, 8.0) == pytest.approx(2.0**-12)
+    chance = np.array([by_runs(seed, 0.0) for seed in range(40)])
+    assert np.sum(chance < 0.05) <= 5 and np.sum(chance < LEVEL_WHERE_LEFT) <= 1, np.sort(chance)[:6]
+    two_runs = forms_of(replace(few_telling_blocks(0)[0], run=np.arange(480) // 240), np.ones((480, 1)), [[0]])
+    assert _by_runs(two_runs, np.zeros(1)) >= 0.25  # so few can agree by chance
 
 
 def test_held_out_gains_are_those_of_fits_without_the_run():
