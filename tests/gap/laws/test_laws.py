@@ -201,8 +201,8 @@ def test_a_law_of_what_is_left_needs_less_than_one_that_nothing_asked_for():
 
 
 def test_runs_that_agree_tell_a_part_of_what_is_left():
-    """Two strong columns in every run: once in a thousand they would agree so by chance.  Of forty problems of noise two are rarer
-    than one in twenty, none than one in a hundred."""
+    """Two strong columns in every run: chance would let them agree so once in a thousand.  Of forty problems of noise
+    two are rarer than one in twenty, none than one in a hundred."""
     price = np.full(300, 4.0)
 
     def by_runs(seed, size):
