@@ -5,28 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
-from analysis.blind.series import make_series
 from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
 
-@pytest.mark.parametrize(("seed", "level"), [(12, LEVEL_WHERE_LEFT), (13, LEVEL)])
-def test_an_oval_disk_is_written_and_closes_what_it_opened(tmp_path, seed, level):
+@pytest.mark.parametrize("level", [LEVEL_WHERE_LEFT, LEVEL])
+def test_an_oval_disk_is_written_and_closes_what_it_opened(loaded, level):
     """Its contact radius goes twice around the body; the scatter that it makes of the distances is no noise of them.
-    The first is asked for as a diagnosis asks where a probe has found something (that the distances scatter), the other
-    where none has."""
-    made = make_series("unknown_oval_disk", 1.0, np.random.default_rng(seed), runs=4, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    Asked for as a diagnosis asks where a probe has found something (that the distances scatter), and where none has."""
+    _, series = loaded("unknown_oval_disk", 1.0, 13)
     fits = first_flights(series, EFFECTS).fits
     rng = np.random.default_rng(0)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
