@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnose import verdict_of
+from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.picture_grid import PERIODS_PX, _waves, picture_grid
-from tests.gap.conftest import laws_and_ladder
 
 
 def test_blocks_of_a_compressed_film_are_unknown(loaded):
     """Every eight pixels of both views: no name, and nothing of the disk or the wall."""
     _, series = loaded("unknown_coded_blocks", 0.8, 7, runs=2)
-    _, ladder = laws_and_ladder(series)
+    ladder = run_ladder(series, np.random.default_rng(0))
     assert (verdict_of(ladder), ladder.structure[0].stage, ladder.causes) == ("unknown", "measurement", ())
     assert "the place in the picture, once in 8 pixels" in {left.goes_with for left in ladder.structure}
 
