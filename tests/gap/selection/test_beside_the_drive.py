@@ -26,7 +26,7 @@ def drive_of(tmp_path, kind, drive, seed, runs=4):
     ("kind", "drive", "seed", "runs"),
     [
         # Each run with a second line of its own, a hundred times as large as the recoil.
-        ("host_recoil", "two_lines", 5, 3),
+        ("host_recoil", "two_lines", 5, 5),
         # The third run begins just after a blow: without what that set going the frequency is 7 sds off.
         ("host_recoil", "sine", 3, 3),
         ("host_recoil", "start_up", 3, 3),
