@@ -136,22 +136,25 @@ def forms_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]
     own = [columns[rows] for rows in parts]
     nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
     cross = np.array([nuisances[rows].T @ mine for rows, mine in zip(parts, own, strict=True)])
+    squares = [np.einsum("mc,mc->c", mine, mine) for mine in own]
     size = np.array([len(group) for group in groups])
     kin = []
     for s in np.unique(size):
         number = np.flatnonzero(size == s)
         at = np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), s)
-        kin.append(Kin(number, at, np.array([_products(mine, at) for mine in own])))
+        products = [_products(mine, of_each, at) for mine, of_each in zip(own, squares, strict=True)]
+        kin.append(Kin(number, at, np.array(products)))
     scores = _scores(problem, columns, problem.residual)
     return Forms(nuisance, cross, tuple(kin), scores, folds[first], problem.prior)
 
 
-def _products(columns: Array, at: NDArray[np.int64]) -> Array:
-    """Products (G, S, S) of the columns of each group (G, S)."""
+def _products(columns: Array, squares: Array, at: NDArray[np.int64]) -> Array:
+    """Products (G, S, S) of the columns of each group (G, S), whose ``squares`` (C,) are known."""
     size = at.shape[1]
     out = np.empty((len(at), size, size))
     for a in range(size):
-        for b in range(a, size):
+        out[:, a, a] = squares[at[:, a]]
+        for b in range(a + 1, size):
             out[:, a, b] = np.einsum("mg,mg->g", columns[:, at[:, a]], columns[:, at[:, b]])
             out[:, b, a] = out[:, a, b]
     return out
