@@ -125,7 +125,7 @@ def test_what_no_name_is_left_for_is_unknown_in_the_right_place(tmp_path):
     """A force that nobody listed, and two effects that are withheld from the library, each in its stage."""
     withheld = ("wall_ellipticity", "host_recoil")
     series = make_series(
-        "+".join(["unknown_magnus", *withheld]), (0.35, 1.0, 1.0), np.random.default_rng(13), runs=3, noise="ar1"
+        "+".join(["unknown_magnus", *withheld]), (0.35, 1.0, 1.0), np.random.default_rng(13), runs=2, noise="ar1"
     )
     write_series(series, tmp_path / "series")
     loaded, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")

@@ -48,7 +48,7 @@ def diagnosed(tmp_path_factory) -> tuple[Series, Ladder, Estimates, Nominal, dic
     """A series of three causes, its ladder with the sizes told, all estimates, and the model that the diagnosis
     writes."""
     folder = tmp_path_factory.mktemp("three")
-    made = make_series("+".join(CAUSES), 1.0, np.random.default_rng(21), runs=3, noise="white")
+    made = make_series("+".join(CAUSES), 1.0, np.random.default_rng(21), runs=2, noise="white")
     write_series(made, folder)
     series, _ = load_series(read_series(folder), folder / "results")
     estimates, ladder = estimated(run_ladder(series, np.random.default_rng(0)), [])
@@ -114,7 +114,7 @@ def test_what_was_missing_first_is_told_beside_what_came_later(loaded):
     """The coupling of a friction that knows no spin in the model, under a drag: told as it was found, without the drag,
     it was a twentieth off, and judged so it was not found under a strong one."""
     coupling = 0.4
-    _, series = loaded("spin_coupling+viscous_drag", (coupling, 1.0), 38, runs=5)
+    _, series = loaded("spin_coupling+viscous_drag", (coupling, 1.0), 38, runs=3)
     steps = select_flight_effects(series, ["floor_friction"], frozenset(), False, np.random.default_rng(0))
     causes = {cause.effect: cause for cause in steps.causes}
     assert set(causes) == {"spin_coupling", "viscous_drag"} and not steps.structure

@@ -298,30 +298,39 @@ def accumulate(part: Linear) -> NormalEquations:
     n_other = part.others.shape[-1]
     sizes = [basis.shape[-1] for basis in part.basis]
     n_field = 2 * sum(sizes)
-    total = n_field + n_other
+    # Most splines lie where no marker went in these frames: nothing is told of them.
+    near = [np.flatnonzero(basis.any((0, 1))) for basis in part.basis]
+    first = sum(2 * len(one) for one in near)
+    total = first + n_other
     matrix, right = np.zeros((total, total)), np.zeros(total)
     others = part.others.reshape(frames, -1, n_other)
     values = part.residual.reshape(frames, -1)
     q = part.poses.reshape(frames, -1, _N_POSE)
     on_poses = np.empty((frames, _N_POSE, total))
-    at = 0
-    for c, basis in enumerate(part.basis):
-        flat = basis.reshape(-1, sizes[c])
+    told = np.empty(total, np.int64)
+    told[first:] = np.arange(n_field, n_field + n_other)
+    at = before = 0
+    for c, own in enumerate(near):
+        basis = np.ascontiguousarray(part.basis[c][:, :, own])
+        flat = basis.reshape(-1, len(own))
         inner = flat.T @ flat
         for axis in range(2):
-            block = slice(at, at + sizes[c])
+            block = slice(at, at + len(own))
+            told[block] = before + own
             matrix[block, block] = inner
-            matrix[block, n_field:] = flat.T @ part.others[:, :, c, axis].reshape(-1, n_other)
+            matrix[block, first:] = flat.T @ part.others[:, :, c, axis].reshape(-1, n_other)
             right[block] = flat.T @ part.residual[:, :, c, axis].reshape(-1)
             on_poses[:, :, block] = part.poses[:, :, c, axis].transpose(0, 2, 1) @ basis
-            at += sizes[c]
+            at, before = at + len(own), before + sizes[c]
     flat = others.reshape(-1, n_other)
-    matrix[n_field:, n_field:] = flat.T @ flat
-    matrix[n_field:, :n_field] = matrix[:n_field, n_field:].T
-    right[n_field:] = flat.T @ values.reshape(-1)
-    on_poses[:, :, n_field:] = q.transpose(0, 2, 1) @ others
+    matrix[first:, first:] = flat.T @ flat
+    matrix[first:, :first] = matrix[:first, first:].T
+    right[first:] = flat.T @ values.reshape(-1)
+    on_poses[:, :, first:] = q.transpose(0, 2, 1) @ others
     along = np.einsum("frp,fr->fp", q, values)
     flat = on_poses.reshape(-1, total)
     matrix -= flat.T @ flat
     right -= flat.T @ along.reshape(-1)
-    return NormalEquations(matrix, right, n_field, part.prior)
+    whole, whole_right = np.zeros((n_field + n_other,) * 2), np.zeros(n_field + n_other)
+    whole[np.ix_(told, told)], whole_right[told] = matrix, right
+    return NormalEquations(whole, whole_right, n_field, part.prior)

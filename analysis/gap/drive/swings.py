@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -97,53 +97,98 @@ def fading(time_s: Array, frequency_hz: Array, damping: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Swinging:
-    """Swings (G) in one run: whitened ``columns`` (M, 2, G) of the answers to its pushes, and of what began before it
-    (``began`` (M, 2 of cosine and sine, G), for a frame of unit variance), with what is ``left`` (M, 2), whitened."""
+class _Began:
+    """What began before a run and fades in it, as swings (G) do: whitened cosine and sine ``columns`` (M, 2, G), for a
+    frame of unit variance."""
 
     columns: Array
-    began: Array
-    left: Array
 
     @classmethod
-    def of(cls, effect: str, path: MeasuredPath, run: RunPushes, left: Array, hz: Array, damping: Array) -> _Swinging:
-        columns = path.white(answers(_answered(effect, run), path.time_s, hz, damping))
-        began = fading(path.time_s - path.time_s[0], hz, damping)
-        return cls(columns, path.white(began * path.sd.reshape(1, 2, 1)), left)
+    def of(cls, path: MeasuredPath, hz: Array, damping: Array) -> _Began:
+        return cls(path.white(fading(path.time_s - path.time_s[0], hz, damping) * path.sd.reshape(1, 2, 1)))
 
     @cached_property
     def inverse(self) -> Array:
-        """Inverse (2, 2, G) of the products of what began before."""
-        return _of_pair(self.began)[0]
+        """Inverse (2, 2, G) of the columns' products."""
+        return _of_pair(self.columns)[0]
 
-    def without_start(self, rows: Array) -> tuple[Array, Array]:
+    def without(self, rows: Array) -> tuple[Array, Array]:
         """``rows`` (M, 2, G) of both axes without what the start explains, and its amplitudes (2, 2, G)."""
-        sizes = np.einsum("ijg,jag->iag", self.inverse, np.einsum("mjg,mag->jag", self.began, rows))
-        return rows - np.einsum("mig,iag->mag", self.began, sizes), sizes
+        sizes = np.einsum("ijg,jag->iag", self.inverse, np.einsum("mjg,mag->jag", self.columns, rows))
+        return rows - np.einsum("mig,iag->mag", self.columns, sizes), sizes
 
-    def sums(self) -> tuple[Array, Array, Array]:
-        """Products (G,) of the answers with what is left and with themselves, beside any start, and what the start
-        alone takes."""
-        columns, _ = self.without_start(self.columns)
-        whole = np.broadcast_to(self.left[..., None], columns.shape)
-        left, _ = self.without_start(whole)
-        top = np.einsum("mag,mag->g", columns, left)
-        return top, np.einsum("mag,mag->g", columns, columns), np.sum(whole**2 - left**2, (0, 1))
+    def taken(self, left: Array) -> Array:
+        """How much (G,) of the squares of what is ``left`` (M, 2) any start takes."""
+        count, _, swings = self.columns.shape
+        on = (self.columns.reshape(count, -1).T @ left).reshape(2, swings, 2)
+        return np.asarray(np.einsum("jga,ijg,iga->g", on, self.inverse, on, optimize=True))
 
 
-def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], left: Sequence[Array]) -> Swing:
-    """The swing that takes most of what is ``left`` (N, 2; m) in the paths: a grid, then a search about its best."""
+@dataclass(frozen=True, eq=False)
+class _Swinging:
+    """Swings (G) in one run beside any start: whitened ``columns`` (2 M, G; x and y in turn) of the answers to its
+    pushes, their ``squares`` (G,), and what ``began`` before it."""
+
+    columns: Array
+    squares: Array
+    began: _Began
+
+    @classmethod
+    def of(
+        cls, effect: str, path: MeasuredPath, run: RunPushes, hz: Array, damping: Array, began: _Began | None = None
+    ) -> _Swinging:
+        began = began or _Began.of(path, hz, damping)
+        columns = began.without(_answers(effect, path, run, hz, damping))[0].reshape(-1, len(hz))
+        return cls(columns, np.einsum("mg,mg->g", columns, columns), began)
+
+    def sums(self, left: Array) -> tuple[Array, Array, Array]:
+        """Products (G,) of the answers with what is ``left`` (M, 2; whitened) and with themselves, beside any start,
+        and what the start alone takes."""
+        return left.ravel() @ self.columns, self.squares, self.began.taken(left)
+
+
+def _answers(effect: str, path: MeasuredPath, run: RunPushes, hz: Array, damping: Array) -> Array:
+    """Whitened answers (M, 2, G) of swings to a run's pushes."""
+    return path.white(answers(_answered(effect, run), path.time_s, hz, damping))
+
+
+@dataclass(frozen=True, eq=False)
+class TriedSwings:
+    """The grid of swings in each path, whitened: what is left in the paths changes none of it, so that a search for one
+    term after the other need not make it again."""
+
+    began: dict[MeasuredPath, _Began] = field(default_factory=dict)
+    swinging: dict[tuple[str, MeasuredPath], _Swinging] = field(default_factory=dict)
+
+    def of(self, effect: str, path: MeasuredPath, run: RunPushes, hz: Array, damping: Array) -> _Swinging:
+        """Of one path; ``hz`` and ``damping`` (G,) are those of all calls."""
+        if (effect, path) not in self.swinging:
+            began = self.began[path] = self.began.get(path) or _Began.of(path, hz, damping)
+            self.swinging[effect, path] = _Swinging.of(effect, path, run, hz, damping, began)
+        return self.swinging[effect, path]
+
+
+def best_swing(
+    effect: str,
+    paths: Sequence[MeasuredPath],
+    pushes: Sequence[RunPushes],
+    left: Sequence[Array],
+    tried: TriedSwings | None = None,
+) -> Swing:
+    """The swing that takes most of what is ``left`` (N, 2; m) in the paths: a grid, then a search about its best.
+
+    ``tried``: kept from one search in paths of the same times to the next."""
+    tried = tried or TriedSwings()
     longest = max(float(np.ptp(path.time_s)) for path in paths)
     period = float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
     grid = np.geomspace(LOWEST_PERIODS / longest, HIGHEST_SHARE / period, FREQUENCIES)
     hz, damping = (one.ravel() for one in np.meshgrid(grid, DAMPINGS, indexing="ij"))
     white = [path.white(one) for path, one in zip(paths, left, strict=True)]
 
-    def sums(hz: Array, damping: Array) -> tuple[Array, Array, Array]:
+    def sums(hz: Array, damping: Array, made: Callable[..., _Swinging]) -> tuple[Array, Array, Array]:
         """Those of each run (R, G)."""
         each = [
-            _Swinging.of(effect, path, pushes[path.run], one, hz, damping).sums()
-            for path, one in zip(paths, white, strict=True)
+            made(effect, path, pushes[path.run], hz, damping).sums(one) for path, one in zip(paths, white, strict=True)
         ]
         top, bottom, began = (np.array(column) for column in zip(*each, strict=True))
         return top, bottom, began
@@ -153,12 +198,12 @@ def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunP
         total = np.maximum(top.sum(0), 0.0)
         return np.asarray(total**2 / np.maximum(bottom.sum(0), 1e-300))
 
-    def taken(hz: Array, damping: Array) -> Array:
+    def taken(hz: Array, damping: Array, made: Callable[..., _Swinging] = _Swinging.of) -> Array:
         """All that swings and their starts take: without these, what a run began with would bend the frequency."""
-        top, bottom, began = sums(hz, damping)
+        top, bottom, began = sums(hz, damping, made)
         return np.asarray(gain(top, bottom) + began.sum(0))
 
-    start = int(np.argmax(taken(hz, damping)))
+    start = int(np.argmax(taken(hz, damping, tried.of)))
     found = minimize(
         lambda u: -float(taken(np.exp(u[:1]), _damping(u[1:]))[0]),
         np.array([np.log(hz[start]), np.log(damping[start] / (1 - damping[start]))]),
@@ -166,7 +211,7 @@ def best_swing(effect: str, paths: Sequence[MeasuredPath], pushes: Sequence[RunP
         options={"initial_simplex": None, "xatol": 1e-3, "fatol": 1e-2, "maxfev": 80},
     )
     f, zeta = float(np.exp(found.x[0])), float(_damping(found.x[1:])[0])
-    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta]))[:2])
+    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta]), _Swinging.of)[:2])
     share = float(max(top.sum(), 0.0) / max(bottom.sum(), 1e-300))
     rest_top, rest_bottom = (top.sum() - top, bottom.sum() - bottom) if len(paths) > 1 else (top, bottom)
     others = np.maximum(rest_top, 0.0) / np.maximum(rest_bottom, 1e-300)
@@ -185,8 +230,8 @@ def _with_starts(
     hz, damping = np.array([swing.frequency_hz]), np.array([swing.damping])
     start, start_s = np.zeros_like(swing.start), np.zeros_like(swing.start_s)
     for path, one in zip(paths, white, strict=True):
-        run = _Swinging.of(swing.effect, path, pushes[path.run], one, hz, damping)
-        _, sizes = run.without_start(one[..., None] - swing.share * run.columns)
+        answered = _answers(swing.effect, path, pushes[path.run], hz, damping)
+        _, sizes = _Began.of(path, hz, damping).without(one[..., None] - swing.share * answered)
         start[path.run] = sizes[..., 0] * path.sd
         start_s[path.run] = path.time_s[0]
     return replace(swing, start=start, start_s=start_s)
@@ -205,15 +250,16 @@ def _covariance(
     zeta = swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP])
     normal, scores = np.zeros((3, 3)), []
     for path, one in zip(paths, white, strict=True):
-        run = _Swinging.of(swing.effect, path, pushes[path.run], one, hz, np.minimum(zeta, 1 - 1e-6))
-        whole = swing.share * run.columns + np.einsum("mig,ia->mag", run.began, swing.start[path.run] / path.sd)
+        near = hz, np.minimum(zeta, 1 - 1e-6)
+        answered, began = _answers(swing.effect, path, pushes[path.run], *near), _Began.of(path, *near)
+        whole = swing.share * answered + np.einsum("mig,ia->mag", began.columns, swing.start[path.run] / path.sd)
         slopes = [
-            run.columns[..., 0],
+            answered[..., 0],
             (whole[..., 2] - whole[..., 1]) / (2 * STEP * swing.frequency_hz),
             (whole[..., 4] - whole[..., 3]) / (2 * STEP * swing.damping),
         ]
-        here = replace(run, began=run.began[..., :1])
-        jacobian = np.concatenate([here.without_start(slope[..., None])[0] for slope in slopes], -1).reshape(-1, 3)
+        here = _Began(began.columns[..., :1])
+        jacobian = np.concatenate([here.without(slope[..., None])[0] for slope in slopes], -1).reshape(-1, 3)
         normal += jacobian.T @ jacobian
         scores.append(jacobian.T @ (one - whole[..., 0]).ravel())
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), float)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.flights.cutting.runs import Run
 from analysis.gap.drive.measured_path import MeasuredPath, with_noise_of
 from analysis.gap.drive.pushes import RunPushes
-from analysis.gap.drive.swings import CELLS, LINES_TO, SWINGS, Line, Swing, best_line, best_swing
+from analysis.gap.drive.swings import CELLS, LINES_TO, SWINGS, Line, Swing, TriedSwings, best_line, best_swing
 from analysis.gap.selection.null_distribution import chance_of_largest
 
 Array = NDArray[np.float64]
@@ -29,13 +29,14 @@ def found_terms(
     terms: list[Swing | Line] = []
     below = LINES_TO / float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
     asks_for_lines = any(not runs[path.run].data.host.harmonic for path in paths)
+    tried_swings = TriedSwings()
     # A line whose level changes has none beside it.
     if any(len(runs[path.run].data.host.lines_rad_per_s) or not path.tells_lines for path in paths) and len(paths) > 1:
-        paths[:] = _with_own_lines(paths, pushes, below)
+        paths[:] = _with_own_lines(paths, pushes, below, tried_swings)
     for _ in range(MOST_TERMS):
         left = left_of(terms, paths, pushes)
         kinds = [effect for effect in SWINGS if effect not in {t.effect for t in terms if isinstance(t, Swing)}]
-        tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in kinds]
+        tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left, tried_swings) for effect in kinds]
         if asks_for_lines:
             tried.append(best_line(paths, left, below))
         tried = [one for one in tried if is_there(one, paths)]
@@ -43,13 +44,15 @@ def found_terms(
             break
         terms.append(max(tried, key=lambda one: _beyond_chance(one, paths)))
         if len(terms) > 1:
-            terms = _again(terms, paths, pushes, below)
+            terms = _again(terms, paths, pushes, below, tried_swings)
     paths[:] = with_noise_of(paths, left_of(terms, paths, pushes))
-    terms = _again(terms, paths, pushes, below)
+    terms = _again(terms, paths, pushes, below, tried_swings)
     return [t for t in terms if isinstance(t, Swing)], [t for t in terms if isinstance(t, Line)]
 
 
-def _with_own_lines(paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], below_hz: float) -> list[MeasuredPath]:
+def _with_own_lines(
+    paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], below_hz: float, tried: TriedSwings
+) -> list[MeasuredPath]:
     """The paths whose drive holds lines of each run's own, as long as these take more than any swing or line that the
     runs share: a drive whose second line is set anew from run to run."""
     paths = list(paths)
@@ -60,7 +63,7 @@ def _with_own_lines(paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], 
         # Every run looks for a frequency of its own, which chance rewards.
         looks = np.log([LINES_TO / float(np.median(np.diff(p.time_s))) * float(np.ptp(p.time_s)) for p in paths])
         taken = float(sum(one.gain for one in own) - 4 * len(paths) - 2 * np.sum(np.maximum(looks, 0.0)))
-        shared: list[Swing | Line] = [best_swing(effect, paths, pushes, left) for effect in SWINGS]
+        shared: list[Swing | Line] = [best_swing(effect, paths, pushes, left, tried) for effect in SWINGS]
         shared.append(best_line(paths, left, below_hz))
         if not min(chances) < LEVEL or taken < max(_beyond_chance(one, paths) for one in shared):
             break
@@ -92,14 +95,20 @@ def places_of(term: Swing | Line, number: int, path: MeasuredPath, pushes: Seque
 
 
 def _again(
-    terms: Sequence[Swing | Line], paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], below_hz: float
+    terms: Sequence[Swing | Line],
+    paths: Sequence[MeasuredPath],
+    pushes: Sequence[RunPushes],
+    below_hz: float,
+    tried: TriedSwings,
 ) -> list[Swing | Line]:
     """Each term fitted beside the others; what is no longer more than chance leaves."""
     terms = list(terms)
     for number, term in enumerate(terms):
         left = left_of(terms, paths, pushes, number)
         terms[number] = (
-            best_line(paths, left, below_hz) if isinstance(term, Line) else best_swing(term.effect, paths, pushes, left)
+            best_line(paths, left, below_hz)
+            if isinstance(term, Line)
+            else best_swing(term.effect, paths, pushes, left, tried)
         )
     return [one for one in terms if is_there(one, paths)]
 

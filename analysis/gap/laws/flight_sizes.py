@@ -20,7 +20,7 @@ from analysis.gap.laws.regression import Halves, Regression, halves_of
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places
 from analysis.identification.floor.errors import FEWEST_FLIGHTS, FEWEST_RUNS, sandwich_factor
-from analysis.identification.floor.fit import FloorFit, fit_floor
+from analysis.identification.floor.fit import FloorFit, fit_floor, fit_floor_again
 from analysis.identification.floor.priors import HELD_M, NONLINEAR, WEAK_SD, prior_sd
 from analysis.identification.lens_residual import LINEAR_SHARE
 from analysis.statistics.student import student_over_normal
@@ -76,10 +76,13 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         )
         for run, place in zip(runs, places, strict=True)
     ]
+    floor: FloorFit | None = None
     for _ in range(ROUNDS):
-        floor = fit_floor(
-            with_law(drifting, parts, coefficients), [*others, *names], {**start, **dict.fromkeys(names, 1.0)}
-        )
+        holding_it, at_first = with_law(drifting, parts, coefficients), {**start, **dict.fromkeys(names, 1.0)}
+        if floor is None:
+            floor = fit_floor(holding_it, [*others, *names], at_first)
+        else:
+            floor = fit_floor_again(holding_it, floor, at_first)
         at = [floor.names.index(n) for n in names]
         if not np.all(np.abs(floor.estimate[at]) < LARGEST_FACTOR):
             return None

@@ -145,13 +145,15 @@ def forms_of(
 
 def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
     """Groups of ``columns`` (M, C) by their size, and their products in each fold of a problem."""
-    parts = _parts(problem.folds)
+    own = [columns[rows] for rows in _parts(problem.folds)]
+    squares = [np.einsum("mc,mc->c", mine, mine) for mine in own]
     size = np.array([len(group) for group in groups])
     kin = []
     for s in np.unique(size):
         number = np.flatnonzero(size == s)
         at = np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), s)
-        kin.append(Kin(number, at, np.array([_products(columns[rows], at) for rows in parts])))
+        products = [_products(mine, of_each, at) for mine, of_each in zip(own, squares, strict=True)]
+        kin.append(Kin(number, at, np.array(products)))
     return tuple(kin)
 
 
@@ -165,12 +167,13 @@ def _parts(folds: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
     return parts
 
 
-def _products(columns: Array, at: NDArray[np.int64]) -> Array:
-    """Products (G, S, S) of the columns of each group (G, S)."""
+def _products(columns: Array, squares: Array, at: NDArray[np.int64]) -> Array:
+    """Products (G, S, S) of the columns of each group (G, S), whose ``squares`` (C,) are known."""
     size = at.shape[1]
     out = np.empty((len(at), size, size))
     for a in range(size):
-        for b in range(a, size):
+        out[:, a, a] = squares[at[:, a]]
+        for b in range(a + 1, size):
             out[:, a, b] = np.einsum("mg,mg->g", columns[:, at[:, a]], columns[:, at[:, b]])
             out[:, b, a] = out[:, a, b]
     return out

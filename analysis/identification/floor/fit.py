@@ -138,6 +138,28 @@ def fit_floor(
     columns = columns_of([*names, *ORIGIN, *LENS_TERMS])
     look = look or first_look(runs, names, held, start)
     stands, noise, lens_sd = _first_errors(look.stands, look.rows, columns)
+    return _weighed(stands, names, columns, noise, lens_sd)
+
+
+def fit_floor_again(runs: Sequence[Run], before: FloorFit, held: Mapping[str, float]) -> FloorFit:
+    """:func:`fit_floor` of what ``before`` has estimated from the same flights, under laws of the ``runs`` that are
+    nearly the same: from where it ended and with its noise and force, which are found anew until they rest.
+
+    ``held``: the parameters where they begin."""
+    # Frames that are gross beside one law are so beside the other.
+    runs = [replace(run, data=replace(fit.run, law=run.data.law)) for run, fit in zip(runs, before.fits, strict=True)]
+    fits = [replace(fit, run=run.data, _force_paths={}) for run, fit in zip(runs, before.fits, strict=True)]
+    parameters, names = before.fits[0].parameters.copy(), before.names
+    for term, value in held.items():
+        parameters[INDEX[term]] = value
+    stands = _Standing(runs, parameters, before.fits[0].shared.copy(), fits)
+    return _weighed(stands, names, columns_of([*names, *ORIGIN, *LENS_TERMS]), before.noise, before.lens_sd_m)
+
+
+def _weighed(
+    stands: _Standing, names: Sequence[str], columns: list[int], noise: FlightNoise, lens_sd: float
+) -> FloorFit:
+    """The fit at rest, weighed by the noise and the force that it leaves itself."""
     for stage in range(1, 1 + MOST_STAGES):
         if lens_sd == HELD_M:
             stands = replace(stands, shared=np.concatenate([stands.shared[:2], np.zeros(len(LENS_TERMS))]))

@@ -31,7 +31,7 @@ from ovines.recording import read_series
 from tests.gap.conftest import laws_and_ladder
 
 
-def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=2):
+def written(folder, kind, size=0.8, seed=2, laws=(), runs=2):
     made = make_series(kind, size, np.random.default_rng(seed), runs, "white")
     if not folder.exists():
         write_series(made, folder)
@@ -40,7 +40,7 @@ def loaded(folder, kind, size=0.8, seed=2, laws=(), runs=2):
 
 def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     """Right camera, amplitude within three sd, frequency; held by the next diagnosis the ground stands still."""
-    made, series = loaded(tmp_path / "s", "unknown_swinging_zoom")
+    made, series = written(tmp_path / "s", "unknown_swinging_zoom")
     assert ground_motion(series)
     (law,), _ = find_frame_laws(series, np.random.default_rng(0))
     (term,) = law.law.terms
@@ -51,7 +51,7 @@ def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     assert law.closed > 0.9 and law.halves.agree
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "zoom"))
-    assert not ground_motion(loaded(tmp_path / "s", "unknown_swinging_zoom", laws=[path])[1])
+    assert not ground_motion(written(tmp_path / "s", "unknown_swinging_zoom", laws=[path])[1])
     # Identification has no tracks to take it out of, and says so.
     recording = series.recordings[0]
     model = recording.model.model_copy(update={"laws": (str(path),)})
@@ -61,7 +61,7 @@ def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
 
 def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
     """A period, at the share of the run; in true times the Host keeps its drive."""
-    made, series = loaded(tmp_path / "s", "unknown_skipped_frame")
+    made, series = written(tmp_path / "s", "unknown_skipped_frame")
     law, after = find_clock_law(series, np.random.default_rng(0))
     assert law is not None
     (term,) = law.law.terms
@@ -76,7 +76,7 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
 
 def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
     """Seen at the highest frequency that frames can tell."""
-    made, series = loaded(tmp_path / "s", "unknown_alternating_clock", runs=1)
+    made, series = written(tmp_path / "s", "unknown_alternating_clock", runs=1)
     law, _ = find_clock_law(series, np.random.default_rng(0))
     assert law is not None
     (term,) = law.law.terms
@@ -110,14 +110,14 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
 
 def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
     """Both cameras agree with each other: before, friction_drift was named."""
-    series = loaded(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
+    series = written(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
     (law,), ladder = laws_and_ladder(series)
     assert (verdict_of(ladder), ladder.structure[0].stage, ladder.causes) == ("unknown", "measurement", ())
     assert law.law.stage == "measurement"
 
 
-def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(tmp_path):
-    _, series = loaded(tmp_path / "s", "unknown_lost_frame")
+def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(loaded):
+    _, series = loaded("unknown_lost_frame", 0.8, 2, runs=2)
     laws, _ = find_frame_laws(series, np.random.default_rng(0))
     term = laws[0].law.terms[0]
     assert (term.target, term.x, term.factors[0].function) == ("camera_delay", 1.0, "below")
@@ -125,9 +125,8 @@ def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(tmp_path):
 
 
 @pytest.mark.parametrize("noise", ["ar1", "warp"])
-def test_cameras_without_fault_have_no_law(tmp_path, noise):
-    write_series(make_series("none", 1.0, np.random.default_rng(7), 2, noise), tmp_path / "s")
-    series, _ = load_series(read_series(tmp_path / "s"), tmp_path / "results")
+def test_cameras_without_fault_have_no_law(loaded, noise):
+    _, series = loaded("none", 1.0, 8, noise, 2)
     assert find_frame_laws(series, np.random.default_rng(0))[0] == ()
 
 

@@ -40,7 +40,7 @@ def test_a_floor_that_pitches_presses_by_place_and_acceleration(tmp_path):
 
 def test_a_wall_that_rings_from_the_blow_before(tmp_path):
     """A wave of the time since, which dies out."""
-    series, true = made_series(tmp_path, "unknown_ringing_wall", 1.0, 42, runs=3)
+    series, true = made_series(tmp_path, "unknown_ringing_wall", 1.0, 42, runs=2)
     flights = first_flights(series, EFFECTS)
     law = find_impact_law(fit_impacts(flights.fits), flights.fits, (), series.frame, np.random.default_rng(0))
     assert law is not None

@@ -48,7 +48,7 @@ def loaded(folder, laws=()):
 def both(tmp_path_factory, without_next_test):
     """Three runs with a swirl, and a restitution that falls with the slip: their folder, truth and diagnosis."""
     folder = tmp_path_factory.mktemp("both") / "series"
-    made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=3, noise="white")
+    made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=2, noise="white")
     write_series(made, folder)
     return folder, made.truth["parameters"], diagnose(loaded(folder), np.random.default_rng(0))
 

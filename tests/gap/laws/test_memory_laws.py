@@ -80,7 +80,7 @@ def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
 
 def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
     """One formula instead of the names that make up its series."""
-    series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=3)
+    series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=2)
     rng = np.random.default_rng(0)
     flights = first_flights(series, EFFECTS)
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
@@ -132,7 +132,7 @@ def impact_fit(series):
 
 def test_a_band_that_shifts_as_it_is_struck(tmp_path):
     """Restitution by the place on the rim against the one struck before."""
-    series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=3)
+    series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=2)
     impacts, fits = impact_fit(series)
     law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
     assert law is not None
@@ -144,7 +144,7 @@ def test_a_band_that_shifts_as_it_is_struck(tmp_path):
 
 def test_a_liner_that_each_blow_presses(tmp_path):
     """Its radius goes with the blows before, as the air comes back."""
-    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 53, runs=4)
+    series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 53, runs=3)
     impacts, fits = impact_fit(series)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(impacts, fits, series.frame, least_m, np.random.default_rng(0))

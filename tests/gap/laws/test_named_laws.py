@@ -58,7 +58,7 @@ def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path):
 def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
     """The inertia, judged by flights that lacked the rocking, left a torque that stood in the law beside it: unknown,
     with the rocking's own formula.  Beside the rocking the disk is asked anew."""
-    _, series = loaded("inertia_error+nes_rocking", 0.8, 4, runs=4)
+    _, series = loaded("inertia_error+nes_rocking", 0.8, 4, runs=3)
     true = {"ratio": 0.8844, "relative": -0.5053, "decay_s": 0.02333}
     laws, ladder = laws_and_ladder(series)
     assert laws == () and ladder.structure == ()
@@ -72,13 +72,13 @@ def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
 
 def test_what_acts_beside_a_rocking_has_its_formula(loaded):
     """Both stood in one formula of two parts, and the rocking had no name; held alone it leaves the other's."""
-    _, series = loaded("nes_rocking+unknown_compass_needle", 0.8, 4, runs=3)
-    true = {"relative": -0.53925, "decay_s": 0.022425}
+    _, series = loaded("nes_rocking+unknown_compass_needle", 0.8, 5, runs=2)
+    true = {"relative": -0.540406, "decay_s": 0.0173102}
     (law,), ladder = laws_and_ladder(series)
     (cause,) = ladder.causes
     for name, (value, sd) in cause.parameters.items():
         assert abs(value - true[name]) < 3 * sd < 0.1 * abs(value), name
     (term,) = law.law.terms
     assert (term.target, term.factors[0].quantity) == ("spin", "angle") and law.closed > 0.99
-    assert abs(term.coefficient / 252.66 - 1) < 0.01
+    assert abs(term.coefficient / 241.803 - 1) < 0.01
     assert [one.stage for one in ladder.structure] == ["flight"]

@@ -36,11 +36,9 @@ def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
     assert ladder.causes == () and [one.stage for one in ladder.structure] == ["measurement"]
 
 
-def test_a_disk_is_moved_back_by_the_law_of_where_it_is_seen(tmp_path):
+def test_a_disk_is_moved_back_by_the_law_of_where_it_is_seen(loaded):
     """All of its markers alike, in points and pictures; a series without markers is refused."""
-    made = make_series("none", 1.0, np.random.default_rng(5), runs=1, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    _, series = loaded("none", 1.0, 4, runs=2)
     law = WrittenLaw((Term("nes_place", 2e-3, (Factor("along_host", "below", 1.0, 0.0),), x=0.5),))
     moved = without_frame_laws(series, [law])
     disk = series.recordings[0].bodies["nes"].markers

@@ -17,7 +17,7 @@ from tests.gap.laws.test_memory_laws import flight_law, impact_fit, made_series,
 
 def test_a_ring_that_swings_on_its_feet_after_a_blow(tmp_path):
     """Its radius where it is struck next goes with what the blows before have set swinging, at its rate."""
-    series, true = made_series(tmp_path, "unknown_nodding_ring", 1.0, 61, runs=3)
+    series, true = made_series(tmp_path, "unknown_nodding_ring", 1.0, 61, runs=2)
     impacts, fits = impact_fit(series)
     least_m = DISTANCE_NEGLIGIBLE * series.contact_radius_m
     law = find_wall_law(impacts, fits, series.frame, least_m, np.random.default_rng(0))
@@ -32,7 +32,7 @@ def test_a_ring_that_swings_on_its_feet_after_a_blow(tmp_path):
 
 def test_screws_that_each_blow_loosens(tmp_path):
     """Restitution by the number of blows that the run has had, not by its time."""
-    series, _ = made_series(tmp_path, "unknown_loosening_screws", 1.0, 62, runs=4)
+    series, _ = made_series(tmp_path, "unknown_loosening_screws", 1.0, 62, runs=3)
     impacts, fits = impact_fit(series)
     law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
     assert law is not None
@@ -43,7 +43,7 @@ def test_screws_that_each_blow_loosens(tmp_path):
 
 def test_a_floor_that_swings_about_a_screw(tmp_path):
     """Friction is turned aside by the place against the screw, times the Host's velocity."""
-    series, true = made_series(tmp_path, "unknown_swinging_floor", 0.8, 63, runs=3)
+    series, true = made_series(tmp_path, "unknown_swinging_floor", 0.8, 63, runs=2)
     law = flight_law(series)
     assert law is not None
     turned = ("across_sliding", ["host_velocity_along", "place_along_sliding", "sliding_speed"])

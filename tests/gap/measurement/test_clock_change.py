@@ -46,12 +46,9 @@ def test_no_change_is_told_of_noise_of_one_delay_or_of_a_lens():
     assert clock_change(*frames(small, rng, noise=0.1), 1.0, 0.0, LEAST_S) is None
 
 
-def test_a_frame_that_one_camera_dropped_is_no_late_clock(tmp_path):
+def test_a_frame_that_one_camera_dropped_is_no_late_clock(loaded):
     """Images of the second camera from one frame on are those of the next: half of the frames know nothing of it."""
-    rng = np.random.default_rng(4)
-    dropped = make_series("unknown_lost_frame", 1.0, rng, 2, "white")
-    write_series(dropped, tmp_path / "dropped")
-    series, _ = load_series(read_series(tmp_path / "dropped"), tmp_path / "results")
+    _, series = loaded("unknown_lost_frame", 0.8, 2, runs=2)
     tests = measurement_tests(series)
     assert tests.clock_change is not None
     assert tests.clock_change.size == pytest.approx(series.period_s, rel=0.5)
@@ -61,7 +58,7 @@ def test_a_frame_that_one_camera_dropped_is_no_late_clock(tmp_path):
 @pytest.mark.parametrize(("drive", "size", "noise", "seed"), [("sine", 1.0, "white", 5), ("start_up", 0.66, "ar1", 1)])
 def test_a_late_clock_is_still_one(tmp_path, drive, size, noise, seed):
     """Under a drive that starts, too, whose rise and fall no line follows: its path passed for another delay there."""
-    late = make_series("camera_clock_offset", size, np.random.default_rng(seed), 4, noise, place=Place(drive=drive))
+    late = make_series("camera_clock_offset", size, np.random.default_rng(seed), 2, noise, place=Place(drive=drive))
     write_series(late, tmp_path / "late")
     series, _ = load_series(read_series(tmp_path / "late"), tmp_path / "results")
     tests = measurement_tests(series)

@@ -69,7 +69,7 @@ def test_markers_that_stand_still_say_nothing(correlation):
 
 def test_a_zooming_camera_is_named_by_the_ground(tmp_path):
     """Of the plant: 0.07 % within a run."""
-    zoomed = make_series("unknown_zooming_camera", 0.6, np.random.default_rng(8), 3, "white")
+    zoomed = make_series("unknown_zooming_camera", 0.6, np.random.default_rng(8), 2, "white")
     write_series(zoomed, tmp_path / "zoomed")
     series, _ = load_series(read_series(tmp_path / "zoomed"), tmp_path / "results")
     (found,) = ground_motion(series)
@@ -78,7 +78,7 @@ def test_a_zooming_camera_is_named_by_the_ground(tmp_path):
 
 def test_a_zoom_that_swings_is_told_by_the_ground(tmp_path):
     """Of the plant: 0.05 % to and fro; before, single frames were asked for a shift only, and it was called a sway."""
-    swinging = make_series("unknown_swinging_zoom", 0.6, np.random.default_rng(3), 3, "warp")
+    swinging = make_series("unknown_swinging_zoom", 0.6, np.random.default_rng(3), 2, "warp")
     write_series(swinging, tmp_path / "swinging")
     series, _ = load_series(read_series(tmp_path / "swinging"), tmp_path / "results")
     (found,) = ground_motion(series)

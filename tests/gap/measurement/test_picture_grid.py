@@ -7,33 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
-from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
+from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.picture_grid import PERIODS_PX, _waves, picture_grid
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
 
 
-def loaded(folder, kind, severity, noise, seed, runs=2):
-    made = make_series(kind, severity, np.random.default_rng(seed), runs, noise)
-    write_series(made, folder / "series")
-    return load_series(read_series(folder / "series"), folder / "results")[0]
-
-
-def test_blocks_of_a_compressed_film_are_unknown(tmp_path):
+def test_blocks_of_a_compressed_film_are_unknown(loaded):
     """Every eight pixels of both views: no name, and nothing of the disk or the wall."""
-    series = loaded(tmp_path, "unknown_coded_blocks", 0.8, "white", 7)
-    _, ladder = laws_and_ladder(series)
+    _, series = loaded("unknown_coded_blocks", 0.8, 7, runs=2)
+    ladder = run_ladder(series, np.random.default_rng(0))
     assert (verdict_of(ladder), ladder.structure[0].stage, ladder.causes) == ("unknown", "measurement", ())
     assert "the place in the picture, once in 8 pixels" in {left.goes_with for left in ladder.structure}
 
 
 @pytest.mark.parametrize("noise", ["ar1", "warp"])
-def test_a_series_without_a_grid_has_none(tmp_path, noise):
+def test_a_series_without_a_grid_has_none(loaded, noise):
     """Until its lines are off by a wave of the place, once in as many pixels as that has."""
-    series = loaded(tmp_path, "none", 1.0, noise, 8)
+    _, series = loaded("none", 1.0, 8, noise, 2)
     assert picture_grid(series) == []
     assert picture_grid(replace(series, tracks=None)) == []
     second = series.cameras[1].name
@@ -49,9 +39,9 @@ def test_a_series_without_a_grid_has_none(tmp_path, noise):
         assert told.size == pytest.approx(0.2, rel=0.2)
 
 
-def test_markers_that_cross_less_than_two_waves_tell_nothing_of_them(tmp_path):
+def test_markers_that_cross_less_than_two_waves_tell_nothing_of_them(loaded):
     """Of Hosts that move along the pictures' u only, waves of v: a lens bent what passed for one."""
-    series = loaded(tmp_path, "none", 1.0, "warp", 8, runs=1)
+    _, series = loaded("none", 1.0, 8, "warp", 2)
     names = [camera.name for camera in series.cameras]
     hosts = series.recordings[0].bodies["host"].markers
     seen = series.tracks[0][series.tracks[0]["marker"].isin(hosts)]

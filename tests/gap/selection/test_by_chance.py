@@ -35,7 +35,7 @@ from ovines.recording import read_series
 def dragged(tmp_path_factory):
     """The ladder of four runs with air drag at its small size."""
     folder = Path(tmp_path_factory.mktemp("dragged")) / "series"
-    write_series(make_series("air_drag", 0.35, np.random.default_rng(31), runs=4, noise="white"), folder)
+    write_series(make_series("air_drag", 0.35, np.random.default_rng(31), runs=3, noise="white"), folder)
     series, _ = load_series(read_series(folder), folder / "results")
     return run_ladder(series, np.random.default_rng(0))
 

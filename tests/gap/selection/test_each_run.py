@@ -29,13 +29,13 @@ def left_at_impacts(folder, kind, size, seed, runs, noise="white"):
 
 
 def test_a_rim_that_is_wiped_before_some_runs(tmp_path):
-    assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_wiped_rim", 0.4, 922, runs=6)
+    assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_wiped_rim", 0.4, 922, runs=5)
     assert "in no order" in unknown_test("impact", EACH_RUN)
 
 
 @pytest.mark.parametrize("kind", ["none", "restitution_drift"])
 def test_nothing_is_left_where_runs_are_alike_or_drift(tmp_path, kind):
-    assert left_at_impacts(tmp_path, kind, 1.0, 902, runs=4) == set()
+    assert left_at_impacts(tmp_path, kind, 1.0, 902, runs=3) == set()
 
 
 def test_columns_of_runs():

@@ -38,9 +38,9 @@ RUNS = 8
 #: kinds and seed of series that show what is asked in so many runs, in less than half of the time
 SHOWN_BY_FEWER = {
     ("motion_blur+wall_lobes+host_recoil", 13): 3,
-    ("restitution_drift", 34): 4,
+    ("restitution_drift", 34): 3,
     ("nes_rocking", 21): 3,
-    ("none", 21): 3,
+    ("none", 21): 2,
 }
 # Of a size: what four sds of it may be at most where fewer runs tell it; wide intervals would hold everything.
 MOST_UNSURE = 0.5

@@ -35,7 +35,7 @@ def series_of(folder, kind, size, seed, runs, noise, drive="sine"):
 
 
 def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_force(tmp_path):
-    made, series = series_of(tmp_path, "vertical_motion+sensor_window_offset", 0.6, 3, 4, "ar1", "random")
+    made, series = series_of(tmp_path, "vertical_motion+sensor_window_offset", 0.6, 3, 3, "ar1", "random")
     ladder = run_ladder(series, np.random.default_rng(0))
     assert {cause.effect for cause in ladder.causes} == {"vertical_motion", "sensor_window_offset"}
     assert not ladder.structure and ladder.measurement.clock_change is None
@@ -47,7 +47,7 @@ def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_for
 def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
     """It goes from 0 to 1 by steps that are shortened: three of them left a tenth, and a force that followed the rise
     and fall."""
-    _, series = series_of(tmp_path, "vertical_motion", 1.1, 3, 4, "white", "start_up")
+    _, series = series_of(tmp_path, "vertical_motion", 1.1, 3, 2, "white", "start_up")
     steps = select_flight_effects(
         series, ("floor_friction", "spin_coupling"), frozenset(), False, np.random.default_rng(0)
     )
@@ -57,7 +57,7 @@ def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
 
 def test_slow_lines_of_a_few_runs_are_those_of_their_drive(tmp_path):
     """Of a random drive some runs look like lines, and leave others beside them."""
-    _, series = series_of(tmp_path, "none", 1.0, 7, 3, "white", "random")
+    _, series = series_of(tmp_path, "none", 1.0, 7, 2, "white", "random")
     fits = first_flights(series, ("floor_friction", "spin_coupling")).fits
     assert not drive_steps(series, fits, frozenset(), False)[0].causes
 

@@ -22,8 +22,8 @@ from ovines.recording import read_series
 
 #: kinds of one series, size, noise, runs -> stage of each kind, a word of what it goes with
 CASES = [
-    ("unknown_slipped_marker+unknown_swirl", 0.35, "warp", 3, ("measurement", "flight"), ("marker N3", "swirl")),
-    ("unknown_rolling_shutter", 0.35, "ar1", 3, ("measurement",), ("velocity",)),
+    ("unknown_slipped_marker+unknown_swirl", 0.35, "warp", 2, ("measurement", "flight"), ("marker N3", "swirl")),
+    ("unknown_rolling_shutter", 0.35, "ar1", 2, ("measurement",), ("velocity",)),
     ("unknown_handed_wall_friction", 0.35, "ar1", 6, ("impact",), ("direction of slip",)),
 ]
 MORE = [

@@ -15,7 +15,7 @@ def test_friction_that_drifts_hides_no_vertical_motion(tmp_path):
     """What scales with the friction differs from run to run with it: vertical motion alone gains much, but not in every
     run, and the drift is seen beside it only."""
     kind = "vertical_motion+friction_drift"
-    write_series(make_series(kind, 0.7, np.random.default_rng(1), 5, "white"), tmp_path / "series")
+    write_series(make_series(kind, 0.7, np.random.default_rng(1), 4, "white"), tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     stated = series.recordings[0].model.effects
     steps = select_flight_effects(series, stated, frozenset(), False, np.random.default_rng(0))
