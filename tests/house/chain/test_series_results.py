@@ -3,7 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
+from analysis.figures import style
 from ovines.pipeline.one_recording import run_one
 from ovines.pipeline.pages import FIGURES
 from ovines.pipeline.series.recordings import Workers, run_series
@@ -19,9 +21,11 @@ def run_of_two(tmp_path_factory):
     folder = tmp_path_factory.mktemp("two") / "series"
     for number in (1, 2):
         write_small_recording(folder / f"run-{number:02d}", seed=number)
-    # A page's own pictures are those of its figures' files, painted once more (test_sample_data).
+    # Pages' pictures are painted in test_sample_data, figures' files in test_report: here nothing is drawn into them.
+    save = style._save
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("analysis.report.page.data_uri", lambda figure, image: "")
+        patched.setattr(style, "_save", lambda figure, target, image: save(Figure(), target, image))
         outcomes = run_series(folder, folder.parent / "out", workers=Workers(bars=False), figures=True)
     assert [one.status for one in outcomes] == ["done"] * 3, [one.message for one in outcomes]
     return folder, folder.parent / "out", outcomes
