@@ -95,7 +95,9 @@ def add_how_much(parser: argparse.ArgumentParser) -> None:
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
-    """Only the command asked for is loaded; all of them for the help."""
+    """Only the command asked for is loaded, none for the version; all of them for the help."""
+    if arguments == ["--version"]:
+        return build([]).parse_args(arguments)
     asked = [name for name in command_names() if arguments[:1] == [name]]
     parser = build(asked or command_names())
     if not asked:

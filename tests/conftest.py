@@ -117,6 +117,16 @@ def unpainted(monkeypatch) -> None:
     monkeypatch.setattr("analysis.report.page.data_uri", lambda figure, image: "")
 
 
+def draw_nothing(patched: pytest.MonkeyPatch) -> None:
+    """Files of figures hold empty pictures, where only their coming and going is tested."""
+    from matplotlib.figure import Figure
+
+    from analysis.figures import style
+
+    save = style._save
+    patched.setattr(style, "_save", lambda figure, target, image: save(Figure(), target, image))
+
+
 def refused(result: subprocess.CompletedProcess, *words: str) -> None:
     """The end that every wrong input must have: status 2, three lines, no traceback, the words in them."""
     text = result.stdout + result.stderr

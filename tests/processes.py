@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 # What commands load; nothing here starts a thread when it is loaded.
@@ -51,18 +52,26 @@ def fresh(
     )
 
 
+def started(
+    command: Sequence[str], said: Sequence[Path], cwd: Path | None = None, file_limit_bytes: int | None = None
+) -> BaseProcess:
+    """The same from a process in which all is loaded, on its way; ``said``: files of what it prints and complains."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(LOADED))
+    process = context.Process(
+        target=_run, args=(list(command), str(cwd or Path.cwd()), dict(os.environ), list(said), file_limit_bytes)
+    )
+    process.start()
+    return process
+
+
 def forked(
     command: Sequence[str], timeout_s: float, cwd: Path | None, file_limit_bytes: int | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """The same from a process in which all is loaded."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(LOADED))
+    """:func:`started`, and at its end."""
     with tempfile.TemporaryDirectory() as folder:
         said = [Path(folder) / name for name in ("stdout", "stderr")]
-        process = context.Process(
-            target=_run, args=(list(command), str(cwd or Path.cwd()), dict(os.environ), said, file_limit_bytes)
-        )
-        process.start()
+        process = started(command, said, cwd, file_limit_bytes)
         process.join(timeout_s)
         if process.is_alive():
             process.kill()

@@ -39,6 +39,8 @@ MEMORIES = (0.1, 0.4, 1.6)
 THERE, NONE = 6.0, 2.0
 # Flights weighed together: as many as fit into a processor's cache.
 AT_ONCE = 64
+# Larger than any gain of the likelihood.
+FAR = 1e200
 # A frame is held against the median of so many.
 NEIGHBOURS = 5
 # A flight counts as gross (an impact or a contact within it) where a force as large as the others' leaves every frame
@@ -61,20 +63,7 @@ class ForceEvidence:
     def costs(self, prior: Prior) -> Array:
         """-2 log L (A,) with the columns of ``prior`` unknown: fitted, those that it has integrated out - terms that it
         allows and the data do not need make the data less likely."""
-        chosen = list(prior.columns)
-        information = self.information[:, chosen][:, :, chosen] + np.diag(prior.weight)
-        score = self.score[:, chosen] + prior.pull
-        size = np.sqrt(np.diagonal(information, axis1=1, axis2=2))
-        unit = information / (size[:, :, None] * size[:, None, :])
-        solved = np.linalg.solve(unit, (score / size)[:, :, None])[:, :, 0] / size
-        fitted, out = np.flatnonzero(~prior.integrated), prior.integrated
-        volume = (
-            np.linalg.slogdet(unit)[1]
-            - np.linalg.slogdet(unit[:, fitted][:, :, fitted])[1]
-            + 2 * np.sum(np.log(size[:, out]), 1)
-        )
-        given = prior.cost - np.sum(np.log(prior.weight[out]))
-        return np.asarray(self.cost + volume + given - np.sum(solved * score, 1), float)
+        return _costs([self], [prior])[0, 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,10 +272,51 @@ def _modes(frames: bytes, memory: float, correlation: float) -> tuple[Array, Arr
     return np.maximum(size, 0.0), vectors.T @ white
 
 
+def _costs(evidence: Sequence[ForceEvidence], priors: Sequence[Prior]) -> Array:
+    """-2 log L (priors, memories, amplitudes), as :meth:`ForceEvidence.costs`; the priors are of the same columns."""
+    first = priors[0]
+    kept = np.flatnonzero(~first.integrated)
+    order = np.concatenate([kept, np.flatnonzero(first.integrated)])
+    chosen = np.array(first.columns, int)[order]
+    weight, pull = (np.array([getattr(one, name)[order] for one in priors]) for name in ("weight", "pull"))
+    last = len(order)
+    beside = np.empty((len(priors), len(evidence), len(evidence[0].cost), last + 1, last + 1))
+    beside[..., :last, :last] = np.array([one.information[:, chosen][:, :, chosen] for one in evidence])
+    diagonal = np.einsum("...ii->...i", beside)
+    diagonal[..., :last] += weight[:, None, None]
+    diagonal[..., last] = FAR
+    beside[..., last, :last] = np.array([one.score[:, chosen] for one in evidence]) + pull[:, None, None]
+    beside[..., :last, last] = beside[..., last, :last]
+    size = np.sqrt(diagonal)
+    size[..., last] = 1.0
+    beside /= size[..., :, None]
+    beside /= size[..., None, :]
+    volume, explained = _volume_and_gain(beside, len(kept))
+    volume += 2 * np.sum(np.log(size[..., len(kept) : last]), -1)
+    given = np.array([one.cost for one in priors]) - np.sum(np.log(weight[:, len(kept) :]), 1)
+    return np.asarray(np.array([one.cost for one in evidence]) + volume + given[:, None, None] - explained, float)
+
+
+def _volume_and_gain(beside: Array, kept: int) -> tuple[Array, Array]:
+    """Of matrices (..., P, P) with a score as a last row and column of ``beside`` (..., P + 1, P + 1), their last
+    element :data:`FAR`: the logarithm of the determinant over that of the first ``kept`` columns, and the score times
+    the inverse times the score.  One triangle has both.
+    """
+    last = beside.shape[-1] - 1
+    try:
+        root = np.linalg.cholesky(beside)
+    except np.linalg.LinAlgError:  # columns that are one to rounding
+        unit, score = beside[..., :last, :last], beside[..., last, :last]
+        volume = np.linalg.slogdet(unit)[1] - np.linalg.slogdet(unit[..., :kept, :kept])[1]
+        return volume, np.sum(np.linalg.solve(unit, score[..., None])[..., 0] * score, -1)
+    diagonal = np.diagonal(root, axis1=-2, axis2=-1)[..., kept:last]
+    return 2 * np.sum(np.log(diagonal), -1), np.sum(root[..., last, :last] ** 2, -1)
+
+
 def best_model(evidence: Sequence[ForceEvidence], priors: Sequence[Prior]) -> tuple[FlightNoise, int, float]:
-    """The most likely error model, its force weighed by how likely there is one; which of the ``priors`` it goes with
-    (the first unless another is surely better), and -2 log L."""
-    costs = np.array([[one.costs(prior) for one in evidence] for prior in priors])  # (priors, memories, amplitudes)
+    """The most likely error model, its force weighed by how likely there is one; which of the ``priors``, all of the
+    same columns, it goes with (the first unless another is surely better), and -2 log L."""
+    costs = _costs(evidence, priors)
     lowest = costs.min((1, 2))
     number = int(np.argmin(lowest)) if lowest[0] - THERE > lowest.min() else 0
     which, best = divmod(int(np.argmin(costs[number])), costs.shape[2])

@@ -185,8 +185,13 @@ def _cell(lines: Array, at: float, near: int) -> int:
 
 @uncounted
 def _box_mean(sheet: Sheet, x: float, y: float, row: int, column: int) -> float:
-    """Mean over the box about (x, y), near that cell: bilinear in a cell, which is exact."""
+    """Mean over the box about (x, y), near that cell: the grey of the cell that holds all of it, or bilinear in each of
+    its corners' cells, which is exact.
+    """
     gx, gy, sums, half = sheet.gx, sheet.gy, sheet.sums, sheet.half
+    row, column = _cell(gy, y - half, row), _cell(gx, x - half, column)
+    if y + half <= gy[row + 1] and x + half <= gx[column + 1]:
+        return sheet.greys[row, column]
     integral = 0.0
     for sign_y in (-1.0, 1.0):
         v = y + sign_y * half

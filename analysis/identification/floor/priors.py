@@ -24,6 +24,8 @@ LENS_SDS_M = (HELD_M, *np.geomspace(5e-7, 6e-5, 8).tolist())
 ORIGIN_SD_M = 1e-3
 # Parameters that no flight informs keep this sd, and are then reported as not determined.
 WEAK_SD = 1e2
+#: columns of the markers' origin and of the lens residual's terms, in the order of the shared offsets
+OFFSETS = tuple(SHARED.index(name) for name in (*ORIGIN, *LENS_TERMS))
 # Terms linear in the place are held: they look like an error of length and attitude, and the Host does not share them.
 NONLINEAR = tuple(name for name in LENS_TERMS if int(name[-2]) + int(name[-1]) > 1)
 
@@ -41,11 +43,11 @@ def prior_of(columns: Sequence[int], shared: Array, lens_sd_m: float) -> tuple[A
     """Prior's 1/variance of the columns, and how it pulls offsets to zero from where they stand (``shared``)."""
     sds = prior_sd(lens_sd_m)
     prior = np.array([sds.get(SHARED[c], WEAK_SD) for c in columns]) ** -2.0
-    pull = np.zeros(len(columns))
-    for offset, name in enumerate((*ORIGIN, *LENS_TERMS)):
-        if SHARED.index(name) in columns:
-            k = list(columns).index(SHARED.index(name))
-            pull[k] = -prior[k] * shared[offset]
+    pull, place = np.zeros(len(columns)), {c: k for k, c in enumerate(columns)}
+    for column, stands in zip(OFFSETS, shared, strict=True):
+        if column in place:
+            k = place[column]
+            pull[k] = -prior[k] * stands
     return prior, pull
 
 
@@ -56,12 +58,12 @@ def lens_priors(columns: Sequence[int], chosen: Sequence[int], shared: Array) ->
 
 def prior_in(columns: Sequence[int], chosen: Sequence[int], shared: Array, lens_sd_m: float) -> Prior:
     """The prior of the ``chosen`` of the evidence's ``columns``, the lens residual's terms integrated out."""
-    lens = {SHARED.index(name) for name in LENS_TERMS}
     weight, pull = prior_of(chosen, shared, lens_sd_m)
+    place = {c: k for k, c in enumerate(columns)}
     return Prior(
-        tuple(list(columns).index(c) for c in chosen),
+        tuple(place[c] for c in chosen),
         weight,
         pull,
         float(np.sum(pull**2 / weight)),
-        np.array([c in lens for c in chosen], bool),
+        np.array([c in OFFSETS[len(ORIGIN) :] for c in chosen], bool),
     )

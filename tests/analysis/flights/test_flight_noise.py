@@ -21,7 +21,7 @@ from analysis.flights.noise import (
     response,
 )
 from analysis.flights.single_flight import whiten
-from analysis.flights.unknown_force import force_evidence, tried_forces
+from analysis.flights.unknown_force import ForceEvidence, Prior, force_evidence, tried_forces
 from analysis.identification.floor.priors import LENS_SDS_M, prior_in
 
 PERIOD_S = 1 / 800
@@ -154,3 +154,25 @@ def test_where_the_unknowns_stand_does_not_change_how_likely_the_data_are():
         return np.array([evidence.costs(prior_in(columns, columns, shared, one)) for one in LENS_SDS_M])
 
     assert np.allclose(costs(8e-5), costs(0.0), rtol=0, atol=0.01)
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_costs_are_those_of_determinants_and_solutions(alike, monkeypatch):
+    """By one triangle, and the long way where columns are alike to rounding and have none."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(7, 60, 6)) * 10.0 ** rng.integers(-4, 5, 6)
+    pull, weight, integrated = rng.normal(size=4), np.array([1e-4, 1e6, 2.0, 1e3]), np.array([False, True, False, True])
+    prior, score = Prior((3, 1, 0, 5), weight, pull, 0.7, integrated), np.sum(rows, 1)
+    evidence = ForceEvidence((), np.arange(7.0), rows.transpose(0, 2, 1) @ rows, score, np.zeros((0, 7)))
+    if alike:
+
+        def none(matrices):
+            raise np.linalg.LinAlgError
+
+        monkeypatch.setattr("numpy.linalg.cholesky", none)
+    for k, cost in enumerate(evidence.costs(prior)):
+        chosen = list(prior.columns)
+        information, pulled = evidence.information[k][np.ix_(chosen, chosen)] + np.diag(weight), score[k, chosen] + pull
+        volume = np.linalg.slogdet(information)[1] - np.linalg.slogdet(information[~integrated][:, ~integrated])[1]
+        own = k + volume + 0.7 - np.log(weight[integrated]).sum() - pulled @ np.linalg.solve(information, pulled)
+        assert cost == pytest.approx(own, rel=1e-10)

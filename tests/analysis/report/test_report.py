@@ -225,7 +225,7 @@ def test_the_page_says_what_was_found(full):
         ((), "No motion"),
     ],
 )
-def test_missing_tables_are_named_gaps(tmp_path, chosen, answer):
+def test_missing_tables_are_named_gaps(tmp_path, chosen, answer, unpainted):
     page = write_report(write(tmp_path / "results", chosen), recording(tmp_path / "rec")).read_text(encoding="utf-8")
     assert answer in page
     assert "Not here:" in page
@@ -246,7 +246,7 @@ def test_what_the_identification_noted_is_something_to_do(tmp_path, unpainted):
     assert "Nothing has to be done" not in page
 
 
-def test_no_impact_is_a_value(tmp_path):
+def test_no_impact_is_a_value(tmp_path, unpainted):
     folder = write(tmp_path / "results", ALL)
     empty = tables()["impacts"].iloc[:0]
     write_table(empty, "impacts", folder / "impacts.parquet", provenance("test", {}, {}))
@@ -286,7 +286,7 @@ def test_a_bare_motion_is_a_recording_too(tmp_path):
         assert "angle was not measured" in write_report(folder, plain).read_text(encoding="utf-8")
 
 
-def test_a_spoilt_table_is_named(tmp_path):
+def test_a_spoilt_table_is_named(tmp_path, unpainted):
     folder = write(tmp_path / "results", ("motion",))
     (folder / "impacts.parquet").write_bytes(b"PAR1 not really")
     assert "Write impacts.parquet again" in write_report(folder, recording(tmp_path / "rec")).read_text(

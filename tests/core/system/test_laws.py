@@ -177,7 +177,7 @@ def test_every_law_turns_with_the_world(laws):
 def test_a_wall_of_any_shape_is_met_where_its_law_says(term, rounded_rad):
     """At every impact the disk's centre is as far out as the round wall's and the law together; sudden edges are
     rounded over a few degrees."""
-    rig = replace(RIG, laws=(WrittenLaw((term,)),), duration_s=2.0, sample_rate_hz=0.0)
+    rig = replace(RIG, laws=(WrittenLaw((term,)),), duration_s=0.8, sample_rate_hz=0.0)
     found = simulate(rig)
     row, known, off, near = np.array(term.row()), np.zeros(W.KNOWN_SIZE), [], []
     edges = np.array([f.x + s for f in term.factors for s in ({"within": (0.7, -0.7)}.get(f.function, (0.0,)))])

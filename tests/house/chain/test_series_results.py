@@ -10,7 +10,7 @@ from ovines.pipeline.series.recordings import Workers, run_series
 from ovines.pipeline.series.results import write_series_results
 from ovines.recording import read_recording
 from ovines.tables import read_table
-from tests.conftest import two_cameras, write_small_recording
+from tests.conftest import draw_nothing, two_cameras, write_small_recording
 
 
 @pytest.fixture(scope="module")
@@ -19,9 +19,10 @@ def run_of_two(tmp_path_factory):
     folder = tmp_path_factory.mktemp("two") / "series"
     for number in (1, 2):
         write_small_recording(folder / f"run-{number:02d}", seed=number)
-    # A page's own pictures are those of its figures' files, painted once more (test_sample_data).
+    # Pages' pictures are painted in test_sample_data, figures' files in test_report: here nothing is drawn into them.
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("analysis.report.page.data_uri", lambda figure, image: "")
+        draw_nothing(patched)
         outcomes = run_series(folder, folder.parent / "out", workers=Workers(bars=False), figures=True)
     assert [one.status for one in outcomes] == ["done"] * 3, [one.message for one in outcomes]
     return folder, folder.parent / "out", outcomes

@@ -29,7 +29,7 @@ def change_tracks(folder, change):
 
 
 def test_help_and_version_and_command_line(ovines):
-    assert "triangulate" in ovines("--help", anew=True).stdout
+    assert "triangulate" in ovines("--help").stdout
     assert re.fullmatch(r"ovines \d+\.\d+\.\d+\n", ovines("--version").stdout)
     for wrong in (
         [],

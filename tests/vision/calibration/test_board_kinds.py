@@ -115,7 +115,7 @@ def views_of(board, cameras, rng, apart):
     views, world = {}, {}
     for c, camera in enumerate(cameras):
         own = []
-        for k in range(10):
+        for k in range(7):
             tilt = np.random.default_rng([7, k + (100 * c if apart else 0)]).normal(0, 0.35, 3)
             angle = float(np.linalg.norm(tilt))
             axis = tilt / angle

@@ -45,11 +45,11 @@ def test_each_image_gets_its_own_noise():
 
 
 def test_the_lens_is_as_wrong_as_its_covariance_says():
-    """Over forty cameras, images of unlike noise: errors over sds of focal lengths and principal point."""
+    """Over twenty cameras, images of unlike noise: errors over sds of focal lengths and principal point."""
     z = []
-    for seed in range(40):
+    for seed in range(20):
         views, board, camera = views_of(100 + seed)
         single = solve_camera(views, board, camera.sensor_size_px)
         off = intrinsics_of(single.adjusted.state.lens(0))[:4] - intrinsics_of(camera)[:4]
         z.append(off / np.sqrt(np.diag(single.adjusted.covariance)[:4]))
-    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.2)  # four numbers, forty times: 0.08 at one sd
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.2)  # four numbers, twenty times: 0.11 at one sd

@@ -2,6 +2,7 @@
 none.
 """
 
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -178,7 +179,8 @@ def test_paper_leaves_and_print_hold_no_discs():
     assert found <= 8  # of 240 shapes and 960 letters' strokes and holes; the state before found 7
 
 
-def grid_picture(rng):
+@cache
+def grid_picture():
     """A dot grid with rings, seen at a slant, without light and noise; (image float, true centres (n, 2))."""
     points = GRID.points_m()[:, :2] / GRID.square_size_m
     square = np.array([[0, 0], [13, 0], [13, 9], [0, 9]], np.float32)
@@ -202,7 +204,7 @@ def grid_picture(rng):
 @pytest.mark.parametrize("light", ["even", "side", "lamp", "shadow"])
 def test_dot_grid_is_found_under_uneven_light(light):
     rng = np.random.default_rng(7)
-    image, truth = grid_picture(rng)
+    image, truth = grid_picture()
     v, u = np.mgrid[:600, :800]
     lit = {
         "even": 1.0,
@@ -259,7 +261,7 @@ def dots_in_one_picture(alike, seed):
 def test_a_shape_that_all_dots_share_is_no_noise_and_one_of_their_own_is():
     """A dot by itself takes its seven corners for noise: 0.13 px, where it is off by 0.0024 px."""
     for alike in (True, False):
-        pictures = [dots_in_one_picture(alike, k) for k in (1, 2, 3)]
+        pictures = [dots_in_one_picture(alike, k) for k in (1, 2)]
         error, alone, beside = (np.concatenate(a) for a in zip(*pictures, strict=True))
         if alike:
             assert 0.75 < np.sqrt((error**2).mean() / (beside**2).mean()) < 1.2
@@ -300,7 +302,7 @@ def test_colour_filters_do_not_move_corners(monkeypatch, turn_deg):
 
     def off(filters):
         out = []
-        for seed in range(5):
+        for seed in range(3):
             rng = np.random.default_rng(seed)
             image, truth = crossings(rng, np.radians(turn_deg), filters)
             start = truth + rng.normal(0, 0.2, truth.shape)

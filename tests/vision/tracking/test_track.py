@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import vision.track
 from ovines.camera import Camera, write_calibration
 from ovines.errors import InputError
 from ovines.plausibility.names import read_names
@@ -107,6 +108,12 @@ def compared(truth, tracks):
     return both
 
 
+@pytest.fixture
+def no_rims(monkeypatch) -> None:
+    """No wall is fitted: that takes longer than all the rest, and markers do not ask for it."""
+    monkeypatch.setattr(vision.track, "rims_at", lambda *_: [])
+
+
 @pytest.fixture(scope="module")
 def fast_spin(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fast_spin")
@@ -145,6 +152,7 @@ def test_table_is_that_of_the_formats(fast_spin):
     assert np.allclose(tracks.time_s, tracks.frame / FRAME_RATE_HZ)
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
     folder, cameras, truth, _ = fast_spin
     text = (folder / "recording.toml").read_text()
@@ -158,6 +166,7 @@ def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
     assert both.error_px.isna().sum() == 7 and both.error_px.max() < 0.1
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_a_body_without_layout_or_names_is_named_by_geometry_and_keeps_its_names(fast_spin, tmp_path):
     folder, cameras, truth, _ = fast_spin
     text = re.sub(r"layout_m = .*\n", "", (folder / "recording.toml").read_text()).replace(
@@ -188,6 +197,7 @@ def test_names_that_make_no_sense_are_refused(fast_spin):
         track(read_recording(folder), cameras, strange)
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_uneven_light_and_noise(tmp_path):
     cameras, truth = film(
         tmp_path, 6, np.random.default_rng(2), spin=200.0, look=Look(gradient=(0.6, 0.4), noise_grey=6.0, blur_px=1.2)
@@ -204,6 +214,7 @@ def test_pictures_without_markers_are_an_error(tmp_path):
         track(read_recording(tmp_path), cameras)
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
     """The ring swings over G2 until one camera sees a quarter of it, and back: no frame may take the rest for the
     whole.
@@ -225,6 +236,7 @@ def no_first_ground(tmp_path_factory):
     return folder, *film(folder, 24, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 4, "VW1")])
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     """Named clockwise from what is seen: with the first one covered, the second would be given its name."""
     folder, cameras, truth = no_first_ground
@@ -234,6 +246,7 @@ def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     assert ground[ground.frame >= 8].error_px.notna().all() and ground[ground.frame < 4].error_px.isna().all()
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_ground_markers_that_never_show_together_are_named_with_a_warning(no_first_ground, tmp_path):
     folder, cameras, _ = no_first_ground
     for name in ("VW1", "VW2"):
@@ -246,6 +259,7 @@ def test_ground_markers_that_never_show_together_are_named_with_a_warning(no_fir
     assert any("only 2 of 3 ground markers" in note and "neighbours' names" in note for note in notes)
 
 
+@pytest.mark.usefixtures("no_rims")
 def test_a_dropped_frame_is_found_and_noted(tmp_path):
     cameras, truth = film(tmp_path, 16, np.random.default_rng(4), spin=100.0)
     (tmp_path / "VW2" / "f_0010.bmp").unlink()
