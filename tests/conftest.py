@@ -101,8 +101,7 @@ def ovines() -> Callable[..., subprocess.CompletedProcess[str]]:
 @pytest.fixture(scope="module")
 def without_next_test() -> Iterator[None]:
     """No simulation of the settings for a next test: in a diagnosis of a few runs it takes as long as all the rest,
-    changes nothing else of the answer, and has its own tests (test_by_chance, test_gap_page, the command in
-    test_diagnose).
+    changes nothing else of the answer, and has its own tests (test_by_chance, test_gap_page, test_diagnose's first).
     """
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)

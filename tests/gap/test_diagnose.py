@@ -12,9 +12,11 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
+from analysis.gap.answer import plain
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.ladder import run_ladder
 from analysis.gap.prediction.held_out_errors import held_out_errors
+from ovines.__main__ import main
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
@@ -67,6 +69,8 @@ def test_small_tilt_is_named_measured_and_taken_away(tilted):
     tilt, true = summary["parameters"]["table_tilt"]["tilt_rad"], truth["parameters"]["table_tilt"]["tilt_rad"]
     # Linearised flights leave a bias of a few sd at most; the sd itself is about 1e-5 rad.
     assert abs(tilt["value"] - true) < 1e-4
+    # As the command writes it, the settings for a next test as well.
+    assert json.loads(json.dumps(plain(summary), allow_nan=False))["next_tests"]["settings"]
     gap = summary["gap"]
     assert gap["with_effect"]["flight_m"] < gap["recalibrated"]["flight_m"]
     assert gap["shrinkage"] > 0.9 and gap["shrinkage_low"] <= gap["shrinkage"] <= gap["shrinkage_high"]
@@ -137,12 +141,11 @@ def test_what_no_name_is_left_for_is_unknown_in_the_right_place(tmp_path):
     assert "spin" in left["flight"] and "azimuth" in left["geometry"] and "impacts before" in left["drive"]
 
 
-def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path, ovines):
+def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path, unpainted):
     folder, out = tmp_path / "series", tmp_path / "out"
     write_series(make_series("air_drag", 1.0, np.random.default_rng(15), runs=3, noise="white"), folder)
     model = tmp_path / "model.toml"
-    done = ovines("diagnose", folder, "--out", out, "--write-model", model, timeout_s=600)
-    assert done.returncode == 0, done.stderr
+    assert main(["diagnose", str(folder), "--out", str(out), "--write-model", str(model), "--quiet"]) == 0
     summary = json.loads((out / "diagnosis.json").read_text())
     assert summary["format"] == 2 and summary["effects"] == ["air_drag"] and summary["equivalent"][0] == "air_drag"
     assert {"flight_m", "impact_m_per_s", "spin_rad_per_s"} == set(summary["gap"]["recalibrated"])
