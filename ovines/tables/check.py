@@ -20,6 +20,7 @@ MISSING_PER_FRAME, MISSING_IN_ALL = 100, 100_000
 # summed.
 MOST = {"m": 1e3, "px": 1e6, "s": 1e11, "m/s": 1e6, "rad/s": 1e9}
 MOST_OTHER = 1e12
+TEXT = pd.Series(dtype=str).dtype  # of text without missing values
 
 
 def widest_span(count: int) -> int:
@@ -47,14 +48,23 @@ def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
             f"the table '{table.name}' with the columns {', '.join(c.name for c in table.columns if c.required)}",
             "add the column; a value that is not known is null",
         )
-    columns = {}
+    columns: dict[str, pd.Series | NDArray[np.float64]] = {}
     for column in table.columns:
         if column.name in frame.columns:
-            columns[column.name] = _typed(frame[column.name].reset_index(drop=True), column, source)
+            values = frame[column.name]
+            if column.type == "float" and values.dtype == np.float64:  # as nearly all are: pandas asks much longer
+                numbers = values.to_numpy()
+                _refuse_missing(np.isnan(numbers), column, source)
+                _refuse_numbers(numbers, column, source)
+                columns[column.name] = numbers
+            else:
+                columns[column.name] = _typed(values.reset_index(drop=True), column, source)
+        elif column.type == "float":
+            columns[column.name] = np.full(len(frame), np.nan)
         else:
             columns[column.name] = pd.Series(
                 [None if column.type == "str" else np.nan] * len(frame),
-                dtype={"int": "Int64", "float": "float64"}.get(column.type, "object"),
+                dtype="Int64" if column.type == "int" else "object",
             )
     result = pd.DataFrame(columns)
     _check_key(result, table, source)
@@ -66,13 +76,7 @@ def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
 
 def _typed(values: pd.Series, column: Column, source: str) -> pd.Series:
     missing = values.isna().to_numpy()
-    if missing.any() and not column.nullable:
-        raise InputError(
-            f"{source}: {column.name} is missing (null or NaN) in row {int(missing.argmax())}"
-            f" and {int(missing.sum()) - 1} more",
-            f"a value of {column.name} in every row",
-            "leave the row out where nothing was seen",
-        )
+    _refuse_missing(missing, column, source)
     if column.type == "str":
         return _text(values, missing, column, source)
     if missing.all() and len(values):
@@ -88,7 +92,19 @@ def _typed(values: pd.Series, column: Column, source: str) -> pd.Series:
     return _whole(values, missing, column, source) if column.type == "int" else _real(values, column, source)
 
 
+def _refuse_missing(missing: NDArray[np.bool_], column: Column, source: str) -> None:
+    if missing.any() and not column.nullable:
+        raise InputError(
+            f"{source}: {column.name} is missing (null or NaN) in row {int(missing.argmax())}"
+            f" and {int(missing.sum()) - 1} more",
+            f"a value of {column.name} in every row",
+            "leave the row out where nothing was seen",
+        )
+
+
 def _text(values: pd.Series, missing: np.ndarray, column: Column, source: str) -> pd.Series:
+    if isinstance(values.dtype, pd.StringDtype) and values.dtype == TEXT and not missing.any():
+        return values  # as it is read: nothing else than text can be in it
     present = values[~missing]
     if pd.api.types.infer_dtype(present.astype(object), skipna=False) not in ("string", "empty"):
         raise _wrong_type(values, column, source)
@@ -120,6 +136,12 @@ def _whole(values: pd.Series, missing: np.ndarray, column: Column, source: str) 
 
 def _real(values: pd.Series, column: Column, source: str) -> pd.Series:
     numbers = values.to_numpy(dtype=float, na_value=np.nan)
+    _refuse_numbers(numbers, column, source)
+    return pd.Series(numbers)
+
+
+def _refuse_numbers(numbers: NDArray[np.float64], column: Column, source: str) -> None:
+    """`InputError` for an infinite number, or an sd below zero."""
     infinite = np.isinf(numbers)
     if infinite.any():
         raise InputError(
@@ -129,7 +151,6 @@ def _real(values: pd.Series, column: Column, source: str) -> pd.Series:
         )
     if column.is_sd and (numbers < 0).any():
         raise _out_of_range(numbers, numbers < 0, column, source, "a standard deviation, which is never negative")
-    return pd.Series(numbers)
 
 
 def refuse_far(frame: pd.DataFrame, table: Table, source: str) -> None:
@@ -194,6 +215,8 @@ def _check_span(frame: pd.DataFrame, source: str) -> None:
 
 def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:
     """Within a camera (or the table) a frame has one time, and a later frame a later one."""
+    if not group and all(np.all(np.diff(frame[name].to_numpy()) > 0) for name in ("frame", "time_s")):
+        return  # told at once where rows are in order
     by = [group] if group else []
     instants = frame[[*by, "frame", "time_s"]].drop_duplicates().sort_values([*by, "frame"], kind="stable")
     same = np.ones(max(len(instants) - 1, 0), dtype=bool)
