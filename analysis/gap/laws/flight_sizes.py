@@ -33,7 +33,8 @@ ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
 # Step of a number's difference, in the search's.
 STEP = 0.05
 LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
-# Coefficients that a fit has turned about or blown up are no law.
+# Coefficients that a fit has turned about or blown up are no law, nor are those of which not one is known better than
+# so many times itself.
 LARGEST_FACTOR = 10.0
 
 
@@ -98,6 +99,8 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         if not np.any(np.abs(step) > RESTS_SD * inside):
             break
         parts = _stepped(parts, step)
+    if np.all(np.sqrt(np.diag(covariance)[: len(names)]) > LARGEST_FACTOR * np.abs(coefficients)):
+        return None
     values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])
     beside = {n: start[n] for n in others if n in start}
     return SizedLaw(parts, values, covariance, beside, _halves(rows.problem, law))
