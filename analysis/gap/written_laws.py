@@ -11,7 +11,7 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
-from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
@@ -44,6 +44,8 @@ from ovines.core.laws.words import QUANTITIES
 UNPROMPTED_CLOSED = 0.5
 #: coordinate of an impact that a law's target is one of
 COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
+# A force that gains this share of what a law of where the disk is seen gains is told in its place.
+MOST_BY_A_FORCE = 0.9
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
 
@@ -90,16 +92,20 @@ def _seen_disk_law(
     """The law of where the disk is seen beside where it is, and the ladder of the series without it.
 
     Only where flights have something left, and nothing of them, the impacts or the wall has without it: a force that
-    bends paths leaves them bent wherever their pictures are moved to."""
+    bends paths leaves them bent wherever their pictures are moved to.  And only where no force says nearly as much: a
+    floor that leans with the Host's place moves the disk as a picture that is stretched along one direction does, and
+    leaves the wall round."""
     left = {one.stage for one in ladder.structure}
     if "flight" not in left or left & {"measurement", "drive"} or ladder.series.points is None:
         return (), ladder
-    law = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
+    law, seen_gain = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
     least_m = STILL_SHARE * ladder.series.contact_radius_m
     if law is None or law.size <= least_m or law.closed <= UNPROMPTED_CLOSED:
         return (), ladder
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
     if again.structure or _misfit(again) > _misfit(ladder):
+        return (), ladder
+    if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
         return (), ladder
     one = _law_structure(law, "measurement", "x", law.size, least_m)
     structure = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the disk is seen beside where it is")

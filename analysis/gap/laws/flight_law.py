@@ -17,7 +17,7 @@ from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.products import of_flights
 from analysis.gap.laws.evidence import evidence_of
-from analysis.gap.laws.flight_rows import flight_regression
+from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
@@ -68,11 +68,8 @@ def find_flight_law(
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
-    scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
-    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
+    scales, candidates = _listed(runs, problem, rng)
     lever_m = _lever_m(runs)
-    if lever_m == 0.0:
-        candidates = [one for one in candidates if not _asks_for_angle(one)]
     # A product that no probe asked for would rest on a few flights.
     asked = least_m_per_s2 == 0.0
     level, multipliers = (LEVEL_WHERE_LEFT, of_flights(scales)) if asked else (LEVEL, [])
@@ -114,6 +111,26 @@ def find_flight_law(
         size,
     )
     return told, steps
+
+
+def _listed(
+    runs: Sequence[Run], problem: FlightRegression, rng: np.random.Generator
+) -> tuple[RigScales, list[Candidate]]:
+    """The rig's own sizes, and every candidate that these runs can be asked for."""
+    scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
+    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
+    if _lever_m(runs) == 0.0:
+        candidates = [one for one in candidates if not _asks_for_angle(one)]
+    return scales, candidates
+
+
+def force_gain(runs: Sequence[Run], fitted: FlightFit, rng: np.random.Generator) -> float:
+    """Fall of the sum of squares of runs held out that a force, a torque or a change of friction makes in the flights
+    of a fit to ``runs``, their equation of motion linearised; 0 where chance finds as much."""
+    problem = flight_regression(fitted)
+    scales, candidates = _listed(runs, problem, rng)
+    found, _ = find_law(problem.problem, problem.columns, candidates, rng, LEVEL_WHERE_LEFT, of_flights(scales))
+    return 0.0 if found is None else found.gain * problem.problem.excess
 
 
 def _asks_for_angle(one: Candidate) -> bool:

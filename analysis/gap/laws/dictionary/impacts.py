@@ -62,6 +62,8 @@ INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 SIDE_ORDERS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 # Quantiles of the time in the run at which something changes at once; an arc's steps (rad) of a search.
 CHANGES, PLACE_STEP = (0.2, 0.4, 0.6, 0.8), 0.15
+# Spots at equal distances around the wall: how many, places that are tried between two, widths over their distance.
+SPACED, SPACED_STARTS, SPACED_WIDTHS = (2, 3, 4, 6), 6, (0.07, 0.15)
 # What goes round the wall with the time: orders of its waves, its turns in the longest run, step (rad in that) of a
 # search.
 CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
@@ -205,6 +207,8 @@ def _around(target: str) -> list[Candidate]:
         ("of a side of the disk", "body_angle", "gaussian", SIDES, SIDE_WIDTHS),
     ):
         out += around(f"{word} {name}", target, (quantity, function), count, widths)
+    if target in ("restitution", "wall_friction"):
+        out += spaced(word, target)
     out += scaled(f"{word} near the contact before", target, ("contact_turn", "gaussian", 1.0), SPOT_WIDTHS)
     out += scaled(f"{word} where the rim was struck before", target, ("rim_turn", "gaussian", 1.0), SPOT_WIDTHS)
     return out
@@ -222,6 +226,23 @@ def around(name: str, target: str, shape: tuple[str, str], count: int, widths: S
         for i in range(count)
         for width in widths
     ]
+
+
+def spaced(name: str, target: str) -> list[Candidate]:
+    """Spots of the wall at equal distances: screws, jaws, what the drive has worn at both of its ends."""
+
+    def spots(count: int, place: float, width: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor("azimuth", "pulses", width, 2 * math.pi / count, place),)),)
+
+    return [
+        Candidate(
+            f"{name} of {count} spots of the wall", partial(spots, count),
+            (2 * math.pi / count * i / SPACED_STARTS, share * 2 * math.pi / count), (PLACE_STEP, 0.2), (False, True),
+        )
+        for count in SPACED
+        for i in range(SPACED_STARTS)
+        for share in SPACED_WIDTHS
+    ]  # fmt: skip
 
 
 def creeping(name: str, target: str, known: Array) -> list[Candidate]:

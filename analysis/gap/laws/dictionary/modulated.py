@@ -292,14 +292,15 @@ def _place_waves(scales: RigScales) -> Modulator:
     """What is periodic in place: grooves, holes in rows, a plate that buckles."""
 
     def make(angle: float, length: float) -> Products:
-        return tuple((wave_along(one, angle, length),) for one in waves("along_host"))
+        return tuple((wave_along(one, angle, length, scales),) for one in waves("along_host"))
 
     return Modulator("in waves over the floor", make, tuple(wave_starts(scales)), (False, True))
 
 
-def wave_along(wave: Factor, angle: float, length: float) -> Factor:
-    """``wave`` of the place in the Host along a direction (rad); its length over a turn of 2 pi is ``length`` (m)."""
-    return replace(wave, scale=length, y=angle)
+def wave_along(wave: Factor, angle: float, length: float, scales: RigScales) -> Factor:
+    """``wave`` of the place in the Host along a direction (rad); its length over a turn of 2 pi is ``length`` (m), the
+    contact radius at the most: one that is longer is a slope or a parabola which poses as a wave."""
+    return replace(wave, scale=min(length, scales.radius_m), y=angle)
 
 
 def wave_starts(scales: RigScales) -> Iterator[Start]:

@@ -100,7 +100,8 @@ def _waves(scales: RigScales) -> list[Candidate]:
 
     def corrugated(angle: float, length: float) -> tuple[Term, ...]:
         return tuple(
-            Term("fixed_direction", 1.0, (wave_along(one, angle, length),), x=angle) for one in waves("along_host")
+            Term("fixed_direction", 1.0, (wave_along(one, angle, length, scales),), x=angle)
+            for one in waves("along_host")
         )
 
     return [

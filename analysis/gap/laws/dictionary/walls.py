@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, WEARS, around, creeping, swinging, worn
+from analysis.gap.laws.dictionary.impacts import SCALES, WEARS, around, creeping, spaced, swinging, worn
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -74,6 +74,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
     out.append(plain(f"{WORD} with the contact before and its speed", *turned))
     swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
+    out += spaced(WORD, TARGET)
     out += creeping(WORD, TARGET, known)
     out += worn(WORD, TARGET, known)
     out += swinging(f"{WORD} of a ring that swings after blows", TARGET, "swing", known)

@@ -59,20 +59,21 @@ class SeenRows:
         return self.flights.seen_beside(lambda known: shift([term], known) * cut(known)[:, None, :])
 
 
-def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Generator) -> LawFound | None:
-    """The formula of where the disk is seen beside its flights, None where chance would find as much."""
+def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Generator) -> tuple[LawFound | None, float]:
+    """The formula of where the disk is seen beside its flights, None where chance would find as much; and by how much
+    the sum of squares of runs held out falls with it."""
     flights = flight_regression(fitted)
     if not len(flights.flights):
-        return None
+        return None, 0.0
     rows = SeenRows(flights.problem, flights)
     scales = RigScales.of(rows.known, float(fitted.fits[0].run.host.omega_rad_per_s))
     found, p = find_law(
         rows.problem, rows.columns, seen_candidates(scales), rng, LEVEL_WHERE_LEFT, most_parts=MOST_PARTS
     )
     if found is None:
-        return None
+        return None, 0.0
     size_m = float(np.sqrt(np.mean(np.sum((shift(found.terms, rows.known) @ found.coefficients) ** 2, 1))))
-    return replace(told_law(rows, found, p, frame), size=size_m)
+    return replace(told_law(rows, found, p, frame), size=size_m), found.gain * rows.problem.excess
 
 
 def seen_candidates(scales: RigScales) -> list[Candidate]:
