@@ -36,6 +36,16 @@ def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
     assert ladder.causes == () and [one.stage for one in ladder.structure] == ["measurement"]
 
 
+def test_a_floor_that_leans_with_the_host_is_no_disk_seen_elsewhere(tmp_path):
+    """Both move the disk by a share of the Host's way; what is seen elsewhere would have left the wall oval."""
+    made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=3, noise="white")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    laws, _ = laws_and_ladder(series)
+    assert [law.law.stage for law in laws] == ["flight"], [as_text(law.law) for law in laws]
+    assert laws[0].closed > 0.8
+
+
 def test_a_disk_is_moved_back_by_the_law_of_where_it_is_seen(loaded):
     """All of its markers alike, in points and pictures; a series without markers is refused."""
     _, series = loaded("none", 1.0, 4, runs=2)

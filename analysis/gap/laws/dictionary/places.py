@@ -14,6 +14,8 @@ from ovines.core.laws.terms import Factor, Term
 SLACK = (0.35, 0.8, 1.3)
 RIDGE_DIRECTIONS, RIDGE_PLACES, RIDGE_WIDTH = 8, (-0.6, -0.3, 0.0, 0.3, 0.6), 0.1
 EDGE_DIRECTIONS, EDGE_PLACES = 8, (-0.4, 0.0, 0.4)
+# Lengths over the contact radius in which a force towards a side grows by e.
+SIDE_LENGTHS = (0.4, 1.0)
 TURN = 2 * math.pi
 
 
@@ -83,15 +85,28 @@ def _ridges(scales: RigScales) -> list[Candidate]:
 
 
 def _edges(scales: RigScales) -> list[Candidate]:
-    """A force of the room that grows from a line on."""
+    """A force of the room that grows from a line on, or ever faster towards one side, where what draws the disk is: the
+    room was levelled with the disk in the middle."""
     step = PLACE_STEP * scales.radius_m
 
     def bank(angle: float, place: float) -> tuple[Term, ...]:
         return (Term("fixed_direction", 1.0, (Factor("along_host", "above", 1.0, place, 0.0, angle),), x=angle),)
 
+    def side(angle: float, length: float) -> tuple[Term, ...]:
+        near = Factor("along_host", "exponential", 1.0, length, 0.0, angle)
+        return Term("fixed_direction", 1.0, (near,), x=angle), Term("fixed_direction", 1.0, x=angle)
+
+    name, lengths = "force that grows towards a side", [share * scales.radius_m for share in SIDE_LENGTHS]
     return [
-        Candidate("slope that begins at a line", bank, line, (ANGLE_STEP, step), (False, False))
-        for line in lines(EDGE_DIRECTIONS, EDGE_PLACES, scales, TURN)
+        *(
+            Candidate("slope that begins at a line", bank, line, (ANGLE_STEP, step), (False, False))
+            for line in lines(EDGE_DIRECTIONS, EDGE_PLACES, scales, TURN)
+        ),
+        *(
+            Candidate(name, side, (TURN * i / EDGE_DIRECTIONS, length), (ANGLE_STEP, 0.2), (False, True))
+            for i in range(EDGE_DIRECTIONS)
+            for length in lengths
+        ),
     ]
 
 
